@@ -25,3 +25,24 @@ def shipped_dir(name: str) -> Path:
     raise CxbridgeError(
         f"this installation of cxbridge lacks its folder '{name}'", hint="install cxbridge again"
     )
+
+
+def shipped_scenarios(incomplete: str = "") -> list[str]:
+    """Return the shipped scenarios whose names begin so; none in an incomplete installation."""
+    return [
+        name
+        for file in _shipped("scenarios", "*/scenario.yaml")
+        if (name := file.parent.name).startswith(incomplete)
+    ]
+
+
+def shipped_interfaces(incomplete: str = "") -> list[str]:
+    """Return the shipped interface types whose names begin so; none in an incomplete installation."""
+    return [file.stem for file in _shipped("interfaces", "*.xml") if file.stem.startswith(incomplete)]
+
+
+def _shipped(folder: str, pattern: str) -> list[Path]:
+    try:
+        return sorted(shipped_dir(folder).glob(pattern))
+    except CxbridgeError:  # `doctor` says so
+        return []

@@ -25,7 +25,7 @@ LAYERS = (  # lowest first; rooms of one layer do not know each other
     {"explain", "ros2cx"},
     {"operations"},
     {"web", "run"},
-    {"daemon", "services"},
+    {"check", "daemon", "services"},
     {"monitor", "testing"},
     {"cli", "pytest_plugin"},
     {"__main__"},

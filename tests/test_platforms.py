@@ -42,7 +42,8 @@ main(sys.argv[1:])
 
 DAEMON = """
 import json, threading, urllib.request
-from cxbridge.daemon.daemon import Daemon, DaemonOptions
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.client import read_status
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.process.options import CONNECT, INTERFACE_DIR
 from cxbridge.resources import DAEMON_URL
 
 if TYPE_CHECKING:
@@ -17,28 +19,16 @@ TIMED_OUT = 3
 
 DEFAULT_URL = DAEMON_URL
 
-Connect = Annotated[
-    str,
-    typer.Option(
-        "--connect",
-        metavar="URL",
-        envvar="CXBRIDGE_CONNECT",
-        help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes; "
-        "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
-    ),
-]
-InterfaceDirs = Annotated[
-    list[Path] | None,
-    typer.Option(
-        "--interface-dir",
-        metavar="DIR",
-        help="look for interface definitions here before cxbridge's own; may be given several times",
-    ),
+Connect = Annotated[str, CONNECT]
+InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR]
+Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="The interface.")]
+Globs = Annotated[
+    list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with the shell patterns *, ?, [].")
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
 
 
-def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
+def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     """Open the blackboard at ``url``.
 
     :raises CxbridgeError: when nobody is there, or the URL makes no sense.
@@ -48,3 +38,9 @@ def connect(url: str, interface_dirs: list[Path] | None) -> BlackBoard:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+
+
+def split_glob(text: str) -> tuple[str, str]:
+    """Split ``TYPE::ID``; a missing part is ``*``."""
+    type_glob, _, id_glob = text.partition("::")
+    return type_glob or "*", id_glob or "*"

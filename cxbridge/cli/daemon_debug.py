@@ -26,13 +26,19 @@ def add(
     ],
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Add breakpoints."""
+    """Add breakpoints.
+
+    Example: cxbridge daemon break add rule:goal-reasoner-select goal:TALK:FINISHED
+    """
     return _print_breakpoints(ask_daemon(url, "break-add", specs=specs))
 
 
 @breaks.command("list")
 def list_breakpoints(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """List the breakpoints, and where the rules are stopped."""
+    """List the breakpoints, and where the rules are stopped.
+
+    Example: cxbridge daemon break list
+    """
     found, stop = ask_daemon(url, "break-list"), ask_daemon(url, "where")
     if as_json:
         say_json({"breakpoints": found, "stopped": stop}, indent=2)
@@ -51,7 +57,10 @@ def remove(
     everything: Annotated[bool, typer.Option("--all", help="all of them")] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' lets them go on."""
+    """Remove breakpoints. Rules that are stopped stay so: 'cxbridge daemon resume' lets them go on.
+
+    Example: cxbridge daemon break remove 1 2
+    """
     if not numbers and not everything:
         raise typer.BadParameter(
             "which? 'cxbridge daemon break list' lists them", param_hint="NUMBER... or --all"
@@ -70,6 +79,8 @@ def step(
     """Let the rules take a step, and tell where they are then; rules that run stop after it.
 
     Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
+
+    Example: cxbridge daemon step transition
     """
     from cxbridge.daemon import client as daemon_client
 
@@ -95,6 +106,8 @@ def component(
     """Tell how components stand, in the order of their start, or let one take a step of its life.
 
     Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
+
+    Example: cxbridge daemon component executive deactivate
     """
     if transition:
         ask_daemon(url, "component-change", component=name, transition=transition)

@@ -16,8 +16,8 @@ from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext, plain
 from cxbridge.operations.table import operations
 from cxbridge.printing import indented
@@ -212,12 +212,8 @@ class _Agent:
             self._say(f"... more than {_MOST_SHOWN}")
 
     def _goals(self) -> None:
-        goals = self.assembly.executive.goals.open
-        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
-        for name, depth in forest.walk():
-            goal = goals[name]
-            outcome = "" if goal.outcome in ("", "UNKNOWN") else f" {goal.outcome}"
-            self._say(f"{'  ' * depth}{goal.goal} ({goal.goal_class}) {goal.mode}{outcome}")
+        goals = self.assembly.executive.goals.open.values()
+        self._say(*(line.text for line in goal_lines(goals, modes=True)))
 
     def _why(self, rest: str) -> None:
         kind, _, name = rest.rpartition(" ")

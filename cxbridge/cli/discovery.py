@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import pkgutil
-from collections.abc import Iterator, MutableMapping
+from collections.abc import Iterator, Mapping, MutableMapping, Sequence
 from importlib import import_module
 from typing import Any
 
 import typer
 from typer.core import TyperGroup
+
+from cxbridge.cli.styling import StyledCommand, style
 
 
 class CommandModules(MutableMapping[str, Any]):
@@ -45,8 +47,8 @@ class CommandModules(MutableMapping[str, Any]):
         if hasattr(module, "app"):
             parent.add_typer(module.app, name=name)
         else:
-            parent.command(name)(getattr(module, identifier))
-        return typer.main.get_group(parent).commands[name]
+            parent.command(name, cls=StyledCommand)(getattr(module, identifier))
+        return style(typer.main.get_group(parent).commands[name])
 
     def __setitem__(self, name: str, command: Any) -> None:
         """Add a command."""
@@ -75,5 +77,25 @@ def group_of_modules(package: str) -> type[TyperGroup]:
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             super().__init__(**attributes)
             self.commands = CommandModules(package, commands or {})
+
+        def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - click's signature
+            """Write the list of commands, in sections if the package has some."""
+            sections: Mapping[str, Sequence[str]] = getattr(import_module(package), "HELP_SECTIONS", {})
+            named = {name for names in sections.values() for name in names}
+            others = {
+                "Others" if sections else "Commands": [name for name in self.commands if name not in named]
+            }
+            width = max(map(len, self.commands))
+            for title, names in {**sections, **others}.items():
+                found = [name for name in names if name in self.commands]
+                if found:
+                    with formatter.section(title):
+                        texts = (
+                            self.commands[name].get_short_help_str(formatter.width - width - 4)
+                            for name in found
+                        )
+                        formatter.write_dl(
+                            [(name.ljust(width), text) for name, text in zip(found, texts, strict=True)]
+                        )
 
     return Group

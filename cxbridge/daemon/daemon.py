@@ -5,28 +5,26 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.clock import MICROSECONDS, make_clock
+from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import DaemonBoard
 from cxbridge.daemon.components import DaemonComponents
+from cxbridge.daemon.configuration import make_agent_context, make_run_options
 from cxbridge.daemon.context import DaemonContext
 from cxbridge.daemon.lifecycle import ComponentFailedError, ComponentStatus, LifecycleManager, State
 from cxbridge.daemon.nodes import ComponentNode, ExecutiveNode
-from cxbridge.daemon.options import DaemonOptions, make_run_options, read_configuration
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.requests import DaemonRequests
-from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.daemon.stalls import DaemonStalls
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import EventBus, LogLine, Sink
-from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.events import LogLine, Sink
+from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.process.systemd import Notifier
 from cxbridge.rights import Right
-from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.components.component import ComponentEntry, InstalledComponent
 from cxbridge.run.components.table import EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
-from cxbridge.run.think_rate import main_period_us
 
 if TYPE_CHECKING:
     from cxbridge.daemon.explain import DaemonExplainer
@@ -48,16 +46,14 @@ class Daemon:
     """
 
     def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
-        self.config, config_file = read_configuration(options)
-        self.settings = settings = DaemonSettings.of(self.config)
-        self.clock = make_clock(settings.clock)
-        self.bus = EventBus(self.clock)
+        agent, settings = make_agent_context(options)
+        self.settings, self.config = settings, agent.config
+        self.clock, self.bus, self.loop = agent.clock, agent.bus, agent.loop
         if console is not None:
             self.bus.subscribe(console, LogLine)
         self.log = self.bus.logger(COMPONENT)
-        self.loop = MainLoop(self.clock, main_period_us(self.config, ros2cx=options.ros2cx is not None))
         self.context = DaemonContext.make(
-            AgentContext("", self.config, config_file, self.clock, self.bus, self.loop),
+            agent,
             make_run_options(options, self.config, settings),
             executive=settings.executive,
             waits_for_skiller=False,
@@ -91,7 +87,9 @@ class Daemon:
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
         self.parts = DaemonComponents(self.manager, self.components, self._settle)
         self._explainer = self._make_explainer()
-        self._requests = DaemonRequests(self.board, self.bus, self.executive, settings.rights, self.parts)
+        self._requests = DaemonRequests(
+            self.board, self.bus, self.executive, settings.rights, self.parts, self.loop
+        )
         for node in nodes:
             for hook in node.hooks:
                 self.loop.add(hook, self.manager.guarded(node, node.step))

@@ -1,91 +1,158 @@
-"""The options of a daemon on the command line, combined with its configuration."""
+"""The options of a daemon."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
-from cxbridge.config import Configuration
-from cxbridge.daemon.settings import DaemonSettings, core_of
-from cxbridge.errors import ConfigError
-from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
-from cxbridge.run.options import RunOptions
+import typer
 
-DEFAULT_CONFIG = Path("cxbridge.yaml")
-"""Stands for the configuration where none is given; need not exist."""
+from cxbridge.run.options import LogOptions, SourceOptions
+
+Setting = bool | int | str | list[str]
+"""A value in the configuration's tree ``cxbridge:``."""
+
+_SETTINGS = {
+    "endpoints": "zmq/endpoints",
+    "insecure": "zmq/insecure",
+    "secret_key": "zmq/secret-key",
+    "clients": "zmq/clients",
+    "fawkes": "fawkes/enable",
+    "fawkes_host": "fawkes/host",
+    "fawkes_port": "fawkes/port",
+    "fawkes_allow": "fawkes/allow",
+    "core": "core",
+    "skiller": "skiller",
+    "executive": "executive",
+    "speech": "speech",
+    "clock": "clock",
+    "on_failure": "on-failure",
+    "trace": "record/trace",
+    "log": "record/log",
+    "bblog": "record/bblog",
+}
+"""Options that stand for a setting, and its path below ``cxbridge``."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class DaemonOptions:
-    """What ``cxbridge daemon`` is told on the command line; see its help.
+@dataclass(frozen=True, kw_only=True)
+class ConfigurationOptions:
+    """Where the configuration comes from.
 
     :param config: a scenario, or a Fawkes configuration, with or without a tree ``cxbridge:``.
     :param overlay: what is laid over it, each over those before.
+    """
+
+    config: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' tells what to do. "
+            "Without: a blackboard and a Skiller with the shipped skills.",
+            show_default=False,
+        ),
+    ] = None
+    overlay: Annotated[
+        Path | tuple[Path, ...] | None,
+        typer.Option(
+            "--config",
+            help="A configuration file on top of CONFIG. Repeatable: each over those before it.",
+            show_default=False,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ServerOptions:
+    """Where a daemon serves its blackboard, and to whom."""
+
+    endpoints: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--endpoint",
+            metavar="URL",
+            help="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable.",
+        ),
+    ] = ()
+    insecure: Annotated[
+        bool | None, typer.Option("--insecure", help="ZeroMQ beyond this machine without CURVE keys.")
+    ] = None
+    secret_key: Annotated[
+        Path | None, typer.Option(help="CURVE key file of the daemon.", show_default=False)
+    ] = None
+    clients: Annotated[
+        Path | None, typer.Option(help="Folder with the clients' public keys.", show_default=False)
+    ] = None
+    fawkes: Annotated[
+        bool | None,
+        typer.Option(
+            "--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False
+        ),
+    ] = None
+    fawkes_host: Annotated[str | None, typer.Option(help="Where that port is; 127.0.0.1 by default.")] = None
+    fawkes_port: Annotated[
+        int | None, typer.Option(min=0, max=65535, help="Its number; 1910 by default, 0: any free one.")
+    ] = None
+    fawkes_allow: Annotated[
+        tuple[str, ...],
+        typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
+    ] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class PartOptions:
+    """What a daemon runs.
+
     :param agent: the one that it is, of a scenario with several.
-    :param settings: more settings, by path below ``cxbridge``; they win over the configuration.
     """
 
-    config: Path | None = None
-    overlay: Path | tuple[Path, ...] | None = None
-    agent: str | None = None
-    spec: str | None = None
-    fawkes_dir: Path | None = None
-    ros2cx: Path | None = None
-    executors: tuple[str, ...] = ()
-    clips_dirs: tuple[Path, ...] = ()
-    interface_dirs: tuple[Path, ...] = ()
-    skill_dirs: tuple[Path, ...] = ()
-    settings: tuple[tuple[str, bool | int | str | list[str]], ...] = ()
+    skiller: Annotated[
+        str | None, typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills.")
+    ] = None
+    executive: Annotated[
+        bool | None,
+        typer.Option(
+            "--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False
+        ),
+    ] = None
+    agent: Annotated[
+        str | None, typer.Option(help="Which agent it is, of a CONFIG with several.", show_default=False)
+    ] = None
+    spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None
+    speech: Annotated[
+        str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
+    ] = None
+    clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None
 
 
-def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
-    """Return the configuration with what was laid over it, and its file.
+@dataclass(frozen=True, kw_only=True)
+class DaemonSourceOptions(SourceOptions):
+    """Where the files of a daemon's agent come from, and what it does."""
 
-    :raises CxbridgeError: when a file is missing or wrong.
+    clips_dirs: Annotated[
+        tuple[Path, ...], typer.Option("--clips-dir", help="A folder of CLIPS files. Repeatable.")
+    ] = ()
+    on_failure: Annotated[
+        str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
+    ] = None
+    trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class DaemonOptions(ConfigurationOptions, ServerOptions, PartOptions, DaemonSourceOptions, LogOptions):
+    """The options of ``cxbridge daemon``; see its help.
+
+    :param settings: more settings, by path below ``cxbridge``; they win over all else.
     """
-    config, file = Configuration(), DEFAULT_CONFIG
-    if options.config is not None or options.fawkes_dir is not None or options.ros2cx is not None:
-        named = RunOptions(
-            scenario=options.config,
-            fawkes_dir=options.fawkes_dir,
-            ros2cx=options.ros2cx,
-            config=options.overlay,
-        )
-        named.check_source()
-        config, file = load_configuration(named)
-    else:
-        config.overlay_files(options.overlay)
-    if options.agent is not None:
-        config = choose_agent(config, options.agent)
-    elif names := agent_names(config):
-        hint = f"a daemon is one of them: choose it with --agent; there are: {', '.join(names)}"
-        raise ConfigError("this scenario has several agents", file=file, hint=hint)
-    for path, value in options.settings:
-        config.set(f"/cxbridge/{path}", value)
-    return config, file
 
+    settings: tuple[tuple[str, Setting], ...] = ()
 
-def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
-    """Return the options of the parts that runs have, too.
-
-    :raises CxbridgeError: when one makes no sense.
-    """
-    made = RunOptions(
-        scenario=options.config or (None if options.ros2cx else DEFAULT_CONFIG),
-        spec=options.spec,
-        fawkes_dir=options.fawkes_dir,
-        ros2cx=options.ros2cx,
-        executors=options.executors,
-        core=core_of(config),
-        clips_dirs=options.clips_dirs,
-        interface_dirs=options.interface_dirs,
-        skill_dirs=options.skill_dirs,
-        clock="real",
-        trace=settings.trace,
-        trace_level=settings.trace_level,
-        trace_files=settings.trace_files,
-        log=settings.log,
-        bblog=settings.bblog,
-    )
-    made.check()
-    return replace(made, skiller=settings.skiller, speech=settings.speech)
+    def all_settings(self) -> Iterator[tuple[str, Setting]]:
+        """Yield the settings that options stand for, then the others, by path below ``cxbridge``."""
+        for name, path in _SETTINGS.items():
+            value = getattr(self, name)
+            if isinstance(value, tuple):
+                value = list(value) or None
+            if value is not None:
+                yield path, str(value.absolute()) if isinstance(value, Path) else value
+        yield from self.settings

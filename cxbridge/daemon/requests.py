@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.events import EventBus
     from cxbridge.executive.breakpoints import Stop
+    from cxbridge.mainloop import MainLoop
 
 MOST_REQUESTS: Final = 16
 """Requests that may wait."""
@@ -36,6 +37,7 @@ class DaemonRequests:
     :param node: the executive; None: there shall be none.
     :param rights: what clients may do.
     :param components: the daemon's, in the order of their start.
+    :param loop: the main loop.
     """
 
     def __init__(
@@ -45,6 +47,7 @@ class DaemonRequests:
         node: ExecutiveNode | None,
         rights: Rights,
         components: DaemonComponents,
+        loop: MainLoop | None = None,
     ) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
@@ -59,7 +62,7 @@ class DaemonRequests:
             node,
             lambda: [component_row(each) for each in components.status()],
             components.change_one,
-            DaemonState(bus, node).tell,
+            DaemonState(bus, node, loop).tell,
         )
         """What operations work on."""
 

@@ -14,6 +14,7 @@ from cxbridge.history.forest import Forest, parent_id
 
 if TYPE_CHECKING:
     from cxbridge.daemon.nodes import ExecutiveNode
+    from cxbridge.mainloop import MainLoop
 
 MOST_GOALS: Final = 400
 MOST_ACTIONS: Final = 400
@@ -28,11 +29,13 @@ class DaemonState:
 
     :param bus: has the log and the skills.
     :param node: the executive; None: there shall be none.
+    :param loop: whose loops are counted.
     """
 
-    def __init__(self, bus: EventBus, node: ExecutiveNode | None) -> None:
+    def __init__(self, bus: EventBus, node: ExecutiveNode | None, loop: MainLoop | None = None) -> None:
         self._clock = bus.clock
         self._node = node
+        self._loop = loop
         self._lines: deque[tuple[int, str, str, str]] = deque(maxlen=MOST_LINES)
         self._numbers = count(1)
         self._lock = threading.Lock()
@@ -57,6 +60,7 @@ class DaemonState:
         goals = self._goals(str(given.get("words", "")).lower())
         return {
             "time_us": self._clock.now_us(),
+            "loops": 0 if self._loop is None else self._loop.loops,
             "goals": goals[:most],
             "more_goals": max(0, len(goals) - most),
             "actions": self._actions(),

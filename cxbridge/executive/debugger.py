@@ -1,13 +1,12 @@
-"""Stop the rules at breakpoints, look at facts and change them, step, go on; see docs/debugging.md.
+"""Stop the rules at breakpoints, step, go on; see docs/debugging.md.
 
 A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
-from itertools import islice
 from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
@@ -17,7 +16,6 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
 from cxbridge.executive.host.agenda import agenda, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
-from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
 from cxbridge.executive.host.values import FALSE
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 
@@ -299,42 +297,3 @@ class Debugger:
             self._agent_halts = True
         if self._hits and not self._one_by_one:
             self._env.hold()  # not before: nobody could tell it from the agent's (halt)
-
-    # -- facts
-
-    def facts(self, template: str = "", limit: int = 1000) -> list[tuple[int, str]]:
-        """Return index and text of facts, of one deftemplate or of all; at most ``limit``.
-
-        :raises ClipsError: when there is no such deftemplate.
-        """
-        with self._env.lock:
-            return list(islice(fact_texts(self._env, template), limit))
-
-    def agenda(self, limit: int = 1000) -> list[tuple[int, str, str]]:
-        """Return salience, rule and facts (``f-1,f-2``) of what would fire, in order; at most ``limit``."""
-        with self._env.lock:
-            return list(islice(agenda(self._env), limit))
-
-    def assert_fact(self, text: str) -> int:
-        """Assert a fact, e.g. ``(battery (level 3))``; returns its index.
-
-        :raises ClipsError: when CLIPS refuses it.
-        """
-        with self._env.lock:
-            return assert_text(self._env, text)
-
-    def retract(self, index: int) -> None:
-        """Retract the fact of this index.
-
-        :raises ClipsError: when there is none.
-        """
-        with self._env.lock:
-            retract_fact(self._env, index)
-
-    def modify(self, index: int, slots: Mapping[str, str]) -> int:
-        """Give slots of a fact other values, CLIPS text each; returns the index of the new fact.
-
-        :raises ClipsError: when there is no such fact or slot, or it cannot have the value.
-        """
-        with self._env.lock:
-            return modify_fact(self._env, index, slots)

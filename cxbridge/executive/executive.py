@@ -116,6 +116,20 @@ class Executive:
 
         :raises ExecutiveError: when the core's own files do not load, or the initialisation fails.
         """
+        self.load_core()
+        env = self.env
+        env.watcher.start()
+        env.assert_string("(executive-init)")
+        env.refresh_agenda()
+        self._run()
+        env.tell_settings()
+        self._check_stage()
+
+    def load_core(self) -> None:
+        """Load the files that the initialisation begins with: they know what else is to be loaded.
+
+        :raises ExecutiveError: when they do not load.
+        """
         env = self.env
         for what, by in self._files.substitutions.items():
             env.call("path-add-subst", what, by)
@@ -131,12 +145,6 @@ class Executive:
                 raise ExecutiveError(
                     f"Failed to initialize CLIPS environment, batch file '{self._files.cx / file}' failed."
                 )
-        env.watcher.start()
-        env.assert_string("(executive-init)")
-        env.refresh_agenda()
-        self._run()
-        env.tell_settings()
-        self._check_stage()
 
     def _check_stage(self) -> None:
         """Raise when the initialisation has failed by now."""

@@ -10,14 +10,8 @@ from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.goal_rules import rules_for
 from cxbridge.explain.goals import Goals, failed_actions
 from cxbridge.history.forest import NO_PARENT
-from cxbridge.history.model import (
-    DONE_STATES,
-    ENDED_MODES,
-    ActionChange,
-    GoalChange,
-    GoalRecord,
-    PlanActionRecord,
-)
+from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
+from cxbridge.history.outcome import ENDED_MODES
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20

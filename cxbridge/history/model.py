@@ -13,9 +13,8 @@ from typing import Final, NamedTuple
 from cxbridge.clock import MICROSECONDS
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.orders import ActionOrder
-
-ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
-"""Modes of a goal that has an outcome."""
+from cxbridge.history.outcome import ENDED_MODES
+from cxbridge.history.tree import drawn, goal_title
 
 DONE_STATES: Final = ("FINAL", "FAILED")
 """States of a plan-action that is over."""
@@ -78,7 +77,7 @@ class GoalRecord:
     @property
     def title(self) -> str:
         """Its id and class."""
-        return f"{self.id} ({self.goal_class})"
+        return goal_title(self.id, self.goal_class)
 
     @property
     def history(self) -> list[tuple[float, str, str]]:
@@ -197,5 +196,4 @@ def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
 
 def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:
     """Return goals as lines, those of a parent below it."""
-    forest = goal_forest(goals)
-    return [f"{'  ' * depth}{goals[number]}" for number, depth in forest.walk()] or ["no goal yet"]
+    return [f"{branch}{goals[number]}" for number, branch in drawn(goal_forest(goals))] or ["no goal yet"]

@@ -1,11 +1,36 @@
-"""The filter of goals and rows."""
+"""The filter of goals and rows, and times as people read them."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from datetime import UTC, datetime
+from typing import Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.monitor.snapshot import MOST_ROWS, GoalRow, Table
+
+_MINUTE_S: Final = 60
+_HOUR_S: Final = 3600
+
+
+def duration_text(seconds: float) -> str:
+    """Return a duration as people say it: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
+    if seconds < _MINUTE_S:
+        return f"{seconds:.1f} s"
+    hours, rest = divmod(seconds, _HOUR_S)
+    minutes, rest = divmod(rest, _MINUTE_S)
+    if hours:
+        return f"{hours:.0f} h {minutes:02.0f} min {rest:02.0f} s"
+    return f"{minutes:.0f} min {rest:04.1f} s"
+
+
+def clock_text(time_us: int) -> str:
+    """Return a time stamp as the time of day here."""
+    try:
+        return datetime.fromtimestamp(time_us / MICROSECONDS, UTC).astimezone().strftime("%H:%M:%S")
+    except (ValueError, OverflowError, OSError):  # a recording may have any
+        return f"{time_us} us"
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:

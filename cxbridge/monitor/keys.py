@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Final, NamedTuple
 
+from cxbridge.history.outcome import LEGEND
+
 
 class Key(NamedTuple):
     """A key.
@@ -76,6 +78,7 @@ def help_text(where: str, panes: str, commands: str) -> str:
         f"{'1 2 3 ...':10} {panes}",
         f"{'Tab':10} the next part of the screen",
         "",
+        f"Goals: {LEGEND}",
         f"Commands: {commands}",
     ]
     return "\n".join(lines)

@@ -15,6 +15,12 @@ from cxbridge.monitor.keys import KEYS, SCRUBBING
 NARROW: Final = 118
 """Columns below which goals stand above the panes, not beside them."""
 
+WIDE: Final = 180
+"""Columns from which skills and the log have a place of their own."""
+
+LOW: Final = 30
+"""Rows below which the legend has one line."""
+
 COLUMNS: Final = {
     "actions": ("goal", "id", "action", "arguments", "state"),
     "skills": ("skiller", "skill", "status"),
@@ -32,7 +38,16 @@ STYLE: Final = """
 #status { height: 1; background: $primary; color: $text; padding: 0 1; }
 #said { height: 1; padding: 0 1; text-style: bold; }
 #main { layout: horizontal; }
-#goals { width: 45%; border-right: solid $primary; }
+#left { width: 46%; border-right: solid $primary; }
+#goals { height: 1fr; overflow-x: hidden; }
+#panes { width: 1fr; }
+#legend { height: auto; max-height: 2; padding: 0 1; color: $text-muted; }
+#aside { display: none; width: 30%; border-left: solid $primary; }
+#aside-skills { height: 30%; }
+#aside-log { border-top: solid $primary; }
+.wide #left { width: 38%; }
+.wide #aside { display: block; }
+.low #legend { max-height: 1; }
 #prompt { display: none; }
 #prompt.shown { display: block; }
 .note { height: auto; max-height: 6; padding: 0 1; color: $text-muted; }
@@ -41,8 +56,8 @@ TabPane { padding: 0; }
 Tab { padding: 0 1 0 0; }
 Rows { height: 1fr; overflow-x: hidden; }
 .narrow #main { layout: vertical; }
-.narrow #goals { width: 100%; height: 35%; overflow-x: hidden; }
-.narrow #goals { border-right: none; border-bottom: solid $primary; }
+.narrow #left { width: 100%; height: 35%; border-right: none; border-bottom: solid $primary; }
+.narrow #goals { overflow-x: hidden; }
 .narrow TabbedContent { height: 1fr; }
 HelpScreen { align: center middle; }
 #help { width: 76; max-width: 100%; height: auto; max-height: 100%; }

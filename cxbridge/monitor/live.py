@@ -5,17 +5,18 @@ from __future__ import annotations
 import shlex
 import time
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
-from cxbridge.monitor.choosing import page
+from cxbridge.monitor.choosing import clock_text, duration_text, page
 from cxbridge.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,
@@ -37,6 +38,7 @@ MOST_GOALS: Final = 1000
 """Goals that are asked for."""
 
 _FEWEST_GOALS: Final = 50
+_RATE_LOOKS: Final = 20
 _LOOK_S: Final = 0.25
 _REST: Final = 5.0
 _LEAST_REST_S: Final = 1.0
@@ -79,6 +81,7 @@ class DaemonSource:
         self._started_us: object = None
         self._most_goals = MOST_GOALS
         self._search = _Search()
+        self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_LOOKS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
             "step": lambda rest, _query: self._ask("step", what=rest or "rule") or "",
@@ -124,6 +127,7 @@ class DaemonSource:
         if status["started_us"] != self._started_us:  # another daemon: its log has own numbers
             self._started_us, self._last_line, self._search = status["started_us"], 0, _Search()
             self._log.clear()
+            self._loops.clear()
         missing = ""
         try:
             state = self._state(query.words)
@@ -134,7 +138,9 @@ class DaemonSource:
             self._last_line = number
         where = state["where"]
         return MonitorSnapshot(
-            head=", ".join(filter(None, (status["state"].lower(), missing, status["error"]))),
+            head=" · ".join(
+                filter(None, (status["state"].lower(), *self._times(status, state), missing, status["error"]))
+            ),
             stop="" if where is None else stop_text(where),
             goals=[GoalRow("executive", *row) for row in state["goals"]],
             more_goals=state["more_goals"],
@@ -159,6 +165,19 @@ class DaemonSource:
             log=tuple(self._log),
             environments=state["environments"],
         )
+
+    def _times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
+        """Yield what the daemon's clock shows, and how its main loop goes."""
+        if "time_us" not in state:
+            return
+        kind = status["clock"]
+        yield clock_text(state["time_us"]) + (f" ({kind} clock)" if kind != "real" else "")
+        yield f"up {duration_text((state['time_us'] - status['started_us']) / MICROSECONDS)}"
+        loops = state.get("loops", 0)
+        self._loops.append((time.monotonic(), loops))
+        (first_s, first), (last_s, last) = self._loops[0], self._loops[-1]
+        rate = f" at {(last - first) / (last_s - first_s):.0f} Hz" if last_s > first_s else ""
+        yield f"loop {loops:,}{rate}"
 
     def _ask(self, verb: str, **arguments: Any) -> Any:
         return request(self._reach(), verb, ANSWER_S, **arguments)

@@ -13,7 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.monitor.choosing import choose_goals, page
+from cxbridge.monitor.choosing import choose_goals, clock_text, duration_text, page
 from cxbridge.monitor.scrubbing import Scrubber
 from cxbridge.monitor.snapshot import (
     MOST_LINES,
@@ -158,14 +158,15 @@ class RecordedSource:
     def _head(self) -> str:
         it = self._scrubber
         words = [
-            f"{it.now_us / MICROSECONDS:.3f} of {it.end_us / MICROSECONDS:.3f} s",
-            f"event {it.at} of {len(it.events)}",
+            f"{duration_text(it.now_us / MICROSECONDS)} of {duration_text(it.end_us / MICROSECONDS)}",
+            clock_text(it.events[0].time_us + it.now_us),
+            f"event {it.at:,} of {len(it.events):,}",
         ]
         if it.is_loading:
             words.append("reading")
         if self._since is not None:
             words.append(f"playing x{self._speed:g}")
-        return ", ".join(words)
+        return " · ".join(words)
 
     def _happened(self) -> str:
         """Return what happened last: a transition, or else whatever there was."""
@@ -204,7 +205,7 @@ class RecordedSource:
 
     def _interfaces(self) -> Iterator[tuple[str, ...]]:
         for uid, write in sorted(self._scrubber.state.interfaces.items()):
-            yield uid, f"{self._since_begin(write.time_us):.3f} s", ""
+            yield uid, f"at {duration_text(self._since_begin(write.time_us))}", ""
 
     def _since_begin(self, time_us: int) -> float:
         return (time_us - self._scrubber.events[0].time_us) / MICROSECONDS
@@ -237,7 +238,7 @@ class RecordedSource:
         for number in it.log_lines[max(0, last - MOST_LINES) : last]:
             event = it.events[number]
             if isinstance(event, LogLine):
-                text = f"{it.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
+                text = f"{duration_text(it.times[number] / MICROSECONDS):>8} {event.component}: {event.text}"
                 rows.append(LogRow(number, event.level.value, text))
         return rows
 

@@ -12,27 +12,31 @@ from typing import ClassVar, Final, TypeVar
 from textual import events
 from textual.app import App, ComposeResult
 from textual.binding import BindingType
-from textual.containers import Container
+from textual.containers import Container, Vertical
 from textual.css.query import NoMatches
 from textual.widget import Widget
 from textual.widgets import Footer, Input, Static, TabbedContent, TabPane
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.history.outcome import LEGEND
+from cxbridge.history.tree import goal_line
 from cxbridge.monitor import live, recorded
 from cxbridge.monitor.keys import help_text
 from cxbridge.monitor.layout import (
     BREAK_AT,
     COLUMNS,
     LIVE_PANES,
+    LOW,
     NARROW,
     RECORDED_PANES,
     STYLE,
     TITLES,
+    WIDE,
     HelpScreen,
     key_bindings,
 )
 from cxbridge.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
-from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
+from cxbridge.monitor.widgets import Aside, GoalTree, LogLines, Rows, bar
 from cxbridge.printing import one_line, visible
 
 _LONGEST: Final = 2000
@@ -78,11 +82,14 @@ class MonitorApp(App[None]):
         yield Static(one_line(f"{self._source.name}: ..."), id="status", markup=False)
         yield Static("", id="said", markup=False)
         with Container(id="main"):
-            yield GoalTree()
+            with Vertical(id="left"):
+                yield GoalTree()
+                yield Static(LEGEND, id="legend", markup=False)
             with TabbedContent(id="panes"):
                 for number, name in enumerate(self._panes, 1):
                     with TabPane(f"{number} {TITLES.get(name, name.capitalize())}", id=f"pane-{name}"):
                         yield from self._pane(name)
+            yield Aside()
         yield Input(id="prompt")
         yield Footer()
 
@@ -108,8 +115,10 @@ class MonitorApp(App[None]):
         self._thread.start()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Put goals above or beside the panes."""
+        """Put goals above or beside the panes, and more beside them when there is room."""
         self.screen.set_class(event.size.width < NARROW, "narrow")
+        self.screen.set_class(event.size.width >= WIDE, "wide")
+        self.screen.set_class(event.size.height < LOW, "low")
 
     def on_unmount(self) -> None:
         """Watch no more. A source that waits for an answer is not waited for."""
@@ -178,9 +187,10 @@ class MonitorApp(App[None]):
             words.append(f"filter: {self._view_query.words}")
         if self._view_query.env != "executive":
             words.append(f"environment: {self._view_query.env}")
-        self._show_head(", ".join(words))
+        self._show_head(" · ".join(words))
         self._show_said()
         self._find("#goals", GoalTree).show(snapshot.goals)
+        self._find("#aside", Aside).show(snapshot)
         pane = self._pane_shown
         if pane == "log":
             self._find("#log", LogLines).show(snapshot.log)
@@ -255,6 +265,13 @@ class MonitorApp(App[None]):
                 self._want(interface=table.chosen[0])
         elif table.id in {self._pane_shown, "fields"}:
             self._show_note(self._pane_shown)
+
+    def on_tree_node_highlighted(self) -> None:
+        """Show all of the goal that is chosen; the icons' meaning while none is."""
+        goal = self._find("#goals", GoalTree).chosen
+        self._write(
+            "legend", LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
+        )
 
     # -- keys
 

@@ -2,30 +2,33 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Final
 
 from rich.text import Text
+from textual import events
+from textual.app import ComposeResult
+from textual.containers import Vertical
 from textual.coordinate import Coordinate
 from textual.widgets import DataTable, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
+from cxbridge.history.outcome import Outcome, action_outcome, skill_outcome
+from cxbridge.history.tree import goal_line, goal_title
 from cxbridge.monitor.choosing import goal_forest
-from cxbridge.monitor.snapshot import GoalRow, LogRow, Table
+from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 from cxbridge.printing import indented, one_line
 
 _COLOURS: Final = {
-    "COMPLETED": "green",
-    "FINAL": "green",
-    "S_FINAL": "green",
-    "FAILED": "red",
-    "S_FAILED": "red",
-    "EXECUTION-FAILED": "red",
-    "REJECTED": "yellow",
-    "DISPATCHED": "cyan",
-    "RUNNING": "cyan",
-    "S_RUNNING": "cyan",
+    **{outcome.name: outcome.colour for outcome in Outcome},
+    **{state: action_outcome(state).colour for state in ("FINAL", "EXECUTION-FAILED")},
+    **{status: skill_outcome(status).colour for status in ("S_RUNNING", "S_FINAL", "S_FAILED")},
 }
+_GUIDE: Final = 2
+_ARROW: Final = 2
+_ICON: Final = 2
+_STATE: Final = 12
+_LEAST_TITLE: Final = 8
 _LONGEST: Final = 200
 _LEVELS: Final = {"D": "dim", "I": "", "W": "yellow", "E": "red"}
 
@@ -38,10 +41,11 @@ class GoalTree(Tree[GoalKey]):
 
     def __init__(self) -> None:
         super().__init__("goals", id="goals")
-        self.guide_depth = 2
+        self.guide_depth = _GUIDE
+        self._widths: dict[GoalKey, int] = {}
         self._goals: dict[GoalKey, GoalRow] = {}
         self._goal_nodes: dict[GoalKey, TreeNode[GoalKey]] = {}
-        self._goal_structure: list[tuple[GoalKey, str]] | None = None
+        self._goal_structure: list[tuple[GoalKey, str, str]] | None = None
 
     @property
     def chosen(self) -> GoalRow | None:
@@ -52,7 +56,7 @@ class GoalTree(Tree[GoalKey]):
     def show(self, goals: Sequence[GoalRow]) -> None:
         """Show these goals."""
         rows = {(goal.env, goal.id): goal for goal in goals}
-        structure = [(key, goal.parent) for key, goal in rows.items()]
+        structure = [(key, goal.parent, goal.goal_class) for key, goal in rows.items()]
         before, self._goals = self._goals, rows
         if structure != self._goal_structure:
             self._goal_structure = structure
@@ -60,7 +64,7 @@ class GoalTree(Tree[GoalKey]):
             return
         for key, row in rows.items():
             if before[key] != row:
-                self._goal_nodes[key].set_label(_label(row))
+                self._goal_nodes[key].set_label(self._goal_label(key, row))
 
     def _build_goals(self, rows: dict[GoalKey, GoalRow]) -> None:
         at = self.cursor_node.data if self.cursor_node is not None else None
@@ -69,6 +73,7 @@ class GoalTree(Tree[GoalKey]):
         self._goal_nodes = {}
         forest = goal_forest(rows.values())
         envs = list(dict.fromkeys(env for env, _ in rows))
+        self._measure(rows)
         for env in envs:
             top = (
                 self.root
@@ -78,11 +83,48 @@ class GoalTree(Tree[GoalKey]):
             for key, _ in forest.walk(key for key in forest.roots if key[0] == env):
                 parent, leaf = forest.parents[key], key not in forest.children
                 over = top if parent is None else self._goal_nodes[parent]
-                node = over.add(_label(rows[key]), data=key, expand=not leaf, allow_expand=not leaf)
+                label = self._goal_label(key, rows[key])
+                node = over.add(label, data=key, expand=not leaf, allow_expand=not leaf)
                 self._goal_nodes[key] = node
         self.root.expand()
         if at in self._goal_nodes:
             self.call_after_refresh(self._return_to, at, scrolled)
+
+    def on_resize(self, _event: events.Resize) -> None:
+        """Let the states of goals stand in a column that can be seen."""
+        self._measure(self._goals)
+        for key, node in self._goal_nodes.items():
+            node.set_label(self._goal_label(key, self._goals[key]))
+
+    def _measure(self, rows: Mapping[GoalKey, GoalRow]) -> None:
+        """Work out how wide titles are, so that the states stand in a column that can be seen."""
+        forest = goal_forest(rows.values())
+        below = 1 if len({env for env, _ in rows}) > 1 else 0
+        indents = {key: (depth + below + 1) * _GUIDE for key, depth in forest.walk()}
+        titles = {key: len(one_line(goal_title(goal.id, goal.goal_class))) for key, goal in rows.items()}
+        column = max((indents[key] + titles[key] for key in rows), default=0)
+        room = self.size.width - _ARROW - _ICON - _STATE
+        column = min(column, room) if room > 0 else column
+        widths = {key: max(_LEAST_TITLE, column - indents[key]) for key in rows}
+        self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
+
+    def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
+        """Return what the tree shows of a goal."""
+        line = goal_line("", goal.id, goal)
+        width = self._widths[key]
+        title = one_line(line.title)
+        if len(title) > abs(width):
+            title = title[: abs(width) - 1] + "…"
+        label = Text(" " * _ARROW if width < 0 else "")
+        label.append(f"{line.outcome.icon} ", line.outcome.colour)
+        label.append(f"{title:{abs(width)}} ")
+        label.append(one_line(f"{line.state:{_STATE - 1}}"), line.outcome.colour)
+        if line.state != goal.mode:
+            label.append(one_line(f" {goal.mode}"), "dim")
+        if goal.error:
+            label.append(one_line(f"  {goal.error}"), "red")
+        label.rstrip()
+        return label
 
     def _return_to(self, key: GoalKey, scrolled: float) -> None:
         """Put the cursor back to a goal, if it is still there."""
@@ -151,8 +193,8 @@ class Rows(DataTable[Text]):
 class LogLines(RichLog):
     """The log up to a moment."""
 
-    def __init__(self) -> None:
-        super().__init__(id="log", wrap=True, max_lines=2000)
+    def __init__(self, name: str = "log") -> None:
+        super().__init__(id=name, wrap=True, max_lines=2000)
         self._last: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
@@ -168,6 +210,26 @@ class LogLines(RichLog):
             self.write(Text(indented(row.text), style=_LEVELS.get(row.level, "")))
 
 
+class Aside(Vertical):
+    """What a wide screen always shows: skills and the log."""
+
+    def __init__(self) -> None:
+        super().__init__(id="aside")
+        self._skills = Rows("aside-skills", ("skiller", "skill", "status"))
+        self._log = LogLines("aside-log")
+
+    def compose(self) -> ComposeResult:
+        """Make it."""
+        yield self._skills
+        yield self._log
+
+    def show(self, snapshot: MonitorSnapshot) -> None:
+        """Show how it stands, if it is to be seen."""
+        if self.display:
+            self._skills.show(snapshot.skills)
+            self._log.show(snapshot.log)
+
+
 def _place(rows: Sequence[LogRow], row: LogRow) -> int:
     """Return where a row is, -1 when it is not there."""
     return next((at for at in range(len(rows) - 1, -1, -1) if rows[at] == row), -1)
@@ -178,18 +240,6 @@ def _cell(text: str) -> Text:
     line = " ".join(text[:_LONGEST].splitlines())
     more = " ..." if len(text) > _LONGEST else ""
     return Text(one_line(line) + more, style=_COLOURS.get(text, ""), no_wrap=True)
-
-
-def _label(goal: GoalRow) -> Text:
-    """Return what the tree shows of a goal."""
-    label = Text()
-    label.append(one_line(goal.mode), _COLOURS.get(goal.mode, ""))
-    if goal.outcome not in {"", "UNKNOWN"}:
-        label.append(f" {one_line(goal.outcome)}", _COLOURS.get(goal.outcome, ""))
-    label.append(one_line(f"  {goal.id} ({goal.goal_class})"))
-    if goal.error:
-        label.append(one_line(f"  {goal.error}"), "red")
-    return label
 
 
 def bar(progress: float, width: int) -> str:

@@ -7,14 +7,26 @@ program, see :func:`cxbridge.run.program.run.run`.
 
 import sys
 from types import ModuleType
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from cxbridge.run.assembly import Assembly
-from cxbridge.run.options import RunOptions
-from cxbridge.run.result import RunResult
-from cxbridge.run.run import run_scenario
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.options import RunOptions
+    from cxbridge.run.result import RunResult
+    from cxbridge.run.run import run_scenario
 
 __all__ = ["Assembly", "RunOptions", "RunResult", "run_scenario"]
+
+_MODULES = {"Assembly": "assembly", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
+
+
+def __getattr__(name: str) -> Any:
+    """Give a public name: the help of a command needs the options of runs, and nothing else of them."""
+    from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
+
+    if name not in _MODULES:
+        raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
+    return getattr(import_module(f"{__name__}.{_MODULES[name]}"), name)
 
 
 class _CallablePackage(ModuleType):

@@ -80,7 +80,7 @@ def make_agent_context(
     if options.agent is not None:
         config = choose_agent(config, options.agent)
     period_us = main_period_us(config, ros2cx=options.ros2cx is not None)
-    clock = clock or make_clock(options.clock)
+    clock = clock or make_clock(options.clock_name)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     return AgentContext(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)

@@ -33,8 +33,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
 
-SKILL_BOARD = "/skill-board"
-"""The part of the configuration that is about the skill board."""
+_SKILL_BOARD = "/skill-board"
 
 
 @dataclass(kw_only=True)
@@ -150,7 +149,7 @@ def skill_board_settings(
     :param executors: those that a program adds; with them there is a skill board in any case.
     :raises ConfigError: when that makes no sense.
     """
-    if not config.keys(SKILL_BOARD) and paths.ros2cx is None and not executors:
+    if not config.keys(_SKILL_BOARD) and paths.ros2cx is None and not executors:
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 

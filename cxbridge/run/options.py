@@ -6,8 +6,12 @@ import os
 import stat
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
+
+import typer
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.resources import shipped_scenarios
 
 CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
@@ -32,38 +36,148 @@ def is_speech_target(value: str) -> bool:
     return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RunOptions:
-    """The options of ``cxbridge run``; see its help.
+@dataclass(frozen=True, kw_only=True)
+class SourceOptions:
+    """Where the files of an agent come from: options of runs and of daemons."""
+
+    fawkes_dir: Annotated[
+        Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False)
+    ] = None
+    ros2cx: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
+            show_default=False,
+        ),
+    ] = None
+    executors: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--executor",
+            metavar="ACTION=CLASS",
+            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
+        ),
+    ] = ()
+    core: Annotated[
+        str | None,
+        typer.Option(
+            help="builtin or fawkes: whose CX core; by default that of --fawkes-dir or --ros2cx, if given.",
+            show_default=False,
+        ),
+    ] = None
+    clips_dirs: Annotated[
+        tuple[Path, ...],
+        typer.Option("--clips-dir", help="A folder of CLIPS files, searched first. Repeatable."),
+    ] = ()
+    interface_dirs: Annotated[
+        tuple[Path, ...], typer.Option("--interface-dir", help="A folder of interface XML files. Repeatable.")
+    ] = ()
+    skill_dirs: Annotated[
+        tuple[Path, ...], typer.Option("--skill-dir", help="A folder with Lua skills. Repeatable.")
+    ] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogOptions:
+    """The logs that Fawkes writes, too: options of runs and of daemons."""
+
+    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None
+    bblog: Annotated[
+        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioOptions:
+    """Which agent, and its configuration.
 
     :param agent: the one to run, of a scenario with several; None: all.
     :param config: what is laid over the scenario's configuration, each over those before.
+    """
+
+    scenario: Annotated[
+        Path | None,
+        typer.Argument(
+            help="A folder with a scenario.yaml, or a Fawkes configuration file or folder. "
+            "With --fawkes-dir: that checkout's configuration by default.",
+            show_default=False,
+            autocompletion=shipped_scenarios,
+        ),
+    ] = None
+    agent: Annotated[
+        str | None,
+        typer.Option(help="Run only this agent, of a scenario with several.", show_default=False),
+    ] = None
+    spec: Annotated[str | None, typer.Option(help="The spec to run; the configuration's by default.")] = None
+    config: Annotated[
+        Path | tuple[Path, ...] | None,
+        typer.Option(
+            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            show_default=False,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExecutionOptions:
+    """How the agent runs.
+
+    :param clock: None: virtual, but real with a Skiller elsewhere.
     :param timeout: seconds of the run's clock.
     """
 
-    scenario: Path | None = None
-    agent: str | None = None
-    spec: str | None = None
-    config: Path | tuple[Path, ...] | None = None
-    fawkes_dir: Path | None = None
-    ros2cx: Path | None = None
-    executors: tuple[str, ...] = ()
-    core: str | None = None
-    clips_dirs: tuple[Path, ...] = ()
-    interface_dirs: tuple[Path, ...] = ()
-    skill_dirs: tuple[Path, ...] = ()
-    clock: str = "virtual"
-    skiller: str = "lua"
-    speech: str = "off"
-    timeout: float = 600.0
-    trace: Path | None = None
-    trace_level: str = "transitions"
-    trace_files: bool = True
-    log: Path | None = None
-    bblog: Path | None = None
-    strict: bool = False
-    replay: tuple[Path, ...] = ()
-    replay_order: str = "total"
+    clock: Annotated[
+        str | None,
+        typer.Option(
+            help="virtual, real or scaled:N; virtual by default, real with a Skiller elsewhere.",
+            show_default=False,
+        ),
+    ] = None
+    skiller: Annotated[
+        str,
+        typer.Option(
+            metavar="lua|simulator|none|URL",
+            help="Who executes skills; URL: the Skiller on the blackboard there, e.g. fawkes://robot:1910.",
+        ),
+    ] = "lua"
+    speech: Annotated[
+        str,
+        typer.Option(
+            metavar="off|on|FILE.wav|DIR/", help="Speak what skills say: to the speaker, or into sound files."
+        ),
+    ] = "off"
+    timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class TraceOptions:
+    """The recording of a run."""
+
+    trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None
+    trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions"
+    trace_files: Annotated[
+        bool, typer.Option(help="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
+    ] = True
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions):
+    """The options of ``cxbridge run``; see its help."""
+
+    replay: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            metavar="RUN",
+            help="Replay the environment of a recorded run, and check that it decides the same. Repeatable.",
+        ),
+    ] = ()
+    replay_order: Annotated[
+        str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
+    ] = "total"
+    strict: Annotated[
+        bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
+    ] = False
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
@@ -80,7 +194,7 @@ class RunOptions:
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
         if self.replay:
             self._check_replay()
-        if "://" in self.skiller and self.clock != "real":
+        if "://" in self.skiller and self.clock not in (None, "real"):
             raise CxbridgeError(
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
                 hint="the Skiller there works in real time: use --clock real, the default with a URL",
@@ -127,6 +241,11 @@ class RunOptions:
             )
 
     @property
+    def clock_name(self) -> str:
+        """The clock that was chosen, or else the one that the Skiller needs."""
+        return self.clock or ("real" if "://" in self.skiller else "virtual")
+
+    @property
     def is_without_skiller(self) -> bool:
         """Whether nobody could use a Skiller: actions go to executors, and all are dummies."""
         return self.ros2cx is not None and not self.executors and not self.config
@@ -136,7 +255,7 @@ class RunOptions:
         for name, value, only in (
             ("skiller", self.skiller, "lua"),
             ("speech", self.speech, "off"),
-            ("clock", self.clock, "virtual"),
+            ("clock", self.clock_name, "virtual"),
         ):
             if value != only:
                 raise CxbridgeError(

@@ -10,7 +10,7 @@ from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
-from cxbridge.resources import shipped_dir
+from cxbridge.resources import shipped_dir, shipped_scenarios
 from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge.ros2cx.parameters import EXECUTIVE_FILE
 from cxbridge.ros2cx.settings import Ros2CxSettings
@@ -90,9 +90,7 @@ def find_config_file(options: RunOptions) -> Path:
             hint="name a scenario's folder, or a Fawkes configuration file or folder",
         )
     if not named.is_file():
-        shipped = ", ".join(
-            path.parent.name for path in sorted(shipped_dir("scenarios").glob("*/scenario.yaml"))
-        )
+        shipped = ", ".join(shipped_scenarios())
         raise CxbridgeError("there is no such scenario", file=named, hint=f"shipped with cxbridge: {shipped}")
     return named
 

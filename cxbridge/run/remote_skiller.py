@@ -33,7 +33,7 @@ class RemoteSkiller:
 
     :param url: the blackboard with the Skiller.
     :param board: ours.
-    :param open_board: opens the blackboard at a URL.
+    :param open_blackboard: opens the blackboard at a URL.
     :param patience_s: how long to wait for the Skiller; 0: not at all, it may come later.
     :raises SkillerError: when there is no Skiller.
     :raises BlackBoardError: when nobody is at the URL.
@@ -44,7 +44,7 @@ class RemoteSkiller:
         url: str,
         board: BlackBoard,
         bus: EventBus,
-        open_board: Opener,
+        open_blackboard: Opener,
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
@@ -52,7 +52,7 @@ class RemoteSkiller:
 
         self.url = url
         self._met = False
-        self._remote = open_board(url)
+        self._remote = open_blackboard(url)
         names = (url, "here")
         self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=names, stand_in=True)
         self._gateway.start()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.events import GoalTransition
-from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.tree import GoalLine, goal_lines
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
@@ -97,43 +97,36 @@ class RunResult:
 
     def summary_lines(self) -> list[str]:
         """Return the lines of the summary as they are: errors of goals may hold anything."""
-        lines: list[str] = []
-        for name, result in self.agents.items():
-            lines += [name, *(f"  {line}" for line in result.goal_lines())]
-        lines += self.goal_lines()
+        lines = [line if isinstance(line, str) else line.text for line in self.tree()]
         lines += () if self.replay is None else self.replay.lines
-        lines.append(f"{self.spec}: {self._word}, {self.reason}")
-        lines.append(
-            f"{self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s: "
-            f"{self.loops} loops, {self.firings} rules fired"
+        return [*lines, self.verdict + self.figures]
+
+    @property
+    def verdict(self) -> str:
+        """How it ended, and why."""
+        return f"{self.spec}: {self._word}, {self.reason}"
+
+    @property
+    def figures(self) -> str:
+        """How long it took, as the end of the line of the verdict."""
+        return (
+            f"; {self.run_seconds:.1f} s of the run's clock in {self.wall_seconds:.2f} s, "
+            f"{self.firings} rules fired"
         )
-        return lines
+
+    def tree(self) -> Iterator[GoalLine | str]:
+        """Yield the lines of the goal tree; those of several agents below their names."""
+        for name, result in self.agents.items():
+            yield name
+            for line in result.tree():
+                yield f"  {line}" if isinstance(line, str) else replace(line, branch=f"  {line.branch}")
+        if self.forgotten:
+            yield f"({self.forgotten} goals before are not listed)"
+        yield from goal_lines(self.goals)
 
     def goal_lines(self) -> list[str]:
         """Return the tree of goals with their outcomes, in lines."""
-        goals = {goal.goal: goal for goal in self.goals}
-        forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
-        stems: list[str] = []  # what stands before the children of the goals above
-        lines = [f"({self.forgotten} goals before are not listed)"] if self.forgotten else []
-        for name, depth in forest.walk():
-            del stems[depth:]
-            parent = forest.parents[name]
-            if parent is None:
-                branch, stem = "", ""
-            else:
-                last = name == forest.children[parent][-1]
-                branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
-            before = stems[-1] if stems else ""
-            lines.append(f"{before}{branch}{_line(goals[name])}")
-            stems.append(before + stem)
-        return lines
-
-
-def _line(goal: GoalTransition) -> str:
-    """Return a goal with what became of it."""
-    state = goal.outcome if goal.outcome not in ("UNKNOWN", "") else goal.mode
-    error = f"  [{goal.error}]" if goal.error else ""
-    return f"{goal.goal} ({goal.goal_class}): {state}{error}"
+        return [line if isinstance(line, str) else line.text for line in self.tree()]
 
 
 def sum_up(agents: Mapping[str, RunResult]) -> RunResult:

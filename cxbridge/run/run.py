@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from contextlib import ExitStack
+from contextlib import AbstractContextManager, ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, CxbridgeError
@@ -37,26 +37,47 @@ LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
 
 
+class Company(Protocol):
+    """Something that serves a run in its main loop, and keeps what is there at the end for a while."""
+
+    def join(self, run: Assembly | Team) -> AbstractContextManager[object]:
+        """Join a run that is made and not started, until the context is left: the run's parts go then."""
+
+    def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
+        """Serve the run that has come to its end, as long as somebody wants.
+
+        :param is_over: whether a signal has come.
+        :param tick: to be called now and then.
+        """
+
+
 def run_scenario(
     options: RunOptions,
     console: Sink | None = None,
     attach: Callable[[Assembly], None] | None = None,
     additions: Additions = NOTHING,
+    *,
+    interactive: bool = False,
+    company: Company | None = None,
 ) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
     :param console: gets the log lines.
     :param attach: called with each agent, before it is started.
     :param additions: what a program adds to the run.
+    :param interactive: somebody may stop the rules and type: a loop may take any time.
+    :param company: serves the run while it lasts, and afterwards.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
-        return _run(options, console, attach=attach, additions=additions)
+        return _run(
+            options, console, attach=attach, additions=additions, interactive=interactive, company=company
+        )
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
-    result = _run(options, console, replay, attach, additions)
+    result = _run(options, console, replay, attach, additions, interactive=interactive)
     if result.status not in (COMPLETED, UNSUCCESSFUL):
         return result
     outcome = replay.outcome()
@@ -70,8 +91,11 @@ def _run(
     replay: Replay | None = None,
     attach: Callable[[Assembly], None] | None = None,
     additions: Additions = NOTHING,
+    *,
+    interactive: bool,
+    company: Company | None = None,
 ) -> RunResult:
-    """Run a scenario.
+    """Run a scenario; see :func:`run_scenario`.
 
     :param replay: plays its environment.
     """
@@ -88,11 +112,8 @@ def _run(
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        if attach is not None:
-            for agent in assembly.agents:
-                attach(agent)
-        # somebody may sit at a prompt in the midst of a loop
-        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=attach is None))
+        _let_in(stack, assembly, attach, company)
+        stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
         for agent in assembly.agents:
@@ -116,32 +137,66 @@ def _run(
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
         wall_seconds = time.perf_counter() - started
-        several = len(assembly.agents) > 1
-        verdicts = {
-            agent.name: stalls.verdict
-            or _verdict(agent, options, loss, over=over or (several and agent.is_over))
-            for agent in assembly.agents
-        }
-        result = sum_up(
-            {
-                agent.name: RunResult(
-                    *verdicts[agent.name],
-                    spec=agent.spec,
-                    goals=agent.goal_history.last(),
-                    forgotten=agent.goal_history.forgotten,
-                    loops=agent.loop.loops,
-                    firings=agent.firings,
-                    run_seconds=run_seconds,
-                    wall_seconds=wall_seconds,
-                )
-                for agent in assembly.agents
-            }
-        )
+        result = _sum_up(assembly, options, loss, stalls.verdict, (run_seconds, wall_seconds), over=over)
         recorder.describe({"status": str(result.status), "reason": result.reason})
+        if company is not None:
+            company.stay(result, lambda: interrupt.received, recorder.flush_when_due)
     if recorder.errors:
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+def _let_in(
+    stack: ExitStack,
+    assembly: Assembly | Team,
+    attach: Callable[[Assembly], None] | None,
+    company: Company | None,
+) -> None:
+    """Let in those who want to see a run from before its start."""
+    if attach is not None:
+        for agent in assembly.agents:
+            attach(agent)
+    if company is not None:
+        stack.enter_context(company.join(assembly))
+
+
+def _sum_up(
+    assembly: Assembly | Team,
+    options: RunOptions,
+    loss: str,
+    verdict: tuple[int, str] | None,
+    seconds: tuple[float, float],
+    *,
+    over: bool,
+) -> RunResult:
+    """Return the result of a run.
+
+    :param loss: what ended the run; empty when nothing was lost.
+    :param verdict: of the watchdog, if it ended the run.
+    :param seconds: of the run's clock, and real ones.
+    :param over: whether the run has come to its end.
+    """
+    several = len(assembly.agents) > 1
+    verdicts = {
+        agent.name: verdict or _verdict(agent, options, loss, over=over or (several and agent.is_over))
+        for agent in assembly.agents
+    }
+    return sum_up(
+        {
+            agent.name: RunResult(
+                *verdicts[agent.name],
+                spec=agent.spec,
+                goals=agent.goal_history.last(),
+                forgotten=agent.goal_history.forgotten,
+                loops=agent.loop.loops,
+                firings=agent.firings,
+                run_seconds=seconds[0],
+                wall_seconds=seconds[1],
+            )
+            for agent in assembly.agents
+        }
+    )
 
 
 class _Stalls:

@@ -4,21 +4,17 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Iterable, Mapping
-from contextlib import ExitStack
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
 from cxbridge.blackboard.errors import WriterActiveError
-from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError
-from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.interrupt import Interrupt
-from cxbridge.process.systemd import Notifier
+from cxbridge.process.service import OnReady, Service, ignore
+from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.loading import load_executor
@@ -33,23 +29,6 @@ PATIENCE_S = 5.0
 """Seconds that a predecessor of the same id has to be gone: its death may not have been noticed yet."""
 
 _AGAIN_S = 0.1
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ExecutorOptions:
-    """What ``cxbridge skill executor`` is told; see its help.
-
-    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
-    :param name: id of the executor's interface; empty: ``AGENT-CLASS``.
-    :param settings: for the class.
-    """
-
-    target: str
-    agent: str
-    url: str
-    name: str = ""
-    settings: Mapping[str, Any] = field(default_factory=dict)
-    interface_dirs: tuple[Path, ...] = ()
 
 
 class _Mail(Listener):
@@ -68,7 +47,7 @@ def run_executor(
     options: ExecutorOptions,
     *,
     console: Sink | None = None,
-    on_ready: Callable[[Callable[[], None]], None] = lambda _stop: None,
+    on_ready: OnReady = ignore,
 ) -> None:
     """Serve an executor until SIGINT or SIGTERM.
 
@@ -76,34 +55,25 @@ def run_executor(
     :param on_ready: called when the executor is on the blackboard, with what stops it.
     :raises CxbridgeError: when there is no such class, nobody at the URL, or the id is taken.
     """
+    settings = parse_settings(options.settings)
     kind = load_executor(options.target, Path.cwd())
     name = options.name or f"{options.agent}-{kind.__name__.lower()}"
-    clock = RealClock()
-    bus = EventBus(clock)
-    if console is not None:
-        bus.subscribe(console, LogLine)
-    log, notifier, mail = bus.logger(name), Notifier(), _Mail()
-    stopped = threading.Event()
-
-    def stop() -> None:
-        stopped.set()
-        mail.came.set()
-
-    with Interrupt(stop, service=True), ExitStack() as stack:
-        registry = InterfaceRegistry(options.interface_dirs)
-        board = stack.enter_context(open_blackboard(options.url, registry, clock, bus))
-        context = ExecutorContext(options.agent, board, clock, log, options.settings, Path.cwd())
-        host = _patiently(lambda: make_host(kind, context, name), stopped)
+    mail = _Mail()
+    with Service(console, on_ready) as service:
+        service.wake_by(mail.came.set)
+        log = service.bus.logger(name)
+        board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
+        context = ExecutorContext(options.agent, board, service.clock, log, settings, Path.cwd())
+        host = _patiently(lambda: make_host(kind, context, name), service.stopped)
         if host is None:
             return
-        stack.callback(host.close)
+        service.callback(host.close)
         host.listen(mail, EventKind.MESSAGE_RECEIVED)
         text = f"{name} executes {', '.join(kind.skills)} for {options.agent} on {options.url}"
-        notifier.ready(text)
         log.info(f"Ready: {text}")
-        on_ready(stop)
+        service.ready(text)
         next_step_s = time.monotonic()
-        while not stopped.is_set():
+        while not service.stopped.is_set():
             host.exchange()
             if time.monotonic() >= next_step_s:
                 next_step_s = time.monotonic() + PERIOD_S
@@ -112,7 +82,6 @@ def run_executor(
                 raise SkillerError(f"somebody else is the executor {name} now")
             mail.came.wait(max(0.0, next_step_s - time.monotonic()))
             mail.came.clear()
-        notifier.stopping()
 
 
 def _patiently(make: Callable[[], ExecutorHost], stopped: threading.Event) -> ExecutorHost | None:

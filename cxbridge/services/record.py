@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
@@ -14,13 +13,12 @@ from typing import TYPE_CHECKING, Any
 from cxbridge import __version__
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
-from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.clock import RealClock
 from cxbridge.errors import BlackBoardError, TraceError
-from cxbridge.events import EventBus, LogLine, Sink, SourceRead
+from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.interrupt import Interrupt
+from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.run.recording import with_folder
+from cxbridge.services.options import RecordOptions
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import interface_source
@@ -30,29 +28,6 @@ if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
 
 _TICK_S = 0.5
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class RecordOptions:
-    """The options of ``cxbridge trace record``; see its help.
-
-    :param outputs: files that end with ``.mcap``, and folders for bblogger files.
-    :param duration_s: seconds after which to end; None: when it is interrupted.
-    :param switch: serve ``SwitchInterface::BBLogger``; None: unless the URL is a Fawkes'.
-    """
-
-    url: str
-    patterns: tuple[str, ...]
-    outputs: tuple[Path, ...]
-    scenario: str = "record"
-    duration_s: float | None = None
-    switch: bool | None = None
-    interface_dirs: tuple[Path, ...] = ()
-
-    @property
-    def wants_switch(self) -> bool:
-        """Whether to serve the switch. A bblogger that is loaded later could not, so not on a Fawkes."""
-        return not self.url.startswith("fawkes:") if self.switch is None else self.switch
 
 
 @dataclass(slots=True)
@@ -104,8 +79,8 @@ def record(
     options: RecordOptions,
     *,
     console: Sink | None = None,
-    on_ready: Callable[[Callable[[], None]], None] = lambda _stop: None,
-    on_progress: Callable[[RecordReport], None] = lambda _report: None,
+    on_ready: OnReady = ignore,
+    on_progress: Callable[[RecordReport], None] = ignore,
 ) -> RecordReport:
     """Record until the duration is over, or SIGINT or SIGTERM.
 
@@ -115,35 +90,23 @@ def record(
     :raises CxbridgeError: when a pattern makes no sense, nobody is at the URL, or no file can be made.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
-    clock = RealClock()
-    bus, out = EventBus(clock), EventBus(clock)
-    if console is not None:
-        bus.subscribe(console, LogLine)
-        out.subscribe(console, LogLine)
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
-    stop = threading.Event()
-    with Interrupt(service=True) as interrupt, ExitStack() as stack:
-        board = stack.enter_context(
-            open_blackboard(options.url, InterfaceRegistry(options.interface_dirs), clock, bus)
-        )
+    with Service(console, on_ready) as service:
+        out = service.make_bus()
+        board = service.open_blackboard(options.url, InterfaceRegistry(options.interface_dirs))
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
-        recorder = stack.enter_context(Recorder(out, _writers(options, clock.now_us(), definition)))
-        recorder.describe({"cxbridge": __version__, "clock": clock.name, "blackboard": options.url})
+        writers = _writers(options, service.clock.now_us(), definition)
+        recorder = service.enter_context(Recorder(out, writers))
+        recorder.describe({"cxbridge": __version__, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, out)
-        stack.callback(forwarder.close)
-
-        def end() -> None:
-            stop.set()
-            forwarder.wake()
-
-        interrupt.on_signal(end)
+        service.callback(forwarder.close)
+        service.wake_by(forwarder.wake)
         began_s = time.monotonic()
         found = forwarder.start()
-        _serve_switch(options, board, forwarder, recorder, out, stack)
-        out.logger(COMPONENT).info(
-            f"Ready: {found} interfaces at {options.url} match" if found else "Ready: nothing matches yet"
-        )
-        on_ready(end)
+        _serve_switch(options, board, forwarder, recorder, out, service)
+        text = f"{found} interfaces at {options.url} match" if found else "nothing matches yet"
+        out.logger(COMPONENT).info(f"Ready: {text}")
+        service.ready(f"recording {options.url}")
 
         def look() -> float:
             seconds = report.seconds = time.monotonic() - began_s
@@ -152,7 +115,8 @@ def record(
             report.errors = [str(error) for error in recorder.errors]
             return _TICK_S if options.duration_s is None else options.duration_s - seconds
 
-        while not stop.is_set() and (rest_s := look()) > 0 and len(report.errors) < len(options.outputs):
+        enough = len(options.outputs)
+        while not service.stopped.is_set() and (rest_s := look()) > 0 and len(report.errors) < enough:
             forwarder.poll(min(rest_s, _TICK_S))
             recorder.flush_when_due()
             on_progress(report)

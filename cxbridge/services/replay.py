@@ -5,19 +5,18 @@ from __future__ import annotations
 import threading
 import time
 from collections.abc import Callable, Iterable
-from contextlib import ExitStack
 from dataclasses import dataclass, field
-from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
-from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.clock import MICROSECONDS, RealClock
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import BlackBoardError, TraceError
-from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.process.interrupt import Interrupt
+from cxbridge.process.service import OnReady, Service, ignore
+from cxbridge.process.stepping import StepKeys
+from cxbridge.services.options import ReplayOptions
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.definitions import add_attached
@@ -33,36 +32,6 @@ _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
 """Waits for a key; gets what tells that nobody wants it any more. False when there is none any more."""
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class ReplayOptions:
-    """What ``cxbridge trace replay`` is told; see its help.
-
-    :param start_s: seconds since the first event of the recording; ``end_s`` likewise.
-    :param keys: steps by hand; None: in recorded time.
-    """
-
-    run: Path
-    url: str
-    patterns: tuple[str, ...] = ()
-    messages: bool = False
-    speed: float = 1.0
-    keys: Keys | None = None
-    start_s: float | None = None
-    end_s: float | None = None
-    restamp: bool = False
-    loop: bool = False
-    hold: bool = False
-    interface_dirs: tuple[Path, ...] = ()
-
-    def selection(self) -> ReplaySelection:
-        """Return what is to be played.
-
-        :raises BlackBoardError: when a pattern makes no sense.
-        """
-        patterns = tuple(Pattern.parse(text) for text in self.patterns)
-        return ReplaySelection(patterns, self.start_s, self.end_s, self.messages)
 
 
 @dataclass(slots=True)
@@ -119,13 +88,15 @@ class ReplayReport:
 def replay(
     options: ReplayOptions,
     *,
+    keys: Keys | None = None,
     console: Sink | None = None,
-    on_ready: Callable[[Callable[[], None]], None] = lambda _stop: None,
-    on_progress: Callable[[ReplayReport], None] = lambda _report: None,
-    announce: Callable[[Move], None] = lambda _move: None,
+    on_ready: OnReady = ignore,
+    on_progress: Callable[[ReplayReport], None] = ignore,
+    announce: Callable[[Move], None] = ignore,
 ) -> ReplayReport:
     """Replay until all is written, SIGINT or SIGTERM, or the connection is lost.
 
+    :param keys: steps by these; None: as the options say.
     :param console: gets the log lines.
     :param on_ready: called when everything is open, with what stops it.
     :param on_progress: called for what there is so far, about five times a second.
@@ -133,25 +104,25 @@ def replay(
     :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
     """
     registry = InterfaceRegistry(options.interface_dirs)
-    selection, run = options.selection(), open_run(options.run, registry)
+    patterns = tuple(Pattern.parse(text) for text in options.patterns)
+    selection = ReplaySelection(patterns, options.start_s, options.end_s, options.messages)
+    run = open_run(options.run, registry)
     found = _survey(run, selection)
     add_attached(registry, run, found.writes.keys() | found.messages.keys())
-    clock = RealClock()
-    bus = EventBus(clock)
-    if console is not None:
-        bus.subscribe(console, LogLine)
     report = ReplayReport(str(options.run), options.url, notes=list(run.notes))
     report.last_s = found.last_us / MICROSECONDS
     report.total = sum(found.writes.values()) + sum(found.messages.values())
-    with Interrupt(service=True) as interrupt, ExitStack() as stack:
-        board = stack.enter_context(open_blackboard(options.url, registry, clock, bus))
-        player = ReplayPlayer(board, bus.logger(COMPONENT), restamp=options.restamp)
-        stack.callback(player.close)
-        session = _Session(options, board, player, report, on_progress, announce)
+    with Service(console, on_ready) as service:
+        if options.step and keys is None:
+            keys = service.enter_context(StepKeys())
+        board = service.open_blackboard(options.url, registry)
+        player = ReplayPlayer(board, service.bus.logger(COMPONENT), restamp=options.restamp)
+        service.callback(player.close)
+        session = _Session(options, board, player, report, service.stopped)
+        session.on_progress, session.announce = on_progress, announce
         player.open(found)
-        interrupt.on_signal(session.stop.set)
-        on_ready(session.stop.set)
-        session.run(lambda: moves(run, selection))
+        service.ready(f"replaying {options.run} to {options.url}")
+        session.run(lambda: moves(run, selection), keys)
     return report
 
 
@@ -159,6 +130,7 @@ class _Session:
     """The time between opening and closing.
 
     :param report: is kept up to date.
+    :param stop: set when it is to end, also when the connection is lost.
     """
 
     def __init__(
@@ -167,34 +139,33 @@ class _Session:
         board: BlackBoard,
         player: ReplayPlayer,
         report: ReplayReport,
-        on_progress: Callable[[ReplayReport], None],
-        announce: Callable[[Move], None],
+        stop: threading.Event,
     ) -> None:
-        self.stop = threading.Event()
+        self.on_progress: Callable[[ReplayReport], None] = ignore
+        self.announce: Callable[[Move], None] = ignore
+        self._stop = stop
         self._lost = False
         self._options = options
         self._board = board
         self._player = player
         self._report = report
-        self._on_progress = on_progress
-        self._announce = announce
         self._began_s = time.monotonic()
         board.on_connection(self._on_connection)
 
-    def run(self, make_moves: Callable[[], Iterable[Move]]) -> None:
+    def run(self, make_moves: Callable[[], Iterable[Move]], keys: Keys | None) -> None:
         """Play, and stay on if that is wanted; then the report is complete."""
-        report, pace = self._report, self._pace()
+        report, pace = self._report, self._pace(keys)
         try:
             while True:
                 report.rounds += 1
                 whole = self._player.play(make_moves(), pace, self._note)
-                if not (whole and self._options.loop) or self.stop.is_set():
+                if not (whole and self._options.loop) or self._stop.is_set():
                     break
             # Who stops it after its last write gets what there was to do: it may still hold.
-            if not self.stop.is_set() or (whole and not self._options.loop):
+            if not self._stop.is_set() or (whole and not self._options.loop):
                 report.end = DONE
                 self._board.flush()
-            while self._options.hold and not self.stop.wait(_TICK_S):
+            while self._options.hold and not self._stop.wait(_TICK_S):
                 self._player.drop_messages()
                 self._look()
         except BlackBoardError:
@@ -206,27 +177,26 @@ class _Session:
         self._look()
         report.end = report.end or INTERRUPTED
 
-    def _pace(self) -> Pace:
-        keys = self._options.keys
+    def _pace(self, keys: Keys | None) -> Pace:
         if keys is None:
-            return TimedPace(self._options.speed, self.stop, self._look)
-        return SteppedPace(lambda: keys(self.stop.is_set))
+            return TimedPace(self._options.speed, self._stop, self._look)
+        return SteppedPace(lambda: keys(self._stop.is_set))
 
     def _look(self) -> None:
         report, player = self._report, self._player
         report.seconds = time.monotonic() - self._began_s
         report.writes = dict(player.writes)
         report.messages, report.undelivered = player.messages, player.undelivered
-        self._on_progress(report)
+        self.on_progress(report)
 
     def _note(self, move: Move) -> None:
         self._report.position_s = move.at_us / MICROSECONDS
-        self._announce(move)
+        self.announce(move)
 
     def _on_connection(self, connected: bool) -> None:
         if not connected:
             self._lost = True
-            self.stop.set()
+            self._stop.set()
 
 
 def _survey(run: Run, selection: ReplaySelection) -> Survey:

@@ -10,7 +10,7 @@ import cxbridge as cx
 def test_a_blackboard_of_this_program():
     with cx.connect("local:") as board:
         battery = board.open_for_writing(cx.BatteryInterface, "Robot", owner="driver")
-        seen = board.open_for_reading("BatteryInterface", "Robot")
+        seen = board.open_for_reading(cx.BatteryInterface, "Robot")
         battery.voltage = 24_000
         battery.write()
         seen.read()
@@ -23,7 +23,7 @@ def test_own_definitions_come_first(tmp_path):
         "<data><comment>mine</comment><field type='uint32' name='count'>how many</field></data></interface>"
     )
     with cx.connect("local:", interface_dirs=[tmp_path]) as board:
-        assert board.open_for_reading("MineInterface", "a").count == 0
+        assert board.open_for_reading("MineInterface", "a").as_dict() == {"count": 0}
 
 
 def test_an_address_of_nothing_is_one_error():

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from cxbridge.cli import complete
+from cxbridge import resources
 from cxbridge.errors import CxbridgeError
 
 PROGRAM = "from cxbridge.cli.main import main; main()"
@@ -66,5 +66,5 @@ def test_an_installation_that_is_not_complete_offers_nothing(monkeypatch):
     def absent(name):
         raise CxbridgeError(f"no {name}")
 
-    monkeypatch.setattr(complete, "shipped_dir", absent)
-    assert complete.scenarios("") == complete.interfaces("") == []
+    monkeypatch.setattr(resources, "shipped_dir", absent)
+    assert resources.shipped_scenarios() == resources.shipped_interfaces() == []

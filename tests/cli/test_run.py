@@ -84,6 +84,7 @@ def test_an_interrupted_run_is_status_130_and_its_recording_is_whole(tmp_path):
         "cxbridge",
         "run",
         str(scenario),
+        "-v",
         "--clock",
         "real",
         "--trace",

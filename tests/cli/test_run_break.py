@@ -39,7 +39,7 @@ def test_it_stops_answers_and_goes_on(run):
     )
     assert status == 0
     assert "stopped at goal G (MINI) is DISPATCHED (breakpoint 1)\n  fired last: mini-dispatch; next: " in out
-    assert "\nG (MINI) DISPATCHED\n" in out
+    assert "\nG (MINI): DISPATCHED\n" in out
     assert "\n1  goal:MINI:DISPATCHED\n2  rule:mini-evaluate\n" in out
     assert out.count("stopped before rule mini-evaluate (breakpoint 2)") == 2
     assert "     0 mini-evaluate: f-" in out

@@ -10,7 +10,8 @@ from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.errors import SkillerError
-from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
+from cxbridge.services.executor import parse_settings, run_executor
+from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.cli.boards import SharedBoard, silent_bus
@@ -117,12 +118,12 @@ def test_a_users_mistake_is_one_message(tmp_path, monkeypatch, capsys, target, s
 
 @pytest.mark.parametrize(
     ("agent", "settings", "message"),
-    [("r1", {"arms": 2}, "has no setting 'arms'"), ("x" * 65, {}, "an agent cannot be called")],
+    [("r1", ("arms=2",), "has no setting 'arms'"), ("x" * 65, (), "an agent cannot be called")],
 )
 def test_what_cannot_be_made_leaves_nothing_behind(tmp_path, monkeypatch, agent, settings, message):
     (tmp_path / "wave.py").write_text(CLASS)
     shared = SharedBoard()
-    monkeypatch.setattr("cxbridge.services.executor.open_blackboard", lambda *_: shared)
+    monkeypatch.setattr("cxbridge.process.service.open_blackboard", lambda *_: shared)
     options = ExecutorOptions(
         target=f"{tmp_path}/wave.py:Wave", agent=agent, url="x", name="e1", settings=settings
     )

@@ -10,7 +10,9 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import EventBus, GoalTransition, RuleFired, SkillStatus
 from cxbridge.executive.debugger import Debugger
+from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.editing import assert_text, fact_texts, modify_fact, retract_fact
 
 RULES = """
 (deftemplate count (slot n) (multislot of))
@@ -295,32 +297,33 @@ def test_facts_can_be_edited_while_it_is_stopped(env, debugger):
     debugger.add("before:one")
     env.assert_string("(one)")
     debugger.run()
-    index = debugger.assert_fact("(count (n 1) (of a b))")
-    assert debugger.facts("count") == [(index, "(count (n 1) (of a b))")]
-    new = debugger.modify(index, {"n": "2", "of": '"text" x'})
+    index = assert_text(env, "(count (n 1) (of a b))")
+    assert [*fact_texts(env, "count")] == [(index, "(count (n 1) (of a b))")]
+    new = modify_fact(env, index, {"n": "2", "of": '"text" x'})
     assert new > index
-    assert debugger.facts("count") == [(new, '(count (n 2) (of "text" x))')]
-    debugger.retract(new)
-    assert debugger.facts("count") == []
-    (_, rule, basis), *_rest = debugger.agenda()
-    assert (rule, basis) == ("one", f"f-{debugger.facts('one')[0][0]}")
-    debugger.retract(debugger.facts("one")[0][0])
+    assert [*fact_texts(env, "count")] == [(new, '(count (n 2) (of "text" x))')]
+    retract_fact(env, new)
+    assert [*fact_texts(env, "count")] == []
+    (_, rule, basis), *_rest = agenda(env)
+    [(one, _text)] = fact_texts(env, "one")
+    assert (rule, basis) == ("one", f"f-{one}")
+    retract_fact(env, one)
     debugger.go_on()
     assert debugger.run() == 0
 
 
 def test_what_cannot_be_edited_is_one_clear_error(env, debugger):
-    index = debugger.assert_fact("(count (n 1))")
+    index = assert_text(env, "(count (n 1))")
     for wrong, call in (
-        ("no fact f-999", lambda: debugger.modify(999, {"n": "1"})),
-        ("no fact f-999", lambda: debugger.retract(999)),
-        ("has no slot 'm'", lambda: debugger.modify(index, {"m": "1"})),
-        ("can only contain a single field", lambda: debugger.modify(index, {"n": "1 2"})),
-        ("cannot evaluate", lambda: debugger.modify(index, {"n": "(nothing)"})),
-        ("no slot of", lambda: debugger.modify(index, {})),
-        ("does not assert", lambda: debugger.assert_fact("(count (m 1))")),
-        ("does not assert", lambda: debugger.assert_fact("count")),
-        ("no deftemplate 'nothing'", lambda: debugger.facts("nothing")),
+        ("no fact f-999", lambda: modify_fact(env, 999, {"n": "1"})),
+        ("no fact f-999", lambda: retract_fact(env, 999)),
+        ("has no slot 'm'", lambda: modify_fact(env, index, {"m": "1"})),
+        ("can only contain a single field", lambda: modify_fact(env, index, {"n": "1 2"})),
+        ("cannot evaluate", lambda: modify_fact(env, index, {"n": "(nothing)"})),
+        ("no slot of", lambda: modify_fact(env, index, {})),
+        ("does not assert", lambda: assert_text(env, "(count (m 1))")),
+        ("does not assert", lambda: assert_text(env, "count")),
+        ("no deftemplate 'nothing'", lambda: [*fact_texts(env, "nothing")]),
     ):
         with pytest.raises(ClipsError, match=wrong):
             call()
@@ -341,7 +344,13 @@ def test_other_threads_may_use_it(env, debugger):
     debugger.add("before:one")
     env.assert_string("(one)")
     debugger.run()
-    helper = threading.Thread(target=lambda: (debugger.assert_fact("(two)"), debugger.go_on()))
+
+    def edit_and_go_on():
+        with env.lock:
+            assert_text(env, "(two)")
+        debugger.go_on()
+
+    helper = threading.Thread(target=edit_and_go_on)
     helper.start()
     helper.join(15)
     assert debugger.run() == 3

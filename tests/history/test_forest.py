@@ -82,7 +82,7 @@ def of_result(shape: dict[str, str]) -> list[str]:
 
 
 def of_test(shape: dict[str, str]) -> list[str]:
-    return [line.split()[0] for line in goal_tree(RunHistory.of(events(shape)).goals)]
+    return [line.split("─ ")[-1].split()[0] for line in goal_tree(RunHistory.of(events(shape)).goals)]
 
 
 def of_comparison(shape: dict[str, str]) -> list[str]:

@@ -8,8 +8,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.config import Configuration
+from cxbridge.daemon.configuration import read_configuration
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.options import DaemonOptions, read_configuration
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.events import Event
 from cxbridge.executive.robmem.settings import Settings

@@ -8,7 +8,10 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
+from cxbridge.executive.feature import LazyFeature
 from cxbridge.run import RunOptions, features, run_scenario
+from cxbridge.run.agent_context import make_agent_context
+from cxbridge.run.context import RunContext
 from tests.run.mini import AGENT, write_scenario
 
 GREET = """
@@ -60,3 +63,25 @@ def test_a_feature_without_its_file_is_gone(tmp_path):
     folder = write_scenario(tmp_path, agent=AGENT, feature="greet-people")
     with pytest.raises(CxbridgeError, match="greet-people"):
         said(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "configured", "made"),
+    [
+        ("SECTION", True, True),
+        ("SECTION", False, False),
+        ("NEEDED_SECTION", True, False),
+        ("NEEDED_SECTION", False, None),
+    ],
+)
+def test_a_feature_names_its_part_of_the_configuration(greet, tmp_path, name, configured, made):
+    (tmp_path / "features" / "greet_people.py").write_text(f"{GREET}\n{name} = '/greetings'\n")
+    folder = write_scenario(tmp_path / "scenario")
+    if configured:
+        scenario = folder / "scenario.yaml"
+        scenario.write_text(f"{scenario.read_text()}\ngreetings: {{language: en}}\n")
+    context = RunContext.make(make_agent_context(RunOptions(scenario=folder)), RunOptions(scenario=folder))
+    found = {feature.name: feature for feature in features.package_features(context)}
+    context.close()
+    greeting = found.get("greet-people")
+    assert (None if greeting is None else not isinstance(greeting, LazyFeature)) is made

@@ -10,7 +10,8 @@ from typing import Any
 
 import pytest
 
-from cxbridge.daemon.options import DaemonOptions, read_configuration
+from cxbridge.daemon.configuration import read_configuration
+from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario

@@ -15,7 +15,8 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import SwitchInterface
-from cxbridge.services.record import RecordOptions, record
+from cxbridge.services.options import RecordOptions
+from cxbridge.services.record import record
 from cxbridge.trace.formats.registry import open_run
 from tests.run.test_run_bblog import check_as_fawkes_does
 from tests.support import ROOT

@@ -20,7 +20,8 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import BlockWrite
 from cxbridge.interfaces import InterfaceRegistry, SwitchInterface
 from cxbridge.process.stepping import StepKeys
-from cxbridge.services.replay import DONE, INTERRUPTED, LOST, ReplayOptions, replay
+from cxbridge.services.options import ReplayOptions
+from cxbridge.services.replay import DONE, INTERRUPTED, LOST, replay
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -36,8 +37,9 @@ RECORDING = SHARED / "traces" / "test-scenario" / "skiller-1" / "bblogger"
 class Running:
     """A replay in a thread."""
 
-    def __init__(self, options):
+    def __init__(self, options, keys=None):
         self.report = None
+        self._keys = keys
         self.seen = []
         self._options = options
         self._ready = threading.Event()
@@ -53,7 +55,10 @@ class Running:
 
         try:
             self.report = replay(
-                self._options, on_ready=on_ready, announce=lambda move: self.seen.append(move.at_us)
+                self._options,
+                keys=self._keys,
+                on_ready=on_ready,
+                announce=lambda move: self.seen.append(move.at_us),
             )
         finally:
             self._ready.set()
@@ -187,7 +192,7 @@ def test_one_write_a_line_and_the_last_line_ends_it(tmp_path):
         site_with_ear("ipc", tmp_path) as (site, ear),
         StepKeys(stream) as keys,
     ):
-        running = Running(ReplayOptions(run=run, url=site.url, keys=keys))
+        running = Running(ReplayOptions(run=run, url=site.url), keys=keys)
         os.write(wrote, b"\n")
         until(lambda: ear.values == [1])
         os.write(wrote, b"next\n")

@@ -6,8 +6,15 @@ which is a group of commands.
 
 from typing import Final
 
-HELP_ORDER: Final = (
-    *("run", "plan", "doctor", "gateway", "keys", "why", "monitor", "coverage"),
-    *("interface", "trace", "daemon", "env", "bb", "skill"),
-)
-"""In which order the help names them; a command that is not here comes last."""
+HELP_SECTIONS: Final = {
+    "Run": ("run", "daemon", "plan", "gateway"),
+    "Look": ("view", "monitor", "why", "env"),
+    "Record and compare": ("trace", "coverage"),
+    "Blackboard": ("bb", "interface"),
+    "Skills": ("skill",),
+    "Set up": ("doctor", "keys"),
+}
+"""The parts of the help, and what is in each, in order; a command that is nowhere comes last."""
+
+HELP_ORDER: Final = tuple(name for names in HELP_SECTIONS.values() for name in names)
+"""In which order the help names commands."""

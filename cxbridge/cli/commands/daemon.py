@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import typer
 from typer.core import TyperGroup
@@ -11,19 +11,12 @@ from typer.core import TyperGroup
 from cxbridge.cli import daemon_debug
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
-from cxbridge.cli.run_options import (
-    BBLog,
-    Core,
-    Executors,
-    FawkesDir,
-    InterfaceDirs,
-    Log,
-    Quiet,
-    Ros2CxDir,
-    SkillDirs,
-    Verbose,
-)
+from cxbridge.cli.styling import StyledCommand
+from cxbridge.cli.web_options import WebOptions
+from cxbridge.daemon.options import DaemonOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -65,130 +58,29 @@ def _daemon() -> None:
     """
 
 
-@app.command()
+@app.command(cls=StyledCommand)
+@option_groups
 @orderly(service=True)
-def start(  # noqa: PLR0913, PLR0917  a command has as many options as it has
-    config: Annotated[
-        Path | None,
-        typer.Argument(
-            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' tells what to do. "
-            "Without: a blackboard and a Skiller with the shipped skills.",
-            show_default=False,
-        ),
-    ] = None,
-    overlay: Annotated[
-        list[Path] | None,
-        typer.Option(
-            "--config",
-            help="A configuration file on top of CONFIG. Repeatable: each over those before it.",
-            show_default=False,
-        ),
-    ] = None,
-    endpoint: Annotated[
-        list[str] | None,
-        typer.Option(metavar="URL", help="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable."),
-    ] = None,
-    insecure: Annotated[
-        bool | None, typer.Option("--insecure", help="ZeroMQ beyond this machine without CURVE keys.")
-    ] = None,
-    secret_key: Annotated[
-        Path | None, typer.Option(help="CURVE key file of the daemon.", show_default=False)
-    ] = None,
-    clients: Annotated[
-        Path | None, typer.Option(help="Folder with the clients' public keys.", show_default=False)
-    ] = None,
-    fawkes: Annotated[
-        bool | None,
-        typer.Option(
-            "--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False
-        ),
-    ] = None,
-    fawkes_host: Annotated[str | None, typer.Option(help="Where that port is; 127.0.0.1 by default.")] = None,
-    fawkes_port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Its number; 1910 by default, 0: any free one.")
-    ] = None,
-    fawkes_allow: Annotated[
-        list[str] | None,
-        typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
-    ] = None,
-    skiller: Annotated[
-        str | None, typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills.")
-    ] = None,
-    executive: Annotated[
-        bool | None,
-        typer.Option(
-            "--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False
-        ),
-    ] = None,
-    agent: Annotated[
-        str | None, typer.Option(help="Which agent it is, of a CONFIG with several.", show_default=False)
-    ] = None,
-    spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None,
-    speech: Annotated[
-        str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
-    ] = None,
-    clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None,
-    fawkes_dir: FawkesDir = None,
-    ros2cx: Ros2CxDir = None,
-    executor: Executors = None,
-    core: Core = None,
-    clips_dir: Annotated[list[Path] | None, typer.Option(help="A folder of CLIPS files. Repeatable.")] = None,
-    interface_dir: InterfaceDirs = None,
-    skill_dir: SkillDirs = None,
-    on_failure: Annotated[
-        str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
-    ] = None,
-    trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None,
-    log: Log = None,
-    bblog: BBLog = None,
-    quiet: Quiet = False,
-    verbose: Verbose = False,
-) -> int:
+def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
+
+    Example: cxbridge daemon start scenarios/test-scenario --web
     """
-    from cxbridge.cli.console import ConsoleLog
     from cxbridge.daemon.daemon import Daemon
-    from cxbridge.daemon.options import DaemonOptions
 
-    given: dict[str, Any] = {
-        "zmq/endpoints": endpoint or None,
-        "zmq/insecure": insecure,
-        "zmq/secret-key": _text(secret_key),
-        "zmq/clients": _text(clients),
-        "fawkes/enable": fawkes,
-        "fawkes/host": fawkes_host,
-        "fawkes/port": fawkes_port,
-        "fawkes/allow": fawkes_allow or None,
-        "core": core,
-        "skiller": skiller,
-        "executive": executive,
-        "speech": speech,
-        "clock": clock,
-        "on-failure": on_failure,
-        "record/trace": _text(trace),
-        "record/log": _text(log),
-        "record/bblog": _text(bblog),
-    }
-    options = DaemonOptions(
-        config=config,
-        overlay=tuple(overlay or ()),
-        agent=agent,
-        spec=spec,
-        fawkes_dir=fawkes_dir,
-        ros2cx=ros2cx,
-        executors=tuple(executor or ()),
-        clips_dirs=tuple(clips_dir or ()),
-        interface_dirs=tuple(interface_dir or ()),
-        skill_dirs=tuple(skill_dir or ()),
-        settings=tuple((path, value) for path, value in given.items() if value is not None),
-    )
-    return Daemon(options, ConsoleLog(quiet=quiet, verbose=verbose, info=True)).run()
+    if web.web is None:
+        return Daemon(options, console.log(info=True)).run()
+    wanted: tuple[tuple[str, int], ...] = (("web/enable", True),)
+    if web.port is not None:
+        wanted += (("web/port", web.port),)
+    daemon = Daemon(replace(options, settings=(*options.settings, *wanted)), console.log(info=True))
 
+    def announce() -> None:
+        web.announce(next(url for url in daemon.endpoints if url.startswith("http")))
 
-def _text(path: Path | None) -> str | None:
-    return None if path is None else str(path.absolute())
+    return daemon.run(on_ready=announce)
 
 
 @app.command()
@@ -196,6 +88,8 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
     """Tell how a daemon and its components stand.
 
     Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
+
+    Example: cxbridge daemon status
     """
     from cxbridge.daemon.client import read_status
 
@@ -211,19 +105,28 @@ def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
 @app.command()
 def pause(url: Connect = DEFAULT_URL) -> int:
-    """Let Skiller and executive rest; clients are served."""
+    """Let Skiller and executive rest; clients are served.
+
+    Example: cxbridge daemon pause
+    """
     return _command(url, "Pause")
 
 
 @app.command()
 def resume(url: Connect = DEFAULT_URL) -> int:
-    """Let what rests work again, and rules that are stopped go on."""
+    """Let what rests work again, and rules that are stopped go on.
+
+    Example: cxbridge daemon resume
+    """
     return _command(url, "Resume")
 
 
 @app.command()
 def reset(url: Connect = DEFAULT_URL) -> int:
-    """Take Skiller and executive down and start them again."""
+    """Take Skiller and executive down and start them again.
+
+    Example: cxbridge daemon reset
+    """
     return _command(url, "Reset")
 
 
@@ -232,13 +135,18 @@ def interrupt(url: Connect = DEFAULT_URL) -> int:
     """End what rules do at this moment, as an error in them would; the next loop is as usual.
 
     For a rule that does not come to its end: `status` says which.
+
+    Example: cxbridge daemon interrupt
     """
     return _command(url, "Interrupt")
 
 
 @app.command()
 def shutdown(url: Connect = DEFAULT_URL) -> int:
-    """End the daemon."""
+    """End the daemon.
+
+    Example: cxbridge daemon shutdown --connect tcp://127.0.0.1:1911
+    """
     return _command(url, "Shutdown")
 
 

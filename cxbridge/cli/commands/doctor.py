@@ -15,6 +15,8 @@ def doctor(
     """Tell what is installed, what works, what is missing and how to get it.
 
     Exit status: 0 everything that a run needs works; 1 something is missing.
+
+    Example: cxbridge doctor
     """
     from cxbridge.cli.health import examine
 

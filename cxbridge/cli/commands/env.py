@@ -23,7 +23,10 @@ _Logger = Annotated[str, typer.Argument(metavar="LOGGER", help="its name")]
 
 @app.command("features")
 def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """List the features: whether environments may request them, and which have them."""
+    """List the features: whether environments may request them, and which have them.
+
+    Example: cxbridge env features
+    """
     found = ask_daemon(url, "feature-list")
     if as_json:
         say_json(found, indent=2)
@@ -37,7 +40,10 @@ def list_features(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
 
 @app.command()
 def offer(features: _Features, url: Connect = DEFAULT_URL) -> int:
-    """Offer features to environments again that were withdrawn."""
+    """Offer features to environments again that were withdrawn.
+
+    Example: cxbridge env offer navgraph
+    """
     for name in features:
         ask_daemon(url, "feature-offer", feature=name)
     return 0
@@ -48,6 +54,8 @@ def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> int:
     """Offer features no more: environments that request them get FALSE.
 
     Refused while an environment has one: 'cxbridge env feature ENV FEATURE --remove' first.
+
+    Example: cxbridge env withdraw navgraph
     """
     for name in features:
         ask_daemon(url, "feature-withdraw", feature=name)
@@ -56,7 +64,10 @@ def withdraw(features: _Features, url: Connect = DEFAULT_URL) -> int:
 
 @app.command("loggers")
 def list_loggers(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """List the loggers of an environment, in the order in which they get a line."""
+    """List the loggers of an environment, in the order in which they get a line.
+
+    Example: cxbridge env loggers executive
+    """
     found = ask_daemon(url, "env-loggers", env=env)
     if as_json:
         say_json(found, indent=2)
@@ -86,7 +97,10 @@ def add_logger(
     ] = "",
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Give an environment another logger, above or below those that it has."""
+    """Give an environment another logger, above or below those that it has.
+
+    Example: cxbridge env add-logger executive alarms --level error
+    """
     ask_daemon(
         url,
         "env-logger-add",
@@ -103,14 +117,20 @@ def add_logger(
 
 @app.command("remove-logger")
 def remove_logger(env: _Env, logger: _Logger, url: Connect = DEFAULT_URL) -> int:
-    """Take a logger away from an environment."""
+    """Take a logger away from an environment.
+
+    Example: cxbridge env remove-logger executive alarms
+    """
     ask_daemon(url, "env-logger-remove", env=env, logger=logger)
     return 0
 
 
 @app.command("list")
 def list_environments(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """List the environments."""
+    """List the environments.
+
+    Example: cxbridge env list
+    """
     found = ask_daemon(url, "env-list")
     if as_json:
         say_json(found, indent=2)
@@ -133,14 +153,20 @@ def create(
     ] = "",
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Create an environment; its rules run in each loop, after the executive's."""
+    """Create an environment; its rules run in each loop, after the executive's.
+
+    Example: cxbridge env create scratch
+    """
     ask_daemon(url, "env-create", env=env, log=log_as)
     return 0
 
 
 @app.command()
 def destroy(env: _Env, url: Connect = DEFAULT_URL) -> int:
-    """Destroy an environment that was created so."""
+    """Destroy an environment that was created so.
+
+    Example: cxbridge env destroy scratch
+    """
     ask_daemon(url, "env-destroy", env=env)
     return 0
 
@@ -157,6 +183,8 @@ def load(
     """Load files into an environment.
 
     Exit status: 0 done; 1 something in them is wrong; 2 a file cannot be read.
+
+    Example: cxbridge env load scratch rules.clp
     """
     wrong: list[str] = []
     for file in files:
@@ -176,6 +204,8 @@ def feature(
     """Give an environment features, as (ff-feature-request ...) does.
 
     Calls of functions of a feature that was taken away fail; it can be given again.
+
+    Example: cxbridge env feature scratch blackboard
     """
     for name in features:
         ask_daemon(url, "env-feature-remove" if remove else "env-feature", env=env, feature=name)
@@ -190,7 +220,10 @@ def watch(
     off: Annotated[bool, typer.Option("--off", help="do not watch")] = False,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Watch facts or rules, all or those named: what is watched is recorded."""
+    """Watch facts or rules, all or those named: what is watched is recorded.
+
+    Example: cxbridge env watch executive rules
+    """
     ask_daemon(url, "env-watch", env=env, item=item, names=names or [], on=not off)
     return 0
 
@@ -201,7 +234,10 @@ def log(
     level: Annotated[str, typer.Argument(metavar="debug|info|warn|error")],
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Let an environment log only lines of this level and above."""
+    """Let an environment log only lines of this level and above.
+
+    Example: cxbridge env log executive warn
+    """
     ask_daemon(url, "env-log", env=env, level=level)
     return 0
 
@@ -213,7 +249,10 @@ def facts(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """List facts, at most 1000."""
+    """List facts, at most 1000.
+
+    Example: cxbridge env facts executive goal
+    """
     found = ask_daemon(url, "facts", env=env, template=template)
     if as_json:
         say_json([{"index": index, "text": text} for index, text in found], indent=2)
@@ -225,7 +264,10 @@ def facts(
 
 @app.command()
 def agenda(env: _Env, url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """List what would fire, in order, at most 1000."""
+    """List what would fire, in order, at most 1000.
+
+    Example: cxbridge env agenda executive
+    """
     found = ask_daemon(url, "agenda", env=env)
     if as_json:
         rows = [{"salience": salience, "rule": rule, "facts": basis} for salience, rule, basis in found]
@@ -243,7 +285,10 @@ def evaluate(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """Evaluate an expression of CLIPS; prints what it prints, and its value."""
+    """Evaluate an expression of CLIPS; prints what it prints, and its value.
+
+    Example: cxbridge env eval executive '(get-strategy)'
+    """
     found = ask_daemon(url, "env-eval", env=env, expression=expression)
     if as_json:
         say_json(found, indent=2)
@@ -257,7 +302,10 @@ def evaluate(
 def assert_fact(
     env: _Env, fact: Annotated[str, typer.Argument(metavar="(FACT)")], url: Connect = DEFAULT_URL
 ) -> int:
-    """Assert a fact; prints its index."""
+    """Assert a fact; prints its index.
+
+    Example: cxbridge env assert executive '(hello world)'
+    """
     say(f"f-{ask_daemon(url, 'assert', env=env, fact=fact)}")
     return 0
 
@@ -266,7 +314,10 @@ def assert_fact(
 def retract(
     env: _Env, indices: Annotated[list[str], typer.Argument(metavar="INDEX...")], url: Connect = DEFAULT_URL
 ) -> int:
-    """Retract facts."""
+    """Retract facts.
+
+    Example: cxbridge env retract executive f-12
+    """
     for word in indices:
         ask_daemon(url, "retract", env=env, index=fact_index(word))
     return 0
@@ -279,7 +330,10 @@ def modify(
     slots: Annotated[list[str], typer.Argument(metavar="SLOT=VALUE...", help="VALUE as CLIPS writes it")],
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Change slots of a fact; prints its new index."""
+    """Change slots of a fact; prints its new index.
+
+    Example: cxbridge env modify executive f-12 mode=FINISHED outcome=COMPLETED
+    """
     given: dict[str, Any] = {}
     for word in slots:
         slot, equals, value = word.partition("=")

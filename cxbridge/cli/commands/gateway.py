@@ -7,6 +7,8 @@ from typing import Annotated
 import typer
 
 from cxbridge.cli.connect import InterfaceDirs
+from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 
 _Url = Annotated[
@@ -15,6 +17,7 @@ _Url = Annotated[
 ]
 
 
+@option_groups
 @orderly(service=True)
 def gateway(
     left: _Url,
@@ -29,8 +32,8 @@ def gateway(
         ),
     ],
     interface_dir: InterfaceDirs = None,
-    quiet: Annotated[bool, typer.Option("--quiet", "-q", help="Log errors only.")] = False,
-    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Log everything.")] = False,
+    *,
+    console: ConsoleOptions,
 ) -> int:
     """Mirror interfaces between two blackboards, in the foreground until SIGINT or SIGTERM.
 
@@ -38,14 +41,10 @@ def gateway(
     the serial of the instance that sent them. See docs/gateway.md.
 
     Exit status: 0 stopped on request; 2 bad input, or a side is not there.
+
+    Example: cxbridge gateway fawkes://robot tcp://127.0.0.1:1911 -i 'Position3DInterface::*'
     """
-    from cxbridge.cli.console import ConsoleLog
     from cxbridge.services.gateway import run_gateway
 
-    run_gateway(
-        (left, right),
-        interface,
-        interface_dirs=interface_dir or (),
-        console=ConsoleLog(quiet=quiet, verbose=verbose, info=True),
-    )
+    run_gateway((left, right), interface, interface_dirs=interface_dir or (), console=console.log(info=True))
     return 0

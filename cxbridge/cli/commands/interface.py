@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from cxbridge.cli.complete import interfaces
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.printing import indented
+from cxbridge.resources import shipped_interfaces
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -31,13 +31,13 @@ InterfaceDirs = Annotated[
 Type = Annotated[
     str,
     typer.Argument(
-        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=interfaces
+        metavar="NAME|FILE", help="an interface type, or a definition file", autocompletion=shipped_interfaces
     ),
 ]
 Types = Annotated[
     list[str],
     typer.Argument(
-        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=interfaces
+        metavar="NAME|FILE...", help="interface types, or definition files", autocompletion=shipped_interfaces
     ),
 ]
 AsJson = Annotated[bool, typer.Option("--json", help="print JSON")]
@@ -50,7 +50,10 @@ def _interface() -> None:
 
 @app.command("list")
 def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
-    """List all interface types that can be found."""
+    """List all interface types that can be found.
+
+    Example: cxbridge interface list
+    """
     names = _registry(interface_dir).names()
     if as_json:
         say_json(names, indent=2)
@@ -61,7 +64,10 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
 
 @app.command()
 def show(name: Type, interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> None:
-    """Show the layout of an interface: fields with their places, messages, enums, constants, hash."""
+    """Show the layout of an interface: fields with their places, messages, enums, constants, hash.
+
+    Example: cxbridge interface show SkillerInterface
+    """
     from cxbridge.interfaces.describe import describe, schema_row
 
     schema = _schema(name, interface_dir)
@@ -80,6 +86,8 @@ def check(
     """Explain every mistake of definition files; exit status 0 when there is none, 2 otherwise.
 
     Warnings are things that Fawkes accepts and that are hardly meant; they do not change the status.
+
+    Example: cxbridge interface check interfaces/HandInterface.xml
     """
     from cxbridge.interfaces.xml.parser import check_file
 
@@ -120,7 +128,10 @@ def print_hash(
         bool, typer.Option("--wire", help="the hash that Fawkes has for an equal layout, where it is known")
     ] = False,
 ) -> None:
-    """Print the hash of interfaces as Fawkes does: the MD5 of the definition file, in upper case."""
+    """Print the hash of interfaces as Fawkes does: the MD5 of the definition file, in upper case.
+
+    Example: cxbridge interface hash SkillerInterface --wire
+    """
     from cxbridge.interfaces.known_hashes import hash_for_wire
 
     for name in names:
@@ -138,7 +149,10 @@ def compile_types(
         bool, typer.Option("--stubs", help="write stubs (.pyi) for editors in place of modules")
     ] = False,
 ) -> None:
-    """Write typed Python modules: the classes of interfaces without XML at run time."""
+    """Write typed Python modules: the classes of interfaces without XML at run time.
+
+    Example: cxbridge interface compile HandInterface -o hand --interface-dir interfaces
+    """
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.codegen import module_source, stub_source
 

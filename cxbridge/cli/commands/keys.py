@@ -17,6 +17,8 @@ def keys(
     """Make a pair of CURVE keys, for ZeroMQ beyond this machine.
 
     NAME.key is public, NAME.key_secret stays on its host, readable by its user only. Prints both files.
+
+    Example: cxbridge keys robot -o keys
     """
     from cxbridge.blackboard.zmq.keyfiles import create_keys
 

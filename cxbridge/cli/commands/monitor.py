@@ -30,6 +30,8 @@ def monitor(
     Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
     the keys. Needs the extra 'monitor'. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
     recording; 130 ended by a signal.
+
+    Example: cxbridge monitor out/run.mcap
     """
     from cxbridge.process.interrupt import Interrupt
 

@@ -33,6 +33,8 @@ def plan(
 
     Exit status: 0 a plan, 1 there is none, 2 bad input or a planner that cannot take the problem, 3 out of
     time, 4 the planner failed.
+
+    Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
     if list_planners:
         _list(as_json=as_json)

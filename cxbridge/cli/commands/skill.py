@@ -4,15 +4,19 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
-from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.printing import one_line, terminal_of
+from cxbridge.process.options import INTERFACE_DIR
+from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -48,6 +52,8 @@ def execute(
 
     Exit status: 0 it is final; 1 it failed, was stopped, or somebody else has control; 2 bad usage, no
     Skiller; 3 the timeout passed; 130 interrupted.
+
+    Example: cxbridge skill exec 'say{text="hi"}'
     """
     from cxbridge.skiller.client.calls import SkillCall
 
@@ -76,7 +82,10 @@ def execute(
 def list_skills(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the Skillers, what they do, who controls them, and the skills that they know."""
+    """List the Skillers, what they do, who controls them, and the skills that they know.
+
+    Example: cxbridge skill list
+    """
     from cxbridge.interfaces.assignments import plain
     from cxbridge.skiller.client.calls import OWNER, TYPE, skill_names
 
@@ -107,19 +116,10 @@ def list_skills(
 
 
 @app.command()
+@option_groups
 @orderly(service=True)
 def executor(
-    target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")],
-    agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")],
-    url: Connect = DEFAULT_URL,
-    name: Annotated[
-        str, typer.Option(metavar="ID", help="id of the executor; AGENT-CLASS by default", show_default=False)
-    ] = "",
-    settings: Annotated[
-        list[str] | None,
-        typer.Option("--set", metavar="NAME=VALUE", help="a setting of the class; repeatable"),
-    ] = None,
-    interface_dir: InterfaceDirs = None,
+    options: ExecutorOptions,
     quiet: Annotated[bool, typer.Option("--quiet", "-q", help="log errors only")] = False,
     verbose: Annotated[bool, typer.Option("--verbose", "-v", help="log everything")] = False,
 ) -> None:
@@ -127,18 +127,11 @@ def executor(
 
     The class is Python code, and is run. Exit status: 0 stopped; 2 there is no such class, nobody at the
     URL, or the id is taken.
-    """
-    from cxbridge.cli.console import ConsoleLog
-    from cxbridge.services.executor import ExecutorOptions, parse_settings, run_executor
 
-    options = ExecutorOptions(
-        target=target,
-        agent=agent,
-        url=url,
-        name=name,
-        settings=parse_settings(settings or ()),
-        interface_dirs=tuple(interface_dir or ()),
-    )
+    Example: cxbridge skill executor robot.py:Arm --agent robot1
+    """
+    from cxbridge.services.executor import run_executor
+
     run_executor(options, console=ConsoleLog(quiet=quiet, verbose=verbose, info=True))
 
 
@@ -146,7 +139,10 @@ def executor(
 def show_board(
     url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """List the executors on the skill board, what they can do, and what they do."""
+    """List the executors on the skill board, what they can do, and what they do.
+
+    Example: cxbridge skill board
+    """
     from cxbridge.services.executor import board_rows
 
     with connect(url, interface_dir) as board:
@@ -177,6 +173,8 @@ def monitor(
     it is in and the way there. Elsewhere: one line when skill string, status, error or controller changes.
 
     Exit status: 0 after --count changes or without --count; 3 when --timeout came first; 130 after Ctrl-C.
+
+    Example: cxbridge skill monitor --lines
     """
     from cxbridge.blackboard.following import Deadline
 
@@ -212,8 +210,30 @@ def _print_lines(
     return False
 
 
+@dataclass(frozen=True, kw_only=True)
+class _SkillFiles:
+    """Where skills and interface definitions lie."""
+
+    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test"
+    skill_dirs: Annotated[
+        tuple[Path, ...], typer.Option("--skill-dir", metavar="DIR", help="a folder with Lua skills")
+    ] = ()
+    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None
+    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+
+    def folders(self) -> tuple[list[Path], list[Path]]:
+        """Return the folders of the skills, and those of the interface definitions."""
+        from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
+
+        interface_dirs = [*self.interface_dirs]
+        if self.fawkes_dir is not None:
+            interface_dirs.append(self.fawkes_dir / FAWKES_INTERFACES_DIR)
+        return skill_folders(self.skill_dirs, self.fawkes_dir), interface_dirs
+
+
 @app.command()
-def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+@option_groups
+def graph(
     skill: Annotated[
         str,
         typer.Argument(
@@ -235,16 +255,14 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
         str | None, typer.Option(metavar="TB|BT|LR|RL", help="from top to bottom, ..., from right to left")
     ] = None,
     colour: Annotated[bool | None, typer.Option("--color/--no-color", show_default=False)] = None,
-    space: Annotated[str, typer.Option(help="the skill space, without --connect")] = "test",
-    skill_dir: Annotated[
-        list[Path] | None, typer.Option(metavar="DIR", help="a folder with Lua skills")
-    ] = None,
-    fawkes_dir: Annotated[Path | None, typer.Option(metavar="DIR", help="a Fawkes checkout")] = None,
-    interface_dir: InterfaceDirs = None,
+    *,
+    files: _SkillFiles,
 ) -> int:
     """Draw the state machine of a skill: from the skill files, or as a running Skiller shows it.
 
     Exit status: 0 done; 2 bad usage, no such skill, nobody there, or no graphviz.
+
+    Example: cxbridge skill graph goto -o goto.svg --skill-dir skills
     """
     from cxbridge.errors import CxbridgeError
     from cxbridge.skiller.client.graphs import DIRECTIONS, PICTURES, draw_graph, fetch_graph, render
@@ -260,30 +278,19 @@ def graph(  # noqa: PLR0913, PLR0917  a command has as many options as it has
     if url is None:
         text = draw_graph(
             skill,
-            *_skill_files(skill_dir or [], fawkes_dir, interface_dir or []),
-            space=space,
+            *files.folders(),
+            space=files.space,
             direction=direction or "TB",
             coloured=colour is not False,
         )
     else:
-        with connect(url, interface_dir) as board:
+        with connect(url, files.interface_dirs) as board:
             text = fetch_graph(board, skiller, skill, direction=direction, coloured=colour)
     if output is None:
         say_text(text, end="" if text.endswith("\n") else "\n")
     else:
         output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
     return 0
-
-
-def _skill_files(
-    skill_dirs: list[Path], fawkes_dir: Path | None, interface_dirs: list[Path]
-) -> tuple[list[Path], list[Path]]:
-    """Return where skills and interface definitions lie."""
-    from cxbridge.skiller.make import FAWKES_INTERFACES_DIR, skill_folders
-
-    if fawkes_dir is not None:
-        interface_dirs = [*interface_dirs, fawkes_dir / FAWKES_INTERFACES_DIR]
-    return skill_folders(skill_dirs, fawkes_dir), interface_dirs
 
 
 def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,11 +12,12 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
     from cxbridge.explain.evidence import Evidence
-    from cxbridge.run import RunOptions
 
 _END = "end"
 _EXECUTIVE = "executive"
@@ -24,7 +26,33 @@ KINDS = ("rule", "goal")
 """What can be asked about."""
 
 
-def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
+@dataclass(frozen=True, kw_only=True)
+class _AgentOptions:
+    """How a scenario is run: options of runs."""
+
+    spec: Annotated[
+        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
+    ] = None
+    config: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
+            show_default=False,
+        ),
+    ] = ()
+    fawkes_dir: Annotated[
+        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
+    ] = None
+    core: Annotated[str | None, typer.Option(help="builtin or fawkes.", show_default=False)] = None
+    clips_dirs: Annotated[
+        tuple[Path, ...],
+        typer.Option("--clips-dir", help="A folder of CLIPS files, searched first. Repeatable."),
+    ] = ()
+    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua"
+
+
+@option_groups
+def why(
     words: Annotated[
         list[str],
         typer.Argument(
@@ -48,24 +76,8 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
             show_default=False,
         ),
     ] = None,
-    spec: Annotated[
-        str | None, typer.Option(help="The spec; the configuration's by default.", show_default=False)
-    ] = None,
-    config: Annotated[
-        list[Path] | None,
-        typer.Option(
-            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
-            show_default=False,
-        ),
-    ] = None,
-    fawkes_dir: Annotated[
-        Path | None, typer.Option(help="A Fawkes checkout, as for run.", show_default=False)
-    ] = None,
-    core: Annotated[str | None, typer.Option(help="builtin or fawkes.", show_default=False)] = None,
-    clips_dir: Annotated[
-        list[Path] | None, typer.Option(help="A folder of CLIPS files, searched first. Repeatable.")
-    ] = None,
-    skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua",
+    *,
+    agent: _AgentOptions,
     rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
     as_json: AsJson = False,
 ) -> int:
@@ -73,22 +85,15 @@ def why(  # noqa: PLR0913, PLR0917  a command has as many options as it has
 
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.
+
+    Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
     from cxbridge.explain.answer import explain
-    from cxbridge.run import RunOptions
 
     kind, name, scenario = _words(words)
-    if scenario is None and run is None and fawkes_dir is None:
+    if scenario is None and run is None and agent.fawkes_dir is None:
         return _ask_daemon(url, kind, name, rules, at, env, as_json=as_json)
-    options = RunOptions(
-        scenario=scenario,
-        spec=spec,
-        config=tuple(config or ()),
-        fawkes_dir=fawkes_dir,
-        core=core,
-        clips_dirs=tuple(clips_dir or ()),
-        skiller=skiller,
-    )
+    options = RunOptions(scenario=scenario, **vars(agent))
     with _evidence(options, run, _seconds(at), env) as evidence:
         answer = explain(evidence, name, kind, rules)
     _show(answer.lines, answer.plain, as_json=as_json)

@@ -18,7 +18,7 @@ from clips._clips import ffi, lib
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
-from cxbridge.executive.host.capi import NULL, CData, ClipsApi, encode
+from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
@@ -204,6 +204,10 @@ class ClipsEnvironment:
         text = self.output.end_errors(outer)
         if error != lib.BE_NO_ERROR:
             raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
+
+    def has_function(self, name: str) -> bool:
+        """Whether there is a function of this name that is no deffunction: CLIPS' own, or one in Python."""
+        return bool(EXTRA.FindFunction(self.env, encode(name)))
 
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.

@@ -39,27 +39,7 @@ class ExecutiveComponent(Component):
         self._begun = False
         if needs_memory(context.config, context.spec):
             context.memory.open()
-        self.manager = EnvironmentManager(context.bus, package_features(context), context.paths.library)
-        try:
-            paths = context.paths
-            seen = FeatureContext(
-                context.config, context.board, context.bus, paths.substitutions, paths.config_file.parent
-            )
-            for plugin in find_plugins(seen):
-                self.manager.add_plugin(plugin)
-            for feature in context.additions.features:
-                self.manager.add_feature(feature)
-            self.executive = self._make_executive()
-        except Exception:
-            self.manager.close()
-            raise
-
-    def _make_executive(self) -> Executive:
-        config, spec = self._context.config, self._context.spec
-        check_features(config, spec, self.manager.features)
-        mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
-        name = self._context.name or ENVIRONMENT
-        return Executive(self.manager, config, mapping, _core_files(self._context), name)
+        self.manager, self.executive = make_executive(context)
 
     def watch(self) -> None:
         """Watch what is to be followed and recorded, from before the first file is loaded."""
@@ -107,6 +87,30 @@ class ExecutiveComponent(Component):
         """Unload everything."""
         self.executive.close()
         self.manager.close()
+
+
+def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
+    """Make the executive of an agent; nothing of the agent is loaded yet.
+
+    :returns: the manager of its environment, to be closed after it, and the executive.
+    :raises CxbridgeError: when the configuration or the library is wrong.
+    """
+    config, spec, paths = context.config, context.spec, context.paths
+    manager = EnvironmentManager(context.bus, package_features(context), paths.library)
+    try:
+        seen = FeatureContext(
+            config, context.board, context.bus, paths.substitutions, paths.config_file.parent
+        )
+        for plugin in find_plugins(seen):
+            manager.add_plugin(plugin)
+        for feature in context.additions.features:
+            manager.add_feature(feature)
+        check_features(config, spec, manager.features)
+        mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
+        return manager, Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+    except Exception:
+        manager.close()
+        raise
 
 
 def _core_files(context: RunContext) -> CoreFiles:

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.run.context import RunContext
+
+SECTION = "/clips-motor-switch"
 
 
 def make(context: RunContext) -> Feature:
     """Make the feature."""
-    motor = context.config.get_str("/clips-motor-switch/interface-id", default="Robotino")
+    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
+
+    motor = context.config.get_str(f"{SECTION}/interface-id", default="Robotino")
     return MotorSwitchFeature(context.board, motor)

@@ -3,16 +3,22 @@
 from __future__ import annotations
 
 from functools import partial
+from typing import TYPE_CHECKING
 
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.skill_board import SkillBoardFeature
 from cxbridge.run.context import RunContext
 from cxbridge.run.shared_skill_board import SharedSkillBoard
-from cxbridge.skiller.board.local_calls import LocalSkillCalls
+
+if TYPE_CHECKING:
+    from cxbridge.skiller.board.local_calls import LocalSkillCalls
+
+NEEDED_SECTION = "/skill-board"
 
 
 def make(context: RunContext) -> Feature:
     """Make the feature."""
+    from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
+
     return SkillBoardFeature(partial(_local_calls, context.skills))
 
 

@@ -11,7 +11,8 @@ import sys
 from typing import Any
 
 from cxbridge.ros2cx.executors import DummyExecutor
-from cxbridge.services.executor import ExecutorOptions, run_executor
+from cxbridge.services.executor import run_executor
+from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board import host
 from cxbridge.skiller.board.protocol import ExecutorState
 

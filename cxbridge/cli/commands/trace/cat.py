@@ -24,7 +24,10 @@ def cat(
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> None:
-    """Print the events of a recorded run, one a line, with the seconds since its first event."""
+    """Print the events of a recorded run, one a line, with the seconds since its first event.
+
+    Example: cxbridge trace cat out/run.mcap --kind goal
+    """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.listing import event_filter, json_lines, text_lines
 

@@ -19,7 +19,10 @@ def convert(
     to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log, transitions or csv")] = "mcap",
     interface_dir: InterfaceDirs = None,
 ) -> None:
-    """Copy a recorded run to a file of another format."""
+    """Copy a recorded run to a file of another format.
+
+    Example: cxbridge trace convert out/run.mcap out/run.log --to fawkes-log
+    """
     from cxbridge.trace.convert import convert
     from cxbridge.trace.formats.registry import copy_formats, open_run
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 import typer
 
 from cxbridge.cli.console import say, say_json
+from cxbridge.cli.option_groups import option_groups
 
 if TYPE_CHECKING:
     from cxbridge.trace.compare.baseline import BaselineEntry
@@ -22,92 +23,103 @@ if TYPE_CHECKING:
 Choice = TypeVar("Choice", bound=Enum)
 
 
-@dataclass(frozen=True)
-class _Outputs:
-    """What is told, and where.
+@dataclass(frozen=True, kw_only=True)
+class _Method:
+    """What is compared, and how."""
 
-    :param given: the options that say how it is compared, as JSON tells them.
-    """
-
-    as_json: bool
-    junit: Path | None
-    page: Path | None
-    given: dict[str, Any]
-
-
-def diff(  # noqa: PLR0913, PLR0917  a command has as many options as it has
-    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
-    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
-    level: Annotated[
-        str, typer.Option(help="transitions, skills, rules, facts or blackboard")
-    ] = "transitions",
-    order: Annotated[str, typer.Option(help="total or partial")] = "total",
+    level: Annotated[str, typer.Option(help="transitions, skills, rules, facts or blackboard")] = (
+        "transitions"
+    )
+    order: Annotated[str, typer.Option(help="total or partial")] = "total"
     only: Annotated[
-        list[str] | None,
+        tuple[str, ...],
         typer.Option(metavar="PATTERN", help="compare only this; may be given several times"),
-    ] = None,
+    ] = ()
     ignore: Annotated[
-        list[str] | None, typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
-    ] = None,
+        tuple[str, ...], typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
+    ] = ()
     time_tolerance: Annotated[
         float | None, typer.Option(min=0, metavar="S", help="times count, but for so many seconds")
-    ] = None,
+    ] = None
     time_from: Annotated[
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
-    ] = "thread",
+    ] = "thread"
+
+    def plain(self, baseline: Path | None) -> dict[str, Any]:
+        """Return the options that say how it is compared, as JSON tells them."""
+        return {
+            "only": [*self.only],
+            "ignore": [*self.ignore],
+            "time_tolerance": self.time_tolerance,
+            "time_from": self.time_from,
+            "baseline": None if baseline is None else str(baseline),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Accepted:
+    """The differences that are accepted."""
+
     baseline: Annotated[
         Path | None, typer.Option(metavar="FILE", help="accept the differences that this file lists")
-    ] = None,
+    ] = None
     write_baseline: Annotated[
         Path | None, typer.Option(metavar="FILE", help="list all differences in this file, to be accepted")
-    ] = None,
-    reason: Annotated[str, typer.Option(help="why they are accepted, for --write-baseline")] = "",
-    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False,
-    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None,
+    ] = None
+    reason: Annotated[str, typer.Option(help="why they are accepted, for --write-baseline")] = ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Outputs:
+    """What is told, and where."""
+
+    as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
+    junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
     page: Annotated[
         Path | None, typer.Option("--html", metavar="FILE", help="write a page that works offline, too")
-    ] = None,
+    ] = None
+
+
+@option_groups
+def diff(
+    a: Annotated[Path, typer.Argument(metavar="A", help="the run to look at")],
+    b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
+    method: _Method,
+    accepted: _Accepted,
+    outputs: _Outputs,
 ) -> None:
     """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
 
     With several runs B, A must be the same as each; in partial order, only what all B agree on counts for the
     sides of parents and children.
+
+    Example: cxbridge trace diff out/a.mcap out/b.mcap --level rules --order partial
     """
     from cxbridge.event_kinds import View
-    from cxbridge.trace.compare.baseline import write_baseline as write
+    from cxbridge.trace.compare.baseline import write_baseline
     from cxbridge.trace.compare.model import Order
     from cxbridge.trace.compare.render.text import make_report
     from cxbridge.trace.compare.runs import compare_runs
     from cxbridge.trace.compare.selection import Selection
     from cxbridge.trace.formats.registry import open_run
 
-    _spare((a, *b), junit, page, write_baseline)
-    view, kind = _choice(View, "--level", level), _choice(Order, "--order", order)
-    selection = Selection(only or (), ignore or ())
-    entries = _entries(baseline)
+    _spare((a, *b), outputs.junit, outputs.page, accepted.write_baseline)
+    view, kind = _choice(View, "--level", method.level), _choice(Order, "--order", method.order)
+    selection = Selection(method.only, method.ignore)
+    entries = _entries(accepted.baseline)
     run, others = open_run(a), [open_run(path) for path in b]
-    comparison = compare_runs(
-        run, others, view, kind, selection=selection, tolerance=_tolerance(time_tolerance, time_from)
-    )
+    tolerance = _tolerance(method.time_tolerance, method.time_from)
+    comparison = compare_runs(run, others, view, kind, selection=selection, tolerance=tolerance)
     unused = _accept(comparison, entries)
-    given = {
-        "only": only or [],
-        "ignore": ignore or [],
-        "time_tolerance": time_tolerance,
-        "time_from": time_from,
-        "baseline": None if baseline is None else str(baseline),
-    }
     report = make_report(comparison, run, others, selection)
-    _tell(report, unused, _Outputs(as_json, junit, page, given))
-    for note in _notes(report, selection, unused, baseline):
+    _tell(report, unused, outputs, method.plain(accepted.baseline))
+    for note in _notes(report, selection, unused, accepted.baseline):
         say(note, err=True)
-    if write_baseline is not None:
-        count = write(write_baseline, comparison, reason)
+    if accepted.write_baseline is not None:
+        count = write_baseline(accepted.write_baseline, comparison, accepted.reason)
         what = "accepted difference" if count == 1 else "accepted differences"
-        say(
-            f"{write_baseline}: {count} {what}{'' if reason else ': write a reason for each'}",
-            err=True,
-        )
+        more = "" if accepted.reason else ": write a reason for each"
+        say(f"{accepted.write_baseline}: {count} {what}{more}", err=True)
     if not comparison.same:
         raise typer.Exit(1)
 
@@ -141,8 +153,11 @@ def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
     return [str(entry) for entry in accept(comparison, entries)]
 
 
-def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs) -> None:
-    """Print the outcome, and write the files that were asked for."""
+def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs, method: dict[str, Any]) -> None:
+    """Print the outcome, and write the files that were asked for.
+
+    :param method: the options that say how it is compared.
+    """
     from cxbridge.trace.compare.render.html import write_page
     from cxbridge.trace.compare.render.json import plain_report
     from cxbridge.trace.compare.render.junit import write_junit
@@ -151,10 +166,10 @@ def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs) -> Non
     if outputs.junit is not None:
         write_junit(outputs.junit, report, unused)
     if outputs.page is not None:
-        given = [f"{name} {value}" for name, value in outputs.given.items() if value and name != "time_from"]
+        given = [f"{name} {value}" for name, value in method.items() if value and name != "time_from"]
         write_page(outputs.page, report, given, unused)
     if outputs.as_json:
-        say_json(plain_report(report, outputs.given, unused))
+        say_json(plain_report(report, method, unused))
     else:
         for line in text_report(report):
             say(line)

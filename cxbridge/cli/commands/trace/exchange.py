@@ -16,7 +16,10 @@ def exchange(
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> None:
-    """Print the messages of masters and executors on a skill board, one a line, in recorded order."""
+    """Print the messages of masters and executors on a skill board, one a line, in recorded order.
+
+    Example: cxbridge trace exchange out/run.mcap
+    """
     from cxbridge.trace.exchange import exchange_json, exchange_lines
     from cxbridge.trace.formats.registry import open_run
 

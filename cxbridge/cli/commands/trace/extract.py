@@ -22,6 +22,8 @@ def extract(
     """Write the files that were recorded with a run (configuration, CLIPS, PDDL, interfaces) to a folder.
 
     Exit status: 1 when no file matches.
+
+    Example: cxbridge trace extract out/run.mcap 'clips/*' -o out/files
     """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.sources import extract

@@ -17,7 +17,10 @@ def planning(
     ] = "",
     of: Annotated[str, typer.Option(metavar="ID", help="of this call or goal; by default the last")] = "",
 ) -> None:
-    """Print what a planner was asked and what it answered, in the form of PlanSys2's terminal."""
+    """Print what a planner was asked and what it answered, in the form of PlanSys2's terminal.
+
+    Example: cxbridge trace planning out/run.mcap plan
+    """
     from cxbridge.explain.planning import PARTS, choose_answer
     from cxbridge.trace.formats.registry import open_run
 

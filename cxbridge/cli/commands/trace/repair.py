@@ -40,6 +40,8 @@ def repair(
     See docs/formats.md.
 
     Exit status: 0 mended, or nothing to do; 2 unreadable.
+
+    Example: cxbridge trace repair out/run.mcap --dry-run
     """
     from cxbridge.errors import CxbridgeError
     from cxbridge.trace.repair import files_of

@@ -18,6 +18,8 @@ def report(
     """Write a page that shows a run: goals over time, plan-actions, skills, rules, log, interfaces.
 
     It is one file that needs no network, for any browser. See docs/see.md.
+
+    Example: cxbridge trace report out/run.mcap -o out/run.html
     """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.report.page import write_report

@@ -7,7 +7,10 @@ from cxbridge.cli.recordings import RunPath, print_notes
 
 
 def rules(file: RunPath) -> None:
-    """Print the name of one rule a firing, in recorded order."""
+    """Print the name of one rule a firing, in recorded order.
+
+    Example: cxbridge trace rules out/run.mcap
+    """
     from cxbridge.events import RuleFired
     from cxbridge.trace.formats.registry import open_run
 

@@ -18,6 +18,8 @@ def timeline(
 
     Goals are tracks below their parents', with modes, plans and actions as slices; skills, interfaces, rules
     and log follow; arrows lead from an action to its skill. See docs/see.md.
+
+    Example: cxbridge trace timeline out/run.mcap -o out/run.json
     """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.timeline.export import write_timeline

@@ -7,7 +7,10 @@ from cxbridge.cli.recordings import RunPath, print_notes
 
 
 def transitions(file: RunPath) -> None:
-    """Print one line a transition of a goal, a plan-action or a skiller, in recorded order."""
+    """Print one line a transition of a goal, a plan-action or a skiller, in recorded order.
+
+    Example: cxbridge trace transitions out/run.mcap
+    """
     from cxbridge.history.transitions import TRANSITION_TYPES
     from cxbridge.trace.formats.registry import open_run
     from cxbridge.trace.formats.transitions_text import format_transition

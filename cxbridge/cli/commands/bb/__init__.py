@@ -6,7 +6,19 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.commands.bb.plotting import plot
+from cxbridge.cli.commands.bb.rates import OWNER, bw, hz
+from cxbridge.cli.connect import (
+    DEFAULT_URL,
+    TIMED_OUT,
+    AsJson,
+    Connect,
+    Globs,
+    InterfaceDirs,
+    Uid,
+    connect,
+    split_glob,
+)
 from cxbridge.cli.console import say, say_json
 
 if TYPE_CHECKING:
@@ -18,9 +30,6 @@ if TYPE_CHECKING:
 
 app = typer.Typer(name="bb", no_args_is_help=True)
 
-OWNER = "cxbridge bb"
-
-Uid = Annotated[str, typer.Argument(metavar="TYPE::ID", help="the interface")]
 Assignments = Annotated[
     list[str] | None,
     typer.Argument(
@@ -37,6 +46,11 @@ def _bb() -> None:
     """Look at a blackboard, in a cxbridge daemon or in a Fawkes, and drive it."""
 
 
+app.command()(hz)
+app.command()(bw)
+app.command()(plot)
+
+
 @app.command("list")
 def list_interfaces(
     glob: Glob = "*",
@@ -47,8 +61,10 @@ def list_interfaces(
     """List the interfaces that somebody has open: who writes, who reads, when it was written.
 
     A Fawkes does not tell owners' names: its lists have numbers of readers.
+
+    Example: cxbridge bb list 'Skiller*'
     """
-    type_glob, id_glob = _globs(glob)
+    type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
         infos = list(board.list(type_glob, id_glob))
     if as_json:
@@ -69,7 +85,10 @@ def list_interfaces(
 def show(
     uid: Uid, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None, as_json: AsJson = False
 ) -> None:
-    """Show one interface: who has it open, and all its fields."""
+    """Show one interface: who has it open, and all its fields.
+
+    Example: cxbridge bb show SkillerInterface::Skiller
+    """
     with connect(url, interface_dir) as board:
         info = _existing(board, uid)
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:
@@ -83,7 +102,7 @@ def show(
 
 @app.command()
 def watch(
-    globs: Annotated[list[str], typer.Argument(metavar="GLOB...", help="TYPE or TYPE::ID, with patterns")],
+    globs: Globs,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
@@ -94,13 +113,15 @@ def watch(
 
     Interfaces that come later are watched, too. Exit status: 0 after --count lines or without --count; 3 when
     --timeout came before --count was reached; 130 after Ctrl-C.
+
+    Example: cxbridge bb watch 'ComponentInterface' --count 10
     """
     from cxbridge.blackboard.following import Deadline, Feed
 
     deadline, printed = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         known: dict[str, dict[str, Any]] = {}
-        for type_glob, id_glob in map(_globs, globs):
+        for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 known[instance.uid] = feed.now(instance).values
         while count is None or printed < count:
@@ -124,6 +145,8 @@ def set_fields(
     """Write fields of an interface; the others keep their values. Refused when somebody else writes it.
 
     The data last as long as somebody has the interface open: with --hold at least so long.
+
+    Example: cxbridge bb set SwitchInterface::Light enabled=true --hold 60
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.blackboard.following import Deadline, Feed
@@ -160,6 +183,8 @@ def send(
     """Send a message to the writer of an interface, print its id, with --wait then the interface's fields.
 
     Exit status: 0 sent (and answered); 2 not sent; 3 no answer in time.
+
+    Example: cxbridge bb send SkillerInterface::Skiller ExecSkill skill_string='say{text="hi"}'
     """
     from cxbridge.blackboard.following import Deadline, Feed
     from cxbridge.errors import BlackBoardError
@@ -193,12 +218,6 @@ def _answered(feed: Feed, before: InterfaceEvent, msgid: int, deadline: Any) -> 
             _print_fields(news.values)
             return True
     return False
-
-
-def _globs(text: str) -> tuple[str, str]:
-    """Split ``TYPE::ID``; a missing part is ``*``."""
-    type_glob, _, id_glob = text.partition("::")
-    return type_glob or "*", id_glob or "*"
 
 
 def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:

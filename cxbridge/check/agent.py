@@ -1,0 +1,297 @@
+"""The agent under check: its configuration, and the CLIPS files that it loads, read by CLIPS, not run.
+
+CLIPS itself reads the constructs, in the order in which the executive loads the files, in an environment with
+the features that the agent asks for: a construct is wrong exactly when a run would drop it. No rule fires.
+What rules do while the executive starts, as far as it matters for files that come later, is taken from their
+text: files that they load, interfaces that they open (each brings a deftemplate), features that they request.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from types import TracebackType
+from typing import TYPE_CHECKING, Final, Self
+
+from cxbridge.check.findings import Place
+from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
+from cxbridge.config import Configuration, ConfigValue
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.loading import Diagnostic
+from cxbridge.run.agent_context import agent_names, make_agent_context
+from cxbridge.run.components.executive import make_executive
+from cxbridge.run.context import RunContext
+from cxbridge.run.options import RunOptions
+from cxbridge.run.specs import STAGES
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+_LOADERS: Final = frozenset({"path-load", "path-load*", "load", "load*"})
+_BATCHES: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
+_INTERFACES: Final = frozenset(
+    {"blackboard-preload", "blackboard-open", "blackboard-open-reading", "blackboard-open-writing"}
+)
+_FIRST_FILES: Final = "BATCH|blackboard-init.clp"
+_FROM_CORE: Final = "the core"
+
+
+@dataclass(frozen=True)
+class ClipsFile:
+    """A CLIPS file of the agent.
+
+    :param path: where it is.
+    :param text: what is in it.
+    :param diagnostics: what CLIPS said when it read it.
+    :param is_core: whether it belongs to the executive's core.
+    """
+
+    path: Path
+    text: str
+    diagnostics: tuple[Diagnostic, ...]
+    is_core: bool
+
+    @cached_property
+    def constructs(self) -> tuple[Definition, ...]:
+        """The constructs that are closed, in their order."""
+        return tuple(definitions(self.text))
+
+    @cached_property
+    def lines(self) -> Lines:
+        """Its lines."""
+        return Lines(self.text)
+
+    def place(self, node: SyntaxNode) -> Place:
+        """Return where a node of it begins."""
+        begin = self.text.rfind("\n", 0, node.start)
+        return Place(str(self.path), self.lines.at(node.start), node.start - begin)
+
+    def calls(self, *names: str) -> Iterator[SyntaxNode]:
+        """Yield the lists of the file that begin with one of these words."""
+        for construct in self.constructs:
+            for node in construct.node.walk():
+                if node.head in names:
+                    yield node
+
+
+@dataclass(frozen=True, slots=True)
+class AskedFile:
+    """A file that the agent wants to load.
+
+    :param place: what asks for it.
+    """
+
+    name: str
+    place: Place
+
+
+@dataclass
+class Agent:
+    """An agent that is checked. A context manager.
+
+    :param options: as those of a run.
+    :raises CxbridgeError: when the configuration cannot be read, or names no spec.
+    """
+
+    options: RunOptions
+    files: list[ClipsFile] = field(default_factory=list, init=False)
+    asked: list[AskedFile] = field(default_factory=list, init=False)
+    missing: list[AskedFile] = field(default_factory=list, init=False)
+    _requested: set[str] = field(default_factory=set, init=False)
+
+    def __post_init__(self) -> None:
+        agent_context = make_agent_context(self.options)
+        self.context = RunContext.make(agent_context, replace(self.options, skiller="none"))
+        try:
+            self.manager, self.executive = make_executive(self.context)
+            try:
+                self.executive.load_core()
+                self._load_files()
+            except Exception:
+                self.close()
+                raise
+        except Exception:
+            self.context.close()
+            raise
+
+    @property
+    def config(self) -> Configuration:
+        """The configuration."""
+        return self.context.config
+
+    @property
+    def spec(self) -> str:
+        """The spec that is checked."""
+        return self.context.spec
+
+    @property
+    def env(self) -> ClipsEnvironment:
+        """The environment that has all constructs and no facts of the agent."""
+        return self.executive.env
+
+    @property
+    def own_files(self) -> list[ClipsFile]:
+        """The files that are not the core's."""
+        return [file for file in self.files if not file.is_core]
+
+    @cached_property
+    def deftemplates(self) -> frozenset[str]:
+        """The names of the deftemplates with slots that CLIPS has."""
+        found = self.env.eval("(get-deftemplate-list MAIN)")
+        names = (without_module(str(name)) for name in (found if isinstance(found, tuple) else ()))
+        return frozenset(
+            name for name in names if self.env.eval(f"(deftemplate-slot-names {name})") != ("implied",)
+        )
+
+    def find(self, name: str) -> Path | None:
+        """Return the file that the agent finds by a name; None when no folder has it."""
+        found = self.env.call("path-resolve", name)
+        return Path(found) if isinstance(found, str) and found != "FALSE" else None
+
+    def feature_with(self, function: str) -> str:
+        """Return the feature that has a function and that the agent has not requested; empty when none has.
+
+        It is to be asked when everything is loaded: the environment has the features afterwards.
+        """
+        for feature in self.manager.features:
+            if feature not in self._requested:
+                self._request(feature)
+                if self.env.has_function(function):
+                    return feature
+        return ""
+
+    def text_of(self, node: SyntaxNode) -> str:
+        """Return what an expression is when that is written out; empty when it is computed."""
+        return _written_text(node)
+
+    # ---- loading
+
+    def _load_files(self) -> None:
+        for name in ("saliences.clp", "init.clp"):
+            self._note(self.context.paths.cx / name, ())
+        self._request("blackboard")
+        for interface in self.config.get_strings(
+            f"/clips-executive/specs/{self.spec}/blackboard-preload", default=[]
+        ):
+            self._preload(interface)
+        for stage in STAGES:
+            for name in self._core_files(stage):
+                self._load(name, Place(_FROM_CORE))
+            for path in self._entries(stage):
+                self._load_entry(stage, path)
+
+    def _core_files(self, stage: str) -> tuple[str, ...]:
+        """Return the files that the core loads before the entries of a stage."""
+        if stage == STAGES[0]:
+            return (_FIRST_FILES,) if self.context.paths.ros2cx is None else ()
+        if stage != STAGES[1]:
+            return ()
+        try:
+            files = self.env.call("cx-stage2-files")
+        except ClipsError:  # Fawkes' core has a global only
+            files = self.env.eval("?*CX-STAGE2-FILES*")
+        return tuple(map(str, files)) if isinstance(files, tuple) else ()
+
+    def _entries(self, stage: str) -> list[str]:
+        base = f"/clips-executive/specs/{self.spec}/init/{stage}"
+        return [f"{base}/{index}" for index in self.config.keys(base)]
+
+    def _load_entry(self, stage: str, path: str) -> None:
+        name = self.config.get_str(f"{path}/name", default="")
+        if self.config.get_bool(f"{path}/feature-request", default=stage == STAGES[0]):
+            self._request(name)
+        for key in ("file", "files"):
+            if not self.config.exists(f"{path}/{key}"):
+                continue
+            value = self.config.get(f"{path}/{key}")
+            for file in value.items if value.is_list else (value.text,):
+                self._load(file, place_of(value))
+
+    def _load(self, name: str, place: Place) -> None:
+        """Load a file and those that it loads, each once."""
+        how, _, bare = name.rpartition("|")
+        found = self.find(bare)
+        asked = AskedFile(bare, place)
+        if place.file != _FROM_CORE:
+            self.asked.append(asked)
+        if found is None:
+            self.missing.append(asked)
+            return
+        if any(file.path == found for file in self.files):
+            return
+        loader, before = self.env.loader, len(self.env.loader.diagnostics)
+        (loader.batch if how.startswith("BATCH") else loader.load)(str(found))
+        file = self._note(found, tuple(loader.diagnostics[before:]))
+        for call in file.calls("ff-feature-request"):
+            self._request(_literal(call))
+        for call in file.calls(*_INTERFACES):
+            self._preload(_literal(call))
+        for call in file.calls(*_LOADERS, *_BATCHES):
+            if literal := _literal(call):
+                batch = "BATCH|" if call.head in _BATCHES else ""
+                self._load(f"{batch}{literal}", file.place(call))
+
+    def _note(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+        text = path.read_text("utf-8", "surrogateescape")
+        is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.builtin
+        file = ClipsFile(path, text, diagnostics, is_core)
+        self.files.append(file)
+        return file
+
+    def _request(self, feature: str) -> None:
+        if feature in self.manager.features and feature not in self._requested:
+            self._requested.add(feature)
+            self.manager.request(self.env.name, feature)
+
+    def _preload(self, interface: str) -> None:
+        """Give the environment the deftemplate of an interface, as opening it does."""
+        if interface:
+            self.env.call("blackboard-preload", interface)
+
+    # ---- the end
+
+    def close(self) -> None:
+        """Release everything."""
+        self.executive.close()
+        self.manager.close()
+        self.context.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def place_of(value: ConfigValue) -> Place:
+    """Return where a value of the configuration was read."""
+    return Place(value.file, value.line, value.mark.column or 0)
+
+
+def agents(options: RunOptions) -> list[str | None]:
+    """Return the names of the agents of a scenario, None for the only one.
+
+    :raises CxbridgeError: when the configuration cannot be read.
+    """
+    if options.agent:
+        return [options.agent]
+    return [*agent_names(make_agent_context(options).config)] or [None]
+
+
+def _literal(call: SyntaxNode) -> str:
+    """Return the text of the first argument of a call when it is written out; empty else."""
+    if not call.arguments:
+        return ""
+    return _written_text(call.arguments[0])
+
+
+def _written_text(node: SyntaxNode) -> str:
+    if node.head == "path-resolve":
+        return _literal(node)
+    if node.items is not None or node.text.startswith(("?", "$?")):
+        return ""
+    return node.text[1:-1] if node.text.startswith('"') else node.text

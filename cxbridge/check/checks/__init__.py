@@ -1,0 +1,34 @@
+"""The checks. Each module has ``CODES`` and ``check(agent)``; it is found because it is there."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import INPUT, Code, Finding
+
+
+def modules() -> list[ModuleType]:
+    """Return the modules with checks, sorted by name."""
+    return [
+        import_module(f"{__name__}.{each.name}")
+        for each in sorted(iter_modules(__path__), key=lambda m: m.name)
+    ]
+
+
+def codes() -> dict[str, Code]:
+    """Return all codes by their names."""
+    found = [INPUT, *(code for module in modules() for code in module.CODES)]
+    return {code.name: code for code in sorted(found, key=lambda code: code.name)}
+
+
+def findings(agent: Agent) -> Iterator[Finding]:
+    """Yield what all checks find in an agent, in the order of files and lines."""
+    found = dict.fromkeys(finding for module in modules() for finding in module.check(agent))
+    order = {str(file.path): number for number, file in enumerate(agent.files)}
+    yield from sorted(
+        found, key=lambda each: (order.get(each.place.file, -1), each.place.file, each.place.line)
+    )

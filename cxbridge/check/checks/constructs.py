@@ -1,0 +1,292 @@
+"""Finds constructs that CLIPS drops, at the word that is wrong, each mistake once."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.check.agent import Agent, ClipsFile
+from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
+from cxbridge.executive.host.loading import Diagnostic
+
+UNCLOSED: Final = Code(
+    "CX201",
+    Severity.ERROR,
+    "a parenthesis never closes",
+    "CLIPS takes all that follows in the file for a part of this construct, and drops it: the "
+    "constructs behind it do "
+    "not exist.",
+)
+TEMPLATE: Final = Code(
+    "CX202",
+    Severity.ERROR,
+    "unknown deftemplate",
+    "No file that is loaded before this construct defines the deftemplate. CLIPS drops the construct.",
+)
+SLOT: Final = Code(
+    "CX203",
+    Severity.ERROR,
+    "unknown slot",
+    "The deftemplate has no slot of this name. CLIPS drops the construct.",
+)
+FUNCTION: Final = Code(
+    "CX204",
+    Severity.ERROR,
+    "unknown function",
+    "Neither CLIPS, nor a feature that the agent asks for, nor a file that is loaded before defines "
+    "the function. CLIPS "
+    "drops the construct.",
+)
+GLOBAL: Final = Code(
+    "CX205",
+    Severity.ERROR,
+    "unknown global variable",
+    "No file that is loaded before this construct has a defglobal of this name. CLIPS drops the construct.",
+)
+ARGUMENTS: Final = Code(
+    "CX206",
+    Severity.ERROR,
+    "wrong number or type of arguments",
+    "The function takes another number, or other types, of arguments. CLIPS drops the construct.",
+)
+VARIABLE: Final = Code(
+    "CX207",
+    Severity.ERROR,
+    "a variable has no value",
+    "Nothing binds the variable before it is used: often it is misspelt. CLIPS drops the construct.",
+)
+CONSTRUCT: Final = Code(
+    "CX209",
+    Severity.ERROR,
+    "CLIPS cannot read this",
+    "CLIPS drops the construct, or does not read the file at all; the message is its own.",
+)
+
+CODES: Final = (UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, ARGUMENTS, VARIABLE, CONSTRUCT)
+
+_OF_CLIPS: Final = {
+    "TMPLTDEF1": SLOT,
+    "EXPRNPSR3": FUNCTION,
+    "GLOBLPSR1": GLOBAL,
+    "ARGACCES1": ARGUMENTS,
+    "ARGACCES2": ARGUMENTS,
+    "TMPLTDEF2": ARGUMENTS,
+    "PRCCODE3": VARIABLE,
+    "ANALYSIS4": VARIABLE,
+    "UNCLOSED": UNCLOSED,
+}
+_LISTED: Final = 5
+"""How many lost constructs a message names."""
+
+_QUOTED = re.compile(r"'([^']+)'")
+_VARIABLE = re.compile(r"\$?\?[\w*-]+")
+_CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    """The names that the agent defines anywhere, in constructs that CLIPS dropped, too."""
+
+    constructs: dict[str, set[str]]
+
+    @classmethod
+    def of(cls, files: Iterable[ClipsFile]) -> _Known:
+        found: dict[str, set[str]] = {}
+        for file in files:
+            for construct in _all_constructs(file):
+                found.setdefault(construct.kind, set()).add(construct.name)
+        return cls(found)
+
+    def names(self, *kinds: str) -> set[str]:
+        """Return the names of all constructs of these kinds."""
+        return {name for kind in kinds for name in self.constructs.get(kind, ())}
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each construct that CLIPS drops of itself, not because another one was dropped."""
+    known = _Known.of(agent.files)
+    dropped = {
+        d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
+    } | {name for file in agent.files for name in _lost(file)}
+    for file in agent.files:
+        unclosed = any(d.code == "UNCLOSED" for d in file.diagnostics)
+        for diagnostic in file.diagnostics:
+            if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
+                continue  # CLIPS' own words for the same parenthesis
+            finding = _finding(agent, file, diagnostic, known)
+            if finding is not None and not _follows(finding, diagnostic, dropped, known):
+                yield finding
+
+
+def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
+    if diagnostic.code == "UNCLOSED":
+        return _unclosed(file, diagnostic)
+    construct = _construct(file, diagnostic)
+    code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
+    what = f"{diagnostic.construct}: " if diagnostic.construct else ""
+    unknown = _unknown_template(agent, construct) if construct is not None else None
+    if construct is not None and unknown is not None:
+        name = unknown.head
+        hint = _meant(name, known.names("deftemplate"))
+        return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
+    word = _word(code, construct, diagnostic)
+    place = Place(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
+    text = "" if word is None else word.text
+    if code is FUNCTION:
+        return Finding(
+            code, place, f"{what}there is no function '{text}'", _function_hint(agent, text, known)
+        )
+    if code is GLOBAL:
+        return Finding(code, place, f"{what}there is no global variable {text}", "")
+    if code is SLOT:
+        return Finding(code, place, f"{what}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
+    return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
+
+
+# ---- places
+
+
+def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
+    kind, _, name = diagnostic.construct.partition(" ")
+    found = [each for each in file.constructs if (each.kind, each.name) == (kind, without_module(name))]
+    if len(found) > 1 and diagnostic.line:
+        found = [each for each in found if each.line <= (diagnostic.line or 0)] or found
+    return found[-1] if found else None
+
+
+def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
+    """Return the node that a message is about; the construct itself when it names none."""
+    if construct is None:
+        return None
+    if code is GLOBAL:
+        return next((n for n in construct.node.walk() if n.text.startswith("?*")), construct.node)
+    quoted = _QUOTED.findall(diagnostic.message)
+    wanted = quoted[:1] or _VARIABLE.findall(diagnostic.message)[:1]
+    for node in construct.node.walk():
+        if node.items is None and node.start > construct.node.start and node.text in wanted:
+            return node
+    return construct.node
+
+
+# ---- parentheses
+
+
+def _unclosed(file: ClipsFile, diagnostic: Diagnostic) -> Finding:
+    """Return the finding for a construct that never closes: before the next one begins, it should have."""
+    line = diagnostic.line or 1
+    lost = list(_lost(file))[1:]
+    rows = file.text.splitlines()
+    after = next((n for n, row in enumerate(rows[line:], line + 1) if row.startswith("(def")), None)
+    message = f"{diagnostic.construct or 'this'} never closes"
+    if lost:
+        more = f" and {len(lost) - _LISTED} more" if len(lost) > _LISTED else ""
+        message += f": lost with it are {', '.join(lost[:_LISTED])}{more}"
+    hint = f"a ) is missing before line {after}" if after else "a ) is missing before the end of the file"
+    return Finding(UNCLOSED, Place(str(file.path), line, 1), message, hint)
+
+
+def _lost(file: ClipsFile) -> Iterator[str]:
+    """Yield the constructs that are lost because a parenthesis never closes, the open one first."""
+    line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
+    if line is None:
+        return
+    for row in file.text.splitlines()[line - 1 :]:
+        match = re.match(r"\(def\w+\s+([^\s()\";]+)", row)
+        if match:
+            yield without_module(match[1])
+
+
+def _all_constructs(file: ClipsFile) -> Iterator[Definition]:
+    """Yield the constructs of a file, those too that an unclosed parenthesis has swallowed."""
+    yield from file.constructs
+    line = next((d.line for d in file.diagnostics if d.code == "UNCLOSED"), None)
+    if line is None:
+        return
+    rest = file.text.splitlines(keepends=True)[line:]
+    start = next((n for n, row in enumerate(rest) if row.startswith("(def")), len(rest))
+    text = "".join(rest[start:])
+    for node in read(text):
+        if node.arguments:
+            yield Definition(node.head, without_module(node.arguments[0].text), line + start + 1, node)
+
+
+def _last_of(file: ClipsFile, diagnostic: Diagnostic) -> bool:
+    line = next(d.line for d in file.diagnostics if d.code == "UNCLOSED")
+    return diagnostic.line is None or line is None or diagnostic.line >= line
+
+
+# ---- what follows from another mistake
+
+
+def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known: _Known) -> bool:
+    """Whether it is wrong only because a construct that it needs was dropped."""
+    if finding.code is UNCLOSED:
+        return False
+    names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
+    return any(name in dropped and name in known.names("deftemplate", "deffunction") for name in names)
+
+
+# ---- names
+
+
+def _unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
+    """Return the first pattern with slots whose deftemplate does not exist."""
+    if construct.kind != "defrule":
+        return None
+    known = agent.deftemplates
+    for node in construct.node.walk():
+        if node.text == "=>":
+            return None
+        slots = node.arguments and all(item.head for item in node.arguments)
+        if slots and without_module(node.head) not in known and _is_pattern(construct, node):
+            return node
+    return None
+
+
+def _is_pattern(construct: Definition, node: SyntaxNode) -> bool:
+    """Whether a list is a pattern: at the top of the condition, or below a conditional element."""
+    if node.head in _CONDITIONS or node is construct.node:
+        return False
+    above = [construct.node]
+    while above:
+        parent = above.pop()
+        for item in parent.items or ():
+            if item is node:
+                return True
+            if item.head in _CONDITIONS - {"test", "declare"}:
+                above.append(item)
+    return False
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, sorted(known), 1)
+    return f"did you mean {close[0]}?" if close else ""
+
+
+def _function_hint(agent: Agent, name: str, known: _Known) -> str:
+    functions = ("deffunction", "defgeneric")
+    later = [
+        file for file in agent.files if any(c.kind in functions and c.name == name for c in file.constructs)
+    ]
+    if later:
+        return f"{later[0].path.name} defines it, and is loaded later: load it before"
+    feature = agent.feature_with(name)
+    if feature:
+        return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
+    return _meant(name, known.names("deffunction", "defgeneric", "defmethod"))
+
+
+def _slot_message(diagnostic: Diagnostic) -> str:
+    slot, template = [*_QUOTED.findall(diagnostic.message), "?", "?"][:2]
+    return f"the deftemplate '{template}' has no slot '{slot}'"
+
+
+def _slot_hint(agent: Agent, diagnostic: Diagnostic) -> str:
+    slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
+    slots = agent.env.eval(f"(deftemplate-slot-names {template})") if template else ()
+    names = [str(each) for each in slots] if isinstance(slots, tuple) else []
+    return _meant(slot, names) or f"it has: {', '.join(names)}"

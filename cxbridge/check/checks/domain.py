@@ -1,0 +1,186 @@
+"""Finds mistakes in PDDL domains, and names in CLIPS and in the action mapping that the domain lacks."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import Final
+
+from cxbridge.check.agent import Agent, ClipsFile, place_of
+from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.clipstext.syntax import SyntaxNode
+from cxbridge.errors import PddlError
+from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.pddl import Domain, load_domain, names_of
+from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
+
+DOMAIN: Final = Code(
+    "CX301",
+    Severity.ERROR,
+    "the PDDL domain is wrong",
+    "The domain does not parse, or uses what it does not declare. No plan-action can be executed.",
+)
+NO_DOMAIN: Final = Code(
+    "CX302",
+    Severity.ERROR,
+    "there is no PDDL domain",
+    "The file that is parsed as a domain is not there. No plan-action can be executed.",
+)
+ACTION: Final = Code(
+    "CX303",
+    Severity.WARNING,
+    "a plan-action has no operator",
+    "A rule makes a plan-action with a name that is neither an action of the domain nor a "
+    "domain-operator of a rule. The "
+    "action never becomes executable: unless a rule of the agent executes it all the same, its goal "
+    "waits for ever.",
+)
+MAPPED: Final = Code(
+    "CX401",
+    Severity.WARNING,
+    "a mapping of an action that there is not",
+    "The action mapping has an entry for a name that no domain and no rule knows: it is never used.",
+)
+PARAMETER: Final = Code(
+    "CX402",
+    Severity.ERROR,
+    "a mapping uses a parameter that the action lacks",
+    "The skill string cannot be made: the action fails.",
+)
+DOUBT: Final = Code(
+    "CX403",
+    Severity.WARNING,
+    "a text looks like a placeholder and is none",
+    "It goes into the skill string as it is.",
+)
+
+CODES: Final = (DOMAIN, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
+
+_PARSE: Final = "parse-pddl-domain"
+
+
+@dataclass
+class _Actions:
+    """The actions that an agent knows.
+
+    :param parameters: of each, None where rules make the operator and its parameters are not known.
+    :param is_complete: whether there are no others: every domain was read, no operator has a computed name.
+    """
+
+    parameters: dict[str, tuple[str, ...] | None] = field(default_factory=dict)
+    is_complete: bool = True
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield what is wrong with the domains, and with what refers to them."""
+    actions = _Actions()
+    for file in agent.own_files:
+        for call in file.calls(_PARSE):
+            yield from _check_domain(agent, file, call, actions)
+    for file in agent.files:
+        _note_operators(file, actions)
+    if actions.parameters and actions.is_complete:
+        for file in agent.own_files:
+            yield from _check_plan_actions(file, actions)
+    yield from _check_mapping(agent, actions)
+
+
+def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Actions) -> Iterator[Finding]:
+    name = agent.text_of(call.arguments[0]) if call.arguments else ""
+    if not name:
+        actions.is_complete = False  # computed: nobody knows before it runs
+        return
+    path = agent.find(name)
+    if path is None:
+        actions.is_complete = False
+        yield Finding(NO_DOMAIN, file.place(call), f"there is no file {name}")
+        return
+    try:
+        domain: Domain = load_domain(path)
+    except PddlError as error:
+        actions.is_complete = False
+        yield of_error(error, DOMAIN)
+        return
+    for action in domain.actions:
+        actions.parameters[action.name] = tuple(
+            name.removeprefix("?") for name in names_of(action.parameters)
+        )
+
+
+def _note_operators(file: ClipsFile, actions: _Actions) -> None:
+    """Note the operators that rules make."""
+    for node in file.calls("domain-operator"):
+        name = _slot(node, "name")
+        if name is None:
+            continue
+        if _is_word(name):
+            actions.parameters.setdefault(name.text, None)
+        elif _is_asserted(file, node):
+            actions.is_complete = False
+
+
+def _check_plan_actions(file: ClipsFile, actions: _Actions) -> Iterator[Finding]:
+    for node in file.calls("plan-action"):
+        name = _slot(node, "action-name")
+        if (
+            name is not None
+            and _is_word(name)
+            and name.text not in actions.parameters
+            and _is_asserted(file, node)
+        ):
+            yield Finding(
+                ACTION,
+                file.place(name),
+                f"no domain has an action '{name.text}'",
+                _meant(name.text, actions.parameters),
+            )
+
+
+def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
+    base = f"/clips-executive/specs/{agent.spec}/action-mapping"
+    for action, template in action_mapping(agent.config, agent.spec).items():
+        place = (
+            place_of(agent.config.get(f"{base}/{action}"))
+            if agent.config.exists(f"{base}/{action}")
+            else Place("")
+        )
+        if action not in actions.parameters:
+            if actions.parameters and actions.is_complete:
+                hint = _meant(action, actions.parameters)
+                yield Finding(MAPPED, place, f"no domain has an action '{action}'", hint)
+            continue
+        known = actions.parameters[action]
+        for part in parse_template(template):
+            if isinstance(part, Placeholder) and known is not None and part.name not in known:
+                hint = _meant(part.name, known) or f"it has: {', '.join(known) or 'none'}"
+                yield Finding(PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
+        for doubt in find_doubts(template):
+            yield Finding(DOUBT, place, f"'{doubt.text}' is no placeholder: {doubt.reason}")
+
+
+def _slot(node: SyntaxNode, name: str) -> SyntaxNode | None:
+    """Return the value of a slot with one value."""
+    for item in node.arguments:
+        if item.head == name and len(item.arguments) == 1:
+            return item.arguments[0]
+    return None
+
+
+def _is_word(node: SyntaxNode) -> bool:
+    return node.items is None and not node.text.startswith(("?", "$?", '"', "~"))
+
+
+def _is_asserted(file: ClipsFile, node: SyntaxNode) -> bool:
+    """Whether a list is in an ``assert`` or a deffacts, and no pattern."""
+    for construct in file.constructs:
+        if construct.node.start <= node.start < construct.node.end:
+            if construct.kind == "deffacts":
+                return True
+            return any(call.start < node.start < call.end for call in file.calls("assert"))
+    return False
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, sorted(known), 1)
+    return f"did you mean {close[0]}?" if close else ""

@@ -1,0 +1,67 @@
+"""Finds files that an agent wants to load and that are not there."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import Code, Finding, Severity
+
+MISSING: Final = Code(
+    "CX102",
+    Severity.ERROR,
+    "a file is not there",
+    "The spec, or a CLIPS file, loads a file that none of the folders has. The executive goes on "
+    "without it: the rules "
+    "in it do not exist, and goals wait for ever.",
+)
+
+SHADOWED: Final = Code(
+    "CX103",
+    Severity.WARNING,
+    "a file of the core hides one of the agent",
+    "Files are searched for in the core's folder first. A file of the agent with the name of a core's file "
+    "is never loaded.",
+)
+
+CODES: Final = (MISSING, SHADOWED)
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each file that is not there, or not the one that was meant."""
+    folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
+    for missing in agent.missing:
+        searched = ", ".join(map(str, folders))
+        yield Finding(
+            MISSING,
+            missing.place,
+            f"there is no file {missing.name}",
+            _like(missing.name, folders) or f"searched: {searched}",
+        )
+    core = agent.context.paths.cx
+    for asked in agent.asked:
+        candidates = (folder / asked.name for folder in agent.context.paths.clips_dirs)
+        hidden = next((path for path in candidates if path.is_file()), None)
+        if (core / asked.name).is_file() and hidden is not None and not hidden.samefile(core / asked.name):
+            yield Finding(
+                SHADOWED,
+                asked.place,
+                f"{asked.name} is the core's file, not {hidden}",
+                "give the file of the agent another name",
+            )
+
+
+def _like(name: str, folders: tuple[Path, ...]) -> str:
+    """Return which file was probably meant."""
+    known = {
+        str(path.relative_to(folder))
+        for folder in folders
+        if folder.is_dir()
+        for pattern in ("*.clp", "*/*.clp")
+        for path in folder.glob(pattern)
+    }
+    close = difflib.get_close_matches(name, sorted(known), 1)
+    return f"did you mean {close[0]}?" if close else ""

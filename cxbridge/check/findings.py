@@ -1,0 +1,95 @@
+"""Findings of a check: a mistake or a doubt, with its place and what to do about it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final
+
+from cxbridge.errors import CxbridgeError
+
+
+class Severity(StrEnum):
+    """How bad a finding is."""
+
+    ERROR = "error"
+    WARNING = "warning"
+    NOTE = "note"
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A sort of finding.
+
+    :param name: e.g. ``CX201``; stable, so that it can be silenced.
+    :param title: what is wrong, in a few words.
+    :param explanation: why that matters, and what to do.
+    """
+
+    name: str
+    severity: Severity
+    title: str
+    explanation: str
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """A place in a file.
+
+    :param line: from 1; 0: the file as a whole. ``column`` likewise.
+    """
+
+    file: str
+    line: int = 0
+    column: int = 0
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """What a check found.
+
+    :param message: what is wrong, in one sentence.
+    :param hint: what to do about it; may be empty.
+    """
+
+    code: Code
+    place: Place
+    message: str
+    hint: str = ""
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "code": self.code.name,
+            "severity": self.code.severity.value,
+            "file": self.place.file,
+            "line": self.place.line,
+            "column": self.place.column,
+            "message": self.message,
+            "hint": self.hint,
+        }
+
+    def __str__(self) -> str:
+        place = self.place.file
+        if self.place.line:
+            place += f":{self.place.line}"
+            if self.place.column:
+                place += f":{self.place.column}"
+        hint = f"\n  hint: {self.hint}" if self.hint else ""
+        return f"{place}: {self.code.severity.value} {self.code.name}: {self.message}{hint}"
+
+
+INPUT: Final = Code(
+    "CX101",
+    Severity.ERROR,
+    "the agent cannot be read",
+    "A file of the configuration is missing or wrong, or a value in it is of the wrong type. Nothing "
+    "can be loaded "
+    "before that is mended.",
+)
+
+
+def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
+    """Return the finding for an error."""
+    place = Place(error.file or "", error.line or 0, error.column or 0)
+    return Finding(code, place, error.message, error.hint or "")

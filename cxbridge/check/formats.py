@@ -1,0 +1,103 @@
+"""Prints findings: as text for people, as JSON, as SARIF for code scanning, as annotations for GitHub."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge import __version__
+from cxbridge.check.findings import Code, Finding, Severity
+
+_SARIF_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
+_GITHUB: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}
+
+
+def as_text(findings: Sequence[Finding]) -> str:
+    """Return one entry a finding, and a line with the counts."""
+    return "\n".join([*map(str, findings), summary(findings)])
+
+
+def summary(findings: Sequence[Finding]) -> str:
+    """Return how many findings of each severity there are."""
+    counts = [(severity, sum(f.code.severity is severity for f in findings)) for severity in Severity]
+    parts = [f"{count} {severity.value}{'' if count == 1 else 's'}" for severity, count in counts if count]
+    return ", ".join(parts) or "no findings"
+
+
+def as_json(findings: Sequence[Finding]) -> str:
+    """Return a list of objects."""
+    return json.dumps([finding.plain() for finding in findings], indent=2)
+
+
+def as_sarif(findings: Sequence[Finding]) -> str:
+    """Return a SARIF 2.1.0 log."""
+    used = {finding.code.name: finding.code for finding in findings}
+    driver = {
+        "name": "cxbridge check",
+        "version": __version__,
+        "rules": [_sarif_rule(code) for _, code in sorted(used.items())],
+    }
+    run = {"tool": {"driver": driver}, "results": [_sarif_result(finding) for finding in findings]}
+    return json.dumps({"$schema": _SARIF_SCHEMA, "version": "2.1.0", "runs": [run]}, indent=2)
+
+
+def _sarif_rule(code: Code) -> dict[str, Any]:
+    return {
+        "id": code.name,
+        "shortDescription": {"text": code.title},
+        "fullDescription": {"text": code.explanation},
+        "defaultConfiguration": {"level": code.severity.value},
+    }
+
+
+def _sarif_result(finding: Finding) -> dict[str, Any]:
+    text = f"{finding.message}. {finding.hint}" if finding.hint else finding.message
+    location: dict[str, Any] = {"artifactLocation": {"uri": _uri(finding.place.file)}}
+    if finding.place.line:
+        location["region"] = {"startLine": finding.place.line}
+        if finding.place.column:
+            location["region"]["startColumn"] = finding.place.column
+    return {
+        "ruleId": finding.code.name,
+        "level": finding.code.severity.value,
+        "message": {"text": text},
+        "locations": [{"physicalLocation": location}],
+    }
+
+
+def _uri(file: str) -> str:
+    path = Path(file)
+    return path.as_uri() if path.is_absolute() else path.as_posix()
+
+
+def as_github(findings: Sequence[Finding]) -> str:
+    """Return workflow commands that GitHub shows beside the lines."""
+    return "\n".join(map(_annotation, findings))
+
+
+def _annotation(finding: Finding) -> str:
+    place = f"file={_escaped(finding.place.file, ':,')}"
+    if finding.place.line:
+        place += f",line={finding.place.line}"
+        if finding.place.column:
+            place += f",col={finding.place.column}"
+    text = f"{finding.message}\n{finding.hint}" if finding.hint else finding.message
+    return f"::{_GITHUB[finding.code.severity]} {place},title={finding.code.name}::{_escaped(text)}"
+
+
+def _escaped(text: str, more: str = "") -> str:
+    """Return a text as workflow commands have it."""
+    for character in f"%\r\n{more}":
+        text = text.replace(character, f"%{ord(character):02X}")
+    return text
+
+
+FORMATS: Final[dict[str, Callable[[Sequence[Finding]], str]]] = {
+    "text": as_text,
+    "json": as_json,
+    "sarif": as_sarif,
+    "github": as_github,
+}
+"""The printers, by name."""

@@ -1,0 +1,36 @@
+"""Comments that silence a finding: ``cx-check: ignore CODE REASON``, in its line or in the line above."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable
+from functools import cache
+from pathlib import Path
+from typing import Final
+
+from cxbridge.check.findings import Finding
+
+_COMMENT: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\d+)*)\s+\S")
+
+
+def without_silenced(findings: Iterable[Finding]) -> list[Finding]:
+    """Return the findings that no comment with a reason silences."""
+    rows = cache(_rows)
+    return [finding for finding in findings if not _is_silenced(finding, rows(finding.place.file))]
+
+
+def _is_silenced(finding: Finding, rows: list[str]) -> bool:
+    line = finding.place.line
+    return any(
+        finding.code.name in re.split(r", ?", match["codes"])
+        for row in rows[max(line - 2, 0) : line]
+        if (match := _COMMENT.search(row))
+    )
+
+
+def _rows(file: str) -> list[str]:
+    """Return the lines of a file; none of one that cannot be read."""
+    try:
+        return Path(file).read_text("utf-8", "surrogateescape").splitlines()
+    except (OSError, ValueError):
+        return []

@@ -1,0 +1,191 @@
+"""``cxbridge bb plot``: fields of an interface over time, in the terminal."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+import time
+from collections import deque
+from collections.abc import Iterator, Mapping, Sequence
+from enum import Enum
+from typing import TYPE_CHECKING, Annotated, Any, Final
+
+import typer
+
+from cxbridge.cli.commands.bb.metering import drawing
+from cxbridge.cli.commands.bb.rates import OWNER
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, InterfaceDirs, Uid, connect
+from cxbridge.cli.console import say
+from cxbridge.printing import one_line, terminal_of
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+
+_FRAME_S: Final = 0.1
+_MOST_POINTS: Final = 100_000
+_FIELD: Final = re.compile(r"(\w+)(?:\[(\d+)\])?\Z")
+_BEGIN: Final = "\x1b[?1049h\x1b[?25l"
+_END: Final = "\x1b[?25h\x1b[?1049l"
+_HOME: Final = "\x1b[H"
+_CLEAR_LINE: Final = "\x1b[K"
+_CLEAR_BELOW: Final = "\x1b[J"
+
+
+def plot(
+    uid: Uid,
+    fields: Annotated[
+        list[str], typer.Argument(metavar="FIELD...", help="Numbers of it: NAME, or NAME[INDEX] of an array.")
+    ],
+    url: Connect = DEFAULT_URL,
+    interface_dir: InterfaceDirs = None,
+    span: Annotated[
+        float, typer.Option(min=0.1, metavar="SECONDS", help="How much time the plot shows.")
+    ] = 30.0,
+    count: Annotated[int | None, typer.Option(min=1, help="End after so many writes.")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after so many seconds.")] = None,
+    lines: Annotated[bool, typer.Option("--lines", help="Print lines on a terminal, too.")] = False,
+) -> int:
+    """Plot fields of an interface as they are written. Ends with Ctrl-C.
+
+    Off a terminal, and with --lines, a line a write: the seconds since the begin, then the values, with tabs
+    between. Booleans are 0 and 1, enums their numbers. Exit status: 0 after --count writes or without
+    --count; 3 when --timeout came first; 130 after Ctrl-C.
+
+    Example: cxbridge bb plot Position3DInterface::Pose translation[0] translation[1]
+    """
+    from cxbridge.blackboard import parse_uid
+    from cxbridge.blackboard.following import Deadline, Feed
+
+    with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
+        instance = feed.open(*parse_uid(uid))
+        now = feed.now(instance)
+        for name in fields:
+            value_of(name, now.values)  # a mistake is told before anything is drawn
+        writes = _writes(feed, now, Deadline(timeout))
+        if lines or not sys.stdout.isatty():
+            done = _print(writes, fields, count)
+        else:
+            done = _draw(writes, uid, fields, span, count)
+    return 0 if count is None or done >= count else TIMED_OUT
+
+
+def value_of(field: str, values: Mapping[str, Any]) -> float:
+    """Return a field, or an element of one, as a number.
+
+    :raises BlackBoardError: when there is none of that name, or it is none.
+    """
+    from cxbridge.errors import BlackBoardError
+    from cxbridge.interfaces.names import did_you_mean
+
+    match = _FIELD.match(field)
+    value = values.get(match[1]) if match else None
+    if match is None or value is None:
+        raise BlackBoardError(
+            f"there is no field '{field}'",
+            hint=did_you_mean(field, list(values), f"there are: {', '.join(values)}"),
+        )
+    if isinstance(value, list | tuple):
+        at = int(match[2]) if match[2] else -1
+        if not 0 <= at < len(value):
+            raise BlackBoardError(
+                f"which element of '{match[1]}'?", hint=f"{match[1]}[0] to {match[1]}[{len(value) - 1}]"
+            )
+        value = value[at]
+    elif match[2]:
+        raise BlackBoardError(f"'{match[1]}' is no array", hint=f"name it {match[1]}")
+    if isinstance(value, Enum):
+        value = value.value
+    if not isinstance(value, int | float):
+        raise BlackBoardError(f"'{field}' is text, which cannot be plotted", hint="'bb watch' prints it")
+    return float(value)
+
+
+def _writes(
+    feed: Feed, now: InterfaceEvent, deadline: Deadline
+) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
+    """Yield seconds and the values of each write, until the deadline; None when nothing came for a while."""
+    from cxbridge.blackboard.following import Deadline
+
+    begin_s = time.monotonic()
+    if now.time_us:
+        yield 0.0, now.values
+    while (left_s := deadline.remaining_s()) != 0:
+        news = feed.next(Deadline(_FRAME_S if left_s is None else min(_FRAME_S, left_s)))
+        seconds = time.monotonic() - begin_s
+        if news is None:
+            yield seconds, None
+        elif news.kind == "data":
+            yield seconds, news.values
+
+
+def _print(
+    writes: Iterator[tuple[float, Mapping[str, Any] | None]], fields: Sequence[str], count: int | None
+) -> int:
+    """Print a line a write; returns how many there were."""
+    done = 0
+    for seconds, values in writes:
+        if values is None:
+            continue
+        say("\t".join([f"{seconds:.3f}", *(f"{value_of(name, values):g}" for name in fields)]), flush=True)
+        done += 1
+        if done == count:
+            break
+    return done
+
+
+def _draw(
+    writes: Iterator[tuple[float, Mapping[str, Any] | None]],
+    uid: str,
+    fields: Sequence[str],
+    span_s: float,
+    count: int | None,
+) -> int:
+    """Draw plots, one below the other; returns how many writes there were."""
+    points: dict[str, deque[tuple[float, float]]] = {name: deque(maxlen=_MOST_POINTS) for name in fields}
+    out, done, drawn_s = terminal_of(sys.stdout), 0, -_FRAME_S
+    out.write(_BEGIN)
+    try:
+        for seconds, values in writes:
+            if values is not None:
+                done += 1
+                for name in fields:
+                    points[name].append((seconds, value_of(name, values)))
+            if seconds - drawn_s >= _FRAME_S:
+                drawn_s = seconds
+                size = shutil.get_terminal_size()
+                screen = screen_lines(uid, points, seconds, span_s, (size.columns, size.lines))
+                out.write(_HOME + "\n".join(f"{line}{_CLEAR_LINE}" for line in screen) + _CLEAR_BELOW)
+                out.flush()
+            if done == count:
+                break
+    finally:
+        out.write(_END)
+        out.flush()
+    return done
+
+
+def screen_lines(
+    uid: str,
+    points: Mapping[str, Sequence[tuple[float, float]]],
+    now_s: float,
+    span_s: float,
+    size: tuple[int, int],
+) -> list[str]:
+    """Return the lines of a screen with a plot of each field.
+
+    :param size: columns and lines of the screen.
+    """
+    columns, rows = size
+    height = max(2, (rows - 1) // len(points) - 3)
+    screen = []
+    for name, known in points.items():
+        shown = [point for point in known if point[0] >= now_s - span_s]
+        if not shown and known:
+            shown = [(now_s - span_s, known[-1][1])]  # it still has the value of its last write
+        value = f"{known[-1][1]:g}" if known else "not written yet"
+        if shown:
+            shown.append((now_s, shown[-1][1]))
+        screen.append(one_line(f"{uid} {name} = {value}")[:columns])
+        screen += drawing(shown, columns, height, span_s)
+    return [*screen[: rows - 1], "Ctrl-C ends"]

@@ -1,0 +1,139 @@
+"""``cxbridge bb hz`` and ``bb bw``: how often interfaces are written, and how much that is."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cxbridge.cli.commands.bb.metering import WINDOW, Rate, RateMeter, amount
+from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, Globs, InterfaceDirs, connect, split_glob
+from cxbridge.cli.console import say, say_json
+from cxbridge.cli.option_groups import option_groups
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from cxbridge.blackboard import BlackBoard
+
+OWNER = "cxbridge bb"
+NO_RATE = "fewer than two writes yet"
+NO_NEWS = "no new writes"
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeterOptions:
+    """How it is measured, and for how long."""
+
+    window: Annotated[
+        int, typer.Option(min=2, help="Writes of each interface that count, the last ones.")
+    ] = WINDOW
+    every: Annotated[float, typer.Option(min=0.05, metavar="SECONDS", help="Time between two reports.")] = 1.0
+    count: Annotated[int | None, typer.Option(min=1, help="End after so many reports.")] = None
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after so many seconds.")] = None
+    as_json: Annotated[
+        bool, typer.Option("--json", help="Print one JSON object an interface and report.")
+    ] = False
+
+
+@option_groups
+def hz(
+    globs: Globs, options: MeterOptions, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None
+) -> int:
+    """Measure how often interfaces are written, as `ros2 topic hz` does. Ends with Ctrl-C.
+
+    One line an interface and report. Interfaces that come later are measured, too. Exit status: 0 after
+    --count reports; 3 when --timeout came first; 130 after Ctrl-C.
+
+    Example: cxbridge bb hz SkillerInterface
+    """
+    return _measure(globs, options, url, interface_dir, _rate_text)
+
+
+@option_groups
+def bw(
+    globs: Globs, options: MeterOptions, url: Connect = DEFAULT_URL, interface_dir: InterfaceDirs = None
+) -> int:
+    """Measure how many bytes a second are written to interfaces, as `ros2 topic bw` does. Ends with Ctrl-C.
+
+    A write is a whole block of the interface: its fields and its time stamp. Exit status as of hz.
+
+    Example: cxbridge bb bw 'Transform*' --every 5
+    """
+    return _measure(globs, options, url, interface_dir, _amount_text)
+
+
+def _rate_text(rate: Rate, _size: int) -> str:
+    return (
+        f"{rate.hz:9.3f} Hz  min {rate.shortest_s:.4f} s  max {rate.longest_s:.4f} s  "
+        f"std dev {rate.deviation_s:.5f} s  window {rate.window}"
+    )
+
+
+def _amount_text(rate: Rate, size: int) -> str:
+    return f"{amount(rate.hz * size):>10}/s  {rate.hz:9.3f} Hz  block {amount(size)}  window {rate.window}"
+
+
+def _measure(
+    globs: list[str],
+    options: MeterOptions,
+    url: str,
+    interface_dir: list[Path] | None,
+    text: Callable[[Rate, int], str],
+) -> int:
+    """Print reports; returns the exit status."""
+    from cxbridge.blackboard.following import Deadline
+
+    deadline, reports = Deadline(options.timeout), 0
+    with connect(url, interface_dir) as board:
+        for meters in _reports(board, globs, options, deadline):
+            width = max(map(len, meters), default=0)
+            for uid, meter in sorted(meters.items()):
+                rate, news = meter.rate(), meter.news()
+                size = board.registry.get(uid.partition("::")[0]).SCHEMA.datasize
+                if options.as_json:
+                    say_json(_row(uid, rate, size) | {"news": news}, flush=True)
+                else:
+                    shown = NO_RATE if rate is None else text(rate, size) if news else NO_NEWS
+                    say(f"{uid.ljust(width)}  {shown}", flush=True)
+            if not meters and not options.as_json:
+                say("no such interface yet", flush=True)
+            reports += 1
+            if reports == options.count:
+                return 0
+    return 0 if options.count is None else TIMED_OUT
+
+
+def _row(uid: str, rate: Rate | None, size: int) -> dict[str, Any]:
+    """Return a report of an interface as JSON can have it."""
+    known = {} if rate is None else {**asdict(rate), "bytes_per_s": rate.hz * size}
+    return {"uid": uid, "block_bytes": size, **known}
+
+
+def _reports(
+    board: BlackBoard, globs: list[str], options: MeterOptions, deadline: Any
+) -> Iterator[dict[str, RateMeter]]:
+    """Yield the meters of all interfaces whenever a report is due, until the deadline."""
+    from cxbridge.blackboard.following import Deadline, Feed
+
+    with Feed(board, OWNER) as feed:
+        meters = {
+            instance.uid: RateMeter(options.window)
+            for type_glob, id_glob in map(split_glob, globs)
+            for instance in feed.follow(type_glob, id_glob)
+        }
+        while deadline.remaining_s() != 0:
+            report = Deadline(_sooner(options.every, deadline.remaining_s()))
+            while (news := feed.next(report)) is not None:
+                if news.kind == "data":
+                    meters.setdefault(news.uid, RateMeter(options.window)).note(time.monotonic())
+                if report.remaining_s() == 0:
+                    break
+            yield meters
+
+
+def _sooner(seconds: float, others: float | None) -> float:
+    return seconds if others is None else min(seconds, others)

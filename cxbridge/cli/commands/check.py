@@ -1,0 +1,71 @@
+"""`cxbridge check`: mistakes of an agent, without running it."""
+
+from __future__ import annotations
+
+import dataclasses
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.console import say_text
+from cxbridge.cli.option_groups import option_groups
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import ScenarioOptions, SourceOptions
+
+_TEXT = "text"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _AgentOptions(ScenarioOptions, SourceOptions):
+    """The agent that is checked: options of runs."""
+
+    skiller: Annotated[
+        str,
+        typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills; lua: check them, too."),
+    ] = "lua"
+
+
+@option_groups
+def check(
+    agent: _AgentOptions,
+    form: Annotated[
+        str, typer.Option("--format", metavar="text|json|sarif|github", help="How findings are printed.")
+    ] = _TEXT,
+    as_json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    explain: Annotated[
+        str, typer.Option(metavar="CODE", help="Explain a code, e.g. CX201, and exit.", show_default=False)
+    ] = "",
+) -> int:
+    """Check an agent without running it.
+
+    It reads configuration, CLIPS files, PDDL domain, action mapping and skills as a run does, and reports
+    each mistake once, where it was made. A comment silences a finding: ; cx-check: ignore CODE REASON.
+
+    Exit status: 0 no error; 1 errors; 2 bad usage.
+
+    Example: cxbridge check scenarios/courier --format github
+    """
+    from cxbridge.check.checks import codes
+    from cxbridge.check.findings import Severity
+    from cxbridge.check.formats import FORMATS
+    from cxbridge.check.run import check as find
+    from cxbridge.run.options import RunOptions
+
+    if explain:
+        known = codes()
+        if explain not in known:
+            raise CxbridgeError(f"there is no code '{explain}'", hint=f"there are: {', '.join(known)}")
+        code = known[explain]
+        say_text(f"{code.name} ({code.severity.value}): {code.title}\n\n{code.explanation}")
+        return 0
+    form = "json" if as_json else form
+    if form not in FORMATS:
+        raise CxbridgeError(f"--format cannot be '{form}'", hint=f"use one of: {', '.join(FORMATS)}")
+    options = RunOptions(**vars(agent))
+    if options.scenario is None and options.fawkes_dir is None and options.ros2cx is None:
+        options = dataclasses.replace(options, scenario=Path())
+    findings = find(options)
+    if text := FORMATS[form](findings):
+        say_text(text)
+    return int(any(finding.code.severity is Severity.ERROR for finding in findings))

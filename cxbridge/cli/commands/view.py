@@ -1,0 +1,60 @@
+"""`cxbridge view`: the page over recorded runs, without a daemon."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Annotated, Final
+
+import typer
+
+from cxbridge.cli.console_options import ConsoleOptions
+from cxbridge.cli.option_groups import option_groups
+from cxbridge.cli.orderly import orderly
+from cxbridge.cli.web_options import BrowserOptions
+
+_REST_S: Final = 0.1
+
+
+@option_groups
+@orderly(service=True)
+def view(
+    runs: Annotated[
+        list[Path],
+        typer.Argument(metavar="RUN...", help="Recorded runs of any format: mcap, Fawkes' logs, bblogger's."),
+    ],
+    browser: BrowserOptions,
+    console: ConsoleOptions,
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, metavar="PORT", help="Serve there; 0: any free port.")
+    ] = 0,
+) -> int:
+    """Open recorded runs on the web page, until Ctrl-C. No daemon is needed.
+
+    Serves the page and these runs, no other file, on this machine only. With several runs the page lets you
+    choose. Exit status: 0 ended by Ctrl-C; 2 a run cannot be read, or the port is taken.
+
+    Example: cxbridge view out/run.mcap
+    """
+    from cxbridge.clock import RealClock
+    from cxbridge.events import EventBus, LogLine
+    from cxbridge.process.interrupt import Interrupt
+    from cxbridge.web.guard import Guard
+    from cxbridge.web.http.recordings import Recordings
+    from cxbridge.web.http.serving import HttpThread
+    from cxbridge.web.settings import WebSettings
+
+    bus = EventBus(RealClock())
+    bus.subscribe(console.log(), LogLine)
+    settings = WebSettings(port=port)
+    recordings = Recordings(runs)
+    server = HttpThread(settings, bus.logger("Web"))
+    with Interrupt(service=True) as interrupt:
+        try:
+            server.start(Guard(recordings, settings))
+            browser.announce(f"{server.url}{recordings.start}")
+            while not interrupt.received:
+                time.sleep(_REST_S)
+        finally:
+            server.stop()
+    return 0

@@ -1,0 +1,127 @@
+"""Groups of options: a dataclass as a command's parameter stands for an option for each of its fields.
+
+A field is ``Annotated[T, typer.Option(...)]`` or ``typer.Argument``, with its default. So an option is
+written once, with the code that reads it, and every command that takes the group has it. Other fields are no
+options. A group that derives from others has their options first, those of the first base before those of the
+second. A field of type ``tuple[T, ...]`` is an option that may be given several times.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import inspect
+from collections.abc import Callable, Iterator
+from inspect import Parameter
+from types import GenericAlias, UnionType
+from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+
+T = TypeVar("T")
+
+
+@dataclasses.dataclass(frozen=True)
+class Before:
+    """An annotation of an option: the help lists it before that one, which a group brings along."""
+
+    name: str
+
+
+def option_groups(command: Callable[..., T]) -> Callable[..., T]:
+    """Give a command the options of its parameters that are dataclasses, in their place."""
+    hints = get_type_hints(command, include_extras=True)
+    groups = {name: _Group(hint) for name, hint in hints.items() if dataclasses.is_dataclass(hint)}
+    parameters: list[Parameter] = []
+    for name, parameter in inspect.signature(command).parameters.items():
+        if name in groups:
+            parameters += groups[name].parameters
+        else:
+            parameters.append(parameter.replace(annotation=hints[name], kind=Parameter.KEYWORD_ONLY))
+
+    @functools.wraps(command)
+    def expanded(**given: Any) -> T:
+        taken = {name: group.take(given) for name, group in groups.items()}
+        return command(**given, **taken)
+
+    # typer reads both
+    vars(expanded)["__signature__"] = inspect.Signature(_in_order(parameters))
+    expanded.__annotations__ = {parameter.name: parameter.annotation for parameter in parameters}
+    return expanded
+
+
+class _Group:
+    """The fields of a dataclass as parameters of a command."""
+
+    def __init__(self, group: Any) -> None:
+        hints = get_type_hints(group, include_extras=True)
+        self._make = group
+        self._repeated = {name for name, hint in hints.items() if _item(hint) is not None}
+        fields = {field.name: field for field in dataclasses.fields(group)}
+        self.parameters = [
+            Parameter(
+                name,
+                Parameter.KEYWORD_ONLY,
+                default=_default(fields[name]),
+                annotation=_as_typer_has_it(hints[name]),
+            )
+            for name in dict.fromkeys(_names(group))
+            if get_origin(hints[name]) is Annotated
+        ]
+
+    def take(self, given: dict[str, Any]) -> Any:
+        """Return the group with what was given; it is no longer in ``given``."""
+        values = {parameter.name: given.pop(parameter.name) for parameter in self.parameters}
+        return self._make(
+            **{
+                name: tuple(value or ()) if name in self._repeated else value
+                for name, value in values.items()
+            }
+        )
+
+
+def _names(group: type) -> Iterator[str]:
+    """Yield the fields of a group: those of its bases from left to right, then its own."""
+    for base in group.__bases__:
+        yield from _names(base)
+    if "__dataclass_fields__" in vars(group):
+        yield from inspect.get_annotations(group)
+
+
+def _item(hint: Any) -> Any:
+    """Return T of a hint in which ``tuple[T, ...]`` is; None of another."""
+    if get_origin(hint) in (Annotated, UnionType):
+        return next((item for part in get_args(hint) if (item := _item(part)) is not None), None)
+    return get_args(hint)[0] if get_origin(hint) is tuple else None
+
+
+def _as_typer_has_it(hint: Any) -> Any:
+    """Return the hint of a field with a list for a tuple: typer means something else by that."""
+    item = _item(hint)
+    return hint if item is None else Annotated[GenericAlias(list, (item,)) | None, *hint.__metadata__]
+
+
+def _default(field: dataclasses.Field[Any]) -> Any:
+    """Return the default of a field's option: an empty tuple is an option that is not given."""
+    if field.default is dataclasses.MISSING:
+        return Parameter.empty
+    return None if field.default == () else field.default
+
+
+def _in_order(parameters: list[Parameter]) -> list[Parameter]:
+    """Return the parameters, with those that want to stand before another one there.
+
+    :raises ValueError: when there is no such other one.
+    """
+    ordered = [parameter for parameter in parameters if _place(parameter) is None]
+    for parameter in parameters:
+        if (place := _place(parameter)) is not None:
+            names = [other.name for other in ordered]
+            if place not in names:
+                raise ValueError(f"'{parameter.name}' cannot stand before '{place}': there is no such option")
+            ordered.insert(names.index(place), parameter)
+    return ordered
+
+
+def _place(parameter: Parameter) -> str | None:
+    """Return the parameter before which this one wants to stand."""
+    notes = getattr(parameter.annotation, "__metadata__", ())
+    return next((note.name for note in notes if isinstance(note, Before)), None)

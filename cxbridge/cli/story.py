@@ -1,0 +1,191 @@
+"""The story of a run as it goes: goals as they end, and what went wrong; then the tree and one line."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+import threading
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.cli.colours import Brush, wants_colour
+from cxbridge.cli.console import ConsoleLog
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, GoalTransition, Level, LogLine
+from cxbridge.explain.brief import BRIEF_TYPES, BriefReasons, forget_oldest
+from cxbridge.history.outcome import ENDED_MODES, Outcome, goal_outcome
+from cxbridge.history.tree import GoalLine, goal_title
+from cxbridge.printing import one_line, terminal_of
+from cxbridge.run.result import COMPLETED
+
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.result import RunResult
+
+_WORD: Final = max(len(outcome.word) for outcome in Outcome)
+_SHORT_S: Final = 0.05
+"""A shorter time is not worth a word."""
+
+_LEAST_REASON: Final = 24
+"""Characters of a reason that are shown on the narrowest terminal."""
+
+_OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
+"""How CLIPS begins its own messages of errors."""
+
+
+class RunLog(ConsoleLog):
+    """Prints the log lines that are about the run itself; what rules print only with ``verbose``.
+
+    :param quiet: errors only.
+    :param verbose: everything.
+    """
+
+    def __init__(self, *, quiet: bool = False, verbose: bool = False) -> None:
+        super().__init__(quiet=quiet, verbose=verbose)
+        self._verbose = verbose
+        self._printing = 0
+        self._goes_on = False
+
+    def attach(self, assembly: Assembly) -> None:
+        """Tell what an agent's rules print from all else that is logged for their environment."""
+        output = assembly.executive.env.output
+
+        def print_line(level: Level, line: str) -> None:
+            self._printing = threading.get_ident()
+            try:
+                before(level, line)
+            finally:
+                self._printing = 0
+
+        before = output.redirect(print_line)
+
+    def __call__(self, event: Event) -> None:
+        """Print a log line, if it is to be shown."""
+        if (
+            self._verbose
+            or self._printing != threading.get_ident()
+            or (isinstance(event, LogLine) and self._is_of_clips(event))
+        ):
+            super().__call__(event)
+
+    def _is_of_clips(self, line: LogLine) -> bool:
+        """Whether CLIPS itself reports an error; the rest of such a report is indented."""
+        self._goes_on = line.level is Level.ERROR and (
+            _OF_CLIPS.match(line.text) is not None or (self._goes_on and line.text.startswith("  "))
+        )
+        return self._goes_on
+
+
+class RunStory:
+    """Prints a line for each goal that ends, and at last the result.
+
+    :param quiet: print the result only.
+    """
+
+    def __init__(self, *, quiet: bool = False) -> None:
+        self._quiet = quiet
+        self._brush = Brush(on=wants_colour(sys.stdout))
+        self._width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
+        self._agents = 0
+
+    def attach(self, assembly: Assembly) -> None:
+        """Follow the goals of an agent, that is made and not started."""
+        self._agents += 1
+        if not self._quiet:
+            assembly.bus.subscribe(_Teller(assembly, self).take, *BRIEF_TYPES)
+
+    def tell(self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str) -> None:
+        """Print how a goal ended.
+
+        :param seconds: since the run began.
+        :param took_s: since the goal was selected; None: it was not.
+        """
+        outcome = goal_outcome(goal.mode, goal.outcome)
+        took = "" if took_s is None or took_s < _SHORT_S else f" in {took_s:.1f} s"
+        name = f"{agent}  " if self._agents > 1 else ""
+        title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{took}")
+        time = f"{seconds:7.1f} s"
+        reason = one_line(f": {why}" if why else "")
+        room = self._width - sum(map(len, (time, name, self._plain_mark(outcome), title))) - 2 * len("  ")
+        if self._width and len(reason) > max(room, _LEAST_REASON):
+            reason = reason[: max(room, _LEAST_REASON) - 1] + "…"
+        self._print(
+            self._brush(time, "dim"),
+            f"{name}{self._brush(self._plain_mark(outcome), outcome.colour)}",
+            title + self._brush(reason, outcome.colour),
+        )
+
+    def _plain_mark(self, outcome: Outcome) -> str:
+        icon = f"{outcome.icon} " if self._brush.on else ""
+        return f"{icon}{outcome.word:{_WORD}}"
+
+    def _print(self, *parts: str) -> None:
+        out = terminal_of(sys.stdout)
+        out.write("  ".join(parts) + "\n")
+        out.flush()
+
+    def finish(self, result: RunResult) -> None:
+        """Print the tree of goals, and how the run ended."""
+        for line in self._result_lines(result):
+            self._print(line)
+
+    def _result_lines(self, result: RunResult) -> Iterator[str]:
+        for line in result.tree():
+            yield self._tree_line(line) if isinstance(line, GoalLine) else one_line(line)
+        for text in () if result.replay is None else result.replay.lines:
+            yield one_line(text)
+        how = Outcome.COMPLETED if result.status == COMPLETED else Outcome.FAILED
+        yield self._brush(one_line(result.verdict), how.colour) + self._brush(one_line(result.figures), "dim")
+
+    def _tree_line(self, line: GoalLine) -> str:
+        if not self._brush.on:
+            return one_line(line.text)
+        error = f"  [{line.error}]" if line.error else ""
+        return (
+            self._brush(line.branch, "dim")
+            + self._brush(line.outcome.icon, line.outcome.colour)
+            + one_line(f" {line.title}: ")
+            + self._brush(one_line(line.state + error), line.outcome.colour)
+        )
+
+
+class _Teller:
+    """Follows the goals of one agent."""
+
+    def __init__(self, assembly: Assembly, story: RunStory) -> None:
+        self._name = assembly.name
+        self._env = assembly.executive.env
+        self._story = story
+        self._reasons = BriefReasons(self._slots_of)
+        self._start_us = assembly.clock.now_us()
+        self._told: dict[str, str] = {}
+        self._selected_us: dict[str, int] = {}
+
+    def _slots_of(self, template: str) -> Iterator[Mapping[str, object]]:
+        for _, _, slots in self._env.facts(template):
+            yield slots
+
+    def take(self, event: Event) -> None:
+        """Take a transition; a goal that ends is told."""
+        self._reasons.take(event)
+        if not isinstance(event, GoalTransition):
+            return
+        if event.mode in ENDED_MODES:
+            self._end(event)
+        elif event.mode == "FORMULATED":  # perhaps again
+            self._selected_us.pop(event.goal, None)
+            self._told.pop(event.goal, None)
+        elif event.mode == "SELECTED":
+            self._selected_us[event.goal] = event.time_us
+
+    def _end(self, goal: GoalTransition) -> None:
+        """Tell that a goal has ended, once: it may skip FINISHED."""
+        if self._told.get(goal.goal) == goal.outcome:
+            return
+        self._told[goal.goal] = goal.outcome
+        forget_oldest(self._told)
+        begun = self._selected_us.pop(goal.goal, None)
+        took_s = None if begun is None else (goal.time_us - begun) / MICROSECONDS
+        seconds = (goal.time_us - self._start_us) / MICROSECONDS
+        self._story.tell(self._name, seconds, goal, took_s, self._reasons.reason(goal))

@@ -1,0 +1,110 @@
+"""One style for the help of all commands; options that go with and without a value."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from typing import Any, Final
+
+from typer.core import TyperCommand
+
+EXAMPLE: Final = "\n\nExample: "
+"""What begins the last paragraph of a command's docstring."""
+
+_UNMARKED: Final = "\b"
+"""Keeps the lines of a paragraph of a help text as they are."""
+
+_DIRECTORY: Final = re.compile(r"(?:dir|bblog|clients|checkout|ros2cx)s?$")
+_SECONDS: Final = re.compile(r"(?:timeout|duration|hold|seconds)$")
+_NAMES: Final = {
+    "agent": "NAME",
+    "spec": "NAME",
+    "space": "NAME",
+    "planner": "NAME",
+    "scenario": "NAME",
+    "clock": "virtual|real|scaled:N",
+    "core": "builtin|fawkes",
+    "trace_level": "transitions|rules|facts",
+    "level": "transitions|skills|rules|facts|blackboard",
+    "order": "total|partial",
+    "replay_order": "total|partial",
+    "on_failure": "stop|continue",
+    "time_from": "thread|begin",
+    "fawkes_host": "HOST",
+    "fawkes_port": "PORT",
+}
+
+
+class StyledCommand(TyperCommand):
+    """A command: its options with a metavar like ``[PORT]`` may go without a value, which is then empty.
+
+    What follows such an option is its value only if it is a number.
+    """
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Parse the arguments."""
+        optional = [
+            name
+            for parameter in self.params
+            if parameter.param_type_name == "option" and (parameter.metavar or "").startswith("[")
+            for name in parameter.opts
+        ]
+        return list(super().parse_args(ctx, _filled(args, optional) if optional else args))
+
+
+def _filled(arguments: Sequence[str], options: Sequence[str]) -> list[str]:
+    """Return the arguments with ``--web`` as ``--web=``, and ``--web 80`` as ``--web=80``."""
+    filled: list[str] = []
+    rest = list(arguments)
+    while rest and rest[0] != "--":
+        argument = rest.pop(0)
+        if argument in options:
+            number = rest.pop(0) if rest and rest[0].isdecimal() else ""
+            argument = f"{argument}={number}"
+        filled.append(argument)
+    return filled + rest
+
+
+def style(command: Any) -> Any:
+    """Give the help of a command, and of those below it, the style of all; returns the command."""
+    text, mark, example = (command.help or "").partition(EXAMPLE)
+    if mark:
+        command.help = text
+        lines = "\n".join(f"  {line.strip()}" for line in example.strip().splitlines())
+        command.epilog = f"{_UNMARKED}\nExample:\n{lines}"
+    for parameter in command.params:
+        _style_parameter(parameter)
+    for below in getattr(command, "commands", {}).values():
+        style(below)
+    return command
+
+
+def _style_parameter(parameter: Any) -> None:
+    if parameter.metavar is None and not getattr(parameter, "is_flag", False):
+        parameter.metavar = _metavar(parameter)
+    text = getattr(parameter, "help", None)
+    if text:
+        parameter.help = _sentence(text, (parameter.metavar or "").split("|"))
+
+
+def _sentence(text: str, values: Sequence[str]) -> str:
+    """Return a text as a sentence; a value of the command line at its begin keeps its case."""
+    first = text.split(maxsplit=1)[0]
+    if first.isalpha() and first.islower() and first not in values:
+        text = text[0].upper() + text[1:]
+    return text if text.endswith((".", ")", "]")) else f"{text}."
+
+
+def _metavar(parameter: Any) -> str:
+    """Return what stands for a parameter's value."""
+    name = parameter.name
+    if parameter.param_type_name == "argument":
+        return str(name).upper().replace("_", "-")
+    kind = type(parameter.type).__name__
+    if name in _NAMES and "Path" not in kind:
+        return _NAMES[name]
+    if "Path" in kind:
+        return "DIR" if _DIRECTORY.search(name) else "FILE"
+    if "Float" in kind or _SECONDS.search(name):
+        return "SECONDS" if _SECONDS.search(name) else "N"
+    return "N" if "Int" in kind else "TEXT"

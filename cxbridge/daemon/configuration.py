@@ -1,0 +1,80 @@
+"""The configuration of a daemon, with its options on top."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+from pathlib import Path
+
+from cxbridge.clock import make_clock
+from cxbridge.config import Configuration
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.daemon.settings import DaemonSettings, core_of
+from cxbridge.errors import ConfigError
+from cxbridge.events import EventBus
+from cxbridge.mainloop import MainLoop
+from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, load_configuration
+from cxbridge.run.options import RunOptions, SourceOptions
+from cxbridge.run.think_rate import main_period_us
+
+DEFAULT_CONFIG = Path("cxbridge.yaml")
+"""Stands for the configuration where none is given; need not exist."""
+
+
+def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSettings]:
+    """Read the configuration, and make a clock, a bus and a main loop; returns them and the settings.
+
+    :raises CxbridgeError: when a file is missing or wrong, or a setting makes no sense.
+    """
+    config, file = read_configuration(options)
+    settings = DaemonSettings.of(config)
+    clock = make_clock(settings.clock)
+    loop = MainLoop(clock, main_period_us(config, ros2cx=options.ros2cx is not None))
+    return AgentContext("", config, file, clock, EventBus(clock), loop), settings
+
+
+def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
+    """Return the configuration with what was laid over it, and its file.
+
+    :raises CxbridgeError: when a file is missing or wrong.
+    """
+    config, file = Configuration(), DEFAULT_CONFIG
+    if options.config is not None or options.fawkes_dir is not None or options.ros2cx is not None:
+        named = RunOptions(
+            scenario=options.config,
+            fawkes_dir=options.fawkes_dir,
+            ros2cx=options.ros2cx,
+            config=options.overlay,
+        )
+        named.check_source()
+        config, file = load_configuration(named)
+    else:
+        config.overlay_files(options.overlay)
+    if options.agent is not None:
+        config = choose_agent(config, options.agent)
+    elif names := agent_names(config):
+        hint = f"a daemon is one of them: choose it with --agent; there are: {', '.join(names)}"
+        raise ConfigError("this scenario has several agents", file=file, hint=hint)
+    for path, value in options.all_settings():
+        config.set(f"/cxbridge/{path}", value)
+    return config, file
+
+
+def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
+    """Return the options of the parts that runs have, too.
+
+    :raises CxbridgeError: when one makes no sense.
+    """
+    sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
+    made = RunOptions(
+        scenario=options.config or (None if options.ros2cx else DEFAULT_CONFIG),
+        spec=options.spec,
+        **sources | {"core": core_of(config)},
+        clock="real",
+        trace=settings.trace,
+        trace_level=settings.trace_level,
+        trace_files=settings.trace_files,
+        log=settings.log,
+        bblog=settings.bblog,
+    )
+    made.check()
+    return replace(made, skiller=settings.skiller, speech=settings.speech)

@@ -1,0 +1,232 @@
+"""The web page of a single run: ``cxbridge run --web``."""
+
+from __future__ import annotations
+
+import os
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge import __version__
+from cxbridge.daemon.client import ask_why
+from cxbridge.daemon.explain import DaemonExplainer
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.service import EnvironmentService
+from cxbridge.mainloop import Hook
+from cxbridge.operations.operation import OperationContext
+from cxbridge.rights import EVERYTHING
+from cxbridge.web.server import WebServer
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import BlackBoard
+    from cxbridge.config import Configuration
+    from cxbridge.events import EventBus
+    from cxbridge.executive.debugger import Debugger
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.rights import Rights
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.result import RunResult
+    from cxbridge.run.team import Team
+    from cxbridge.tf.listener import TransformListener
+    from cxbridge.web.settings import WebSettings
+
+_REST_S: Final = 0.02
+_RULES: Final = 1
+_OWNER: Final = "TransformsRestApi"
+
+
+class RunWeb:
+    """A run as its web server sees it; :class:`cxbridge.web.host.WebHost`.
+
+    Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
+    """
+
+    def __init__(self, run: Assembly | Team) -> None:
+        self._run = run
+        self._agent = run.agents[0]
+        self._start_us = run.clock.now_us()
+        self._transforms: TransformListener | None = None
+        self.paused = False
+        self.is_over = False
+        self.service = EnvironmentService(self._agent.manager)
+        self.operations = OperationContext(self.rights, self, component_rows=self._components)
+        self._explainer = DaemonExplainer(
+            self.board,
+            self._agent.bus,
+            lambda: self._agent.executive.env,
+            run.spec,
+            self._agent.paths.clips_dirs,
+            with_firings=False,
+        )
+
+    @property
+    def board(self) -> BlackBoard:
+        """The blackboard."""
+        return self._agent.board
+
+    @property
+    def bus(self) -> EventBus:
+        """What happens."""
+        return self._run.bus
+
+    @property
+    def config(self) -> Configuration:
+        """The configuration."""
+        return self._run.config
+
+    @property
+    def rights(self) -> Rights:
+        """What clients may do: all, as in a daemon that only this machine reaches."""
+        return EVERYTHING
+
+    @property
+    def debugger(self) -> Debugger:
+        """The executive's debugger."""
+        return self._agent.executive.debugger
+
+    def environments(self) -> Mapping[str, ClipsEnvironment]:
+        """Return the CLIPS environments by name."""
+        found: dict[str, ClipsEnvironment] = {}
+        for agent in self._run.agents:
+            found.update(agent.manager.environments)
+        return found
+
+    def _components(self) -> list[dict[str, Any]]:
+        state = "INACTIVE" if self.is_over else "ACTIVE"
+        return [
+            {"name": agent.name or "executive", "state": state, "since_us": self._start_us, "reason": ""}
+            for agent in self._run.agents
+        ]
+
+    def status(self) -> dict[str, Any]:
+        """Return how the run stands; ``STOPPING`` when it has come to its end."""
+        state = "STOPPING" if self.is_over else "PAUSED" if self.paused else "RUNNING"
+        loop = self._run.loop
+        return {
+            "state": state,
+            "version": __version__,
+            "pid": os.getpid(),
+            "started_us": self._start_us,
+            "now_us": self._run.clock.now_us(),
+            "clock": self._run.clock.name,
+            "endpoints": [],
+            "error": "",
+            "loop": {"count": loop.loops, "period_us": loop.period_us},
+            "components": self._components(),
+        }
+
+    def command(self, what: str) -> None:
+        """Pause or resume the run.
+
+        :raises CxbridgeError: for ``reset``: a run is not begun again.
+        """
+        if what == "pause":
+            self.paused = True
+        elif what == "resume":
+            self.paused = False
+            self.debugger.go_on()
+        else:
+            raise CxbridgeError("a run cannot be reset", hint="a daemon can: 'cxbridge daemon start --web'")
+
+    @property
+    def stall(self) -> str:
+        """Nothing: nobody watches the loops of a run that has a page."""
+        return ""
+
+    def interrupt(self) -> None:
+        """End what rules do in this loop, from any thread."""
+        for agent in self._run.agents:
+            agent.executive.env.break_off()
+
+    def plugins(self) -> Sequence[tuple[str, str, bool]]:
+        """Return nothing: a run has no plugins."""
+        return ()
+
+    def load_plugin(self, name: str, *, load: bool) -> None:
+        """Refuse it.
+
+        :raises CxbridgeError: always.
+        """
+        what = "loaded" if load else "unloaded"
+        raise CxbridgeError(f"{name} cannot be {what}: a run has the same parts from its start to its end")
+
+    def frames(self) -> Mapping[str, str | None]:
+        """Return the parent of each coordinate frame; listens to them from the first question on."""
+        if self._transforms is None:
+            from cxbridge.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
+
+            self._transforms = TransformListener(self.board, owner=_OWNER)
+        return self._transforms.buffer.frames
+
+    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
+        """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""
+        return ask_why(self.board, name, kind, _RULES, timeout_s)
+
+    def attend(self) -> None:
+        """Do what was asked for between two loops."""
+        self.service.run()
+        self._explainer.attend()
+
+    def close(self) -> None:
+        """Let go of the run."""
+        self._explainer.close()
+
+
+class RunPage:
+    """Serves the page of a run, and after its end until somebody has seen enough; a run's company.
+
+    :param on_ready: gets the page's address, once it is served.
+    :param on_end: gets the result, before the page is kept open.
+    :param has_seen_enough: whether to close the page after the end.
+    """
+
+    def __init__(
+        self,
+        settings: WebSettings,
+        on_ready: Callable[[str], None],
+        on_end: Callable[[RunResult], None],
+        has_seen_enough: Callable[[], bool],
+    ) -> None:
+        self._settings = settings
+        self._on_ready = on_ready
+        self._on_end = on_end
+        self._has_seen_enough = has_seen_enough
+        self._host: RunWeb | None = None
+        self._server: WebServer | None = None
+
+    @contextmanager
+    def join(self, run: Assembly | Team) -> Iterator[None]:
+        """Serve a run's page."""
+        host = self._host = RunWeb(run)
+        server = self._server = WebServer(host, self._settings)
+        try:
+            server.start()
+            self._on_ready(server.url)
+
+            def attend() -> None:
+                self._attend()
+                while host.paused and not run.loop.stopping:
+                    time.sleep(_REST_S)
+                    self._attend()
+
+            run.loop.add(Hook.PRE_LOOP, attend)
+            yield
+        finally:
+            server.stop()
+            host.close()
+
+    def _attend(self) -> None:
+        if self._server is not None and self._host is not None:
+            self._server.attend()
+            self._host.attend()
+
+    def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
+        """Keep the page open."""
+        if self._host is not None:
+            self._host.is_over = True
+        self._on_end(result)
+        while not (is_over() or self._has_seen_enough()):
+            self._attend()
+            tick()
+            time.sleep(_REST_S)

@@ -1,0 +1,76 @@
+"""The outcomes of goals, actions and skills in six words, each with an icon and a colour.
+
+The page has the same words and icons (js/outcome.js). No outcome rests on its colour alone.
+"""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Final
+
+
+class Outcome(Enum):
+    """What became of a goal, a plan-action or a skill call.
+
+    :ivar word: what readers see.
+    :ivar icon: one character.
+    :ivar colour: a colour's name, as terminals have them; empty: the terminal's own.
+    """
+
+    FORMULATED = "waiting", "○", ""
+    RUNNING = "running", "▶", "cyan"
+    COMPLETED = "completed", "✓", "green"
+    FAILED = "failed", "✗", "red"
+    REJECTED = "rejected", "⊘", "yellow"
+    RETRACTED = "retracted", "·", ""
+
+    def __init__(self, word: str, icon: str, colour: str) -> None:
+        self.word = word
+        self.icon = icon
+        self.colour = colour
+
+
+LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in Outcome)
+"""What the icons mean."""
+
+ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
+"""Modes of a goal that has an outcome."""
+
+_OF_GOAL: Final = {
+    "COMPLETED": Outcome.COMPLETED,
+    "FAILED": Outcome.FAILED,
+    "REJECTED": Outcome.REJECTED,
+}
+
+_OF_ACTION: Final = {
+    "FORMULATED": Outcome.FORMULATED,
+    "PENDING": Outcome.FORMULATED,
+    "WAITING": Outcome.FORMULATED,
+    "FINAL": Outcome.COMPLETED,
+    "EXECUTION-FAILED": Outcome.FAILED,
+    "FAILED": Outcome.FAILED,
+}
+
+_OF_SKILL: Final = {
+    "S_RUNNING": Outcome.RUNNING,
+    "S_FINAL": Outcome.COMPLETED,
+    "S_FAILED": Outcome.FAILED,
+    "stopped": Outcome.RETRACTED,
+}
+
+
+def goal_outcome(mode: str, outcome: str) -> Outcome:
+    """Return what became of a goal, by its slots ``mode`` and ``outcome``."""
+    if mode in ENDED_MODES:
+        return _OF_GOAL.get(outcome, Outcome.RETRACTED)
+    return Outcome.RUNNING if mode == "DISPATCHED" else Outcome.FORMULATED
+
+
+def action_outcome(state: str) -> Outcome:
+    """Return what became of a plan-action. Waiting for its effects is a part of running it."""
+    return _OF_ACTION.get(state, Outcome.RUNNING)
+
+
+def skill_outcome(status: str) -> Outcome:
+    """Return what became of a skill call, by the status that its Skiller reports."""
+    return _OF_SKILL.get(status, Outcome.FORMULATED)

@@ -1,0 +1,106 @@
+"""Goal trees as lines of text, for every command that prints one."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterable, Iterator
+from dataclasses import dataclass
+from typing import Protocol, TypeVar
+
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.outcome import Outcome, goal_outcome
+
+Key = TypeVar("Key", bound=Hashable)
+
+
+class TreeGoal(Protocol):
+    """A goal as its slots have it."""
+
+    @property
+    def goal_class(self) -> str:
+        """Its class."""
+
+    @property
+    def mode(self) -> str:
+        """Its mode."""
+
+    @property
+    def outcome(self) -> str:
+        """Its outcome; empty or ``UNKNOWN`` for none."""
+
+    @property
+    def error(self) -> str:
+        """Why it failed; empty for nothing."""
+
+
+class NamedGoal(TreeGoal, Protocol):
+    """A goal that knows its own place in the tree."""
+
+    @property
+    def goal(self) -> str:
+        """Its id."""
+
+    @property
+    def parent(self) -> str:
+        """The id in its slot ``parent``."""
+
+
+@dataclass(frozen=True, slots=True)
+class GoalLine:
+    """A line of a goal tree.
+
+    :param branch: what is drawn to the left of the goal.
+    :param title: its id and class.
+    :param state: its outcome as the slot has it, or its mode while it has none; or both.
+    :param error: empty for none.
+    """
+
+    branch: str
+    title: str
+    outcome: Outcome
+    state: str
+    error: str
+
+    @property
+    def text(self) -> str:
+        """The line without colours."""
+        return f"{self.branch}{self.title}: {self.state}{f'  [{self.error}]' if self.error else ''}"
+
+
+def goal_title(goal: str, goal_class: str) -> str:
+    """Return a goal's id and class."""
+    return f"{goal} ({goal_class})"
+
+
+def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
+    """Return a goal as a line of a tree.
+
+    :param modes: show the mode of a goal that has an outcome, too.
+    """
+    known = goal.outcome not in ("UNKNOWN", "")
+    state = " ".join((goal.mode,) * (modes or not known) + (goal.outcome,) * known)
+    title = goal_title(name, goal.goal_class)
+    return GoalLine(branch, title, goal_outcome(goal.mode, goal.outcome), state, goal.error)
+
+
+def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[GoalLine]:
+    """Yield goals as trees, parents before their children; see :func:`goal_line`."""
+    by_id = {goal.goal: goal for goal in goals}
+    forest = Forest({name: parent_id(goal.parent) for name, goal in by_id.items()})
+    for name, branch in drawn(forest):
+        yield goal_line(branch, name, by_id[name], modes=modes)
+
+
+def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
+    """Yield the goals of a forest, each with what is drawn to its left."""
+    stems: list[str] = []  # what stands before the children of the goals above
+    for goal, depth in forest.walk():
+        del stems[depth:]
+        parent = forest.parents[goal]
+        if parent is None:
+            branch, stem = "", ""
+        else:
+            last = goal == forest.children[parent][-1]
+            branch, stem = ("└─ ", "   ") if last else ("├─ ", "│  ")
+        before = stems[-1] if stems else ""
+        yield goal, before + branch
+        stems.append(before + stem)

@@ -1,0 +1,88 @@
+"""A process that serves until a signal: its clock, log, blackboards, and what systemd hears of it."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Callable
+from contextlib import ExitStack
+from types import TracebackType
+from typing import Self
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.urls import open_blackboard
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus, LogLine, Sink
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.process.interrupt import Interrupt
+from cxbridge.process.systemd import Notifier
+
+OnReady = Callable[[Callable[[], None]], None]
+"""Called when a service is ready, with what stops it."""
+
+
+def ignore(_value: object) -> None:
+    """Take part in nothing: what a service calls unless somebody wants to know."""
+
+
+class Service(ExitStack):
+    """The shell around a service. A context manager; closes at its end what was entered, the last first.
+
+    SIGINT, SIGTERM and SIGHUP set :attr:`stopped`, from before the first blackboard is opened.
+
+    :param console: gets the log lines.
+    :param on_ready: called by :meth:`ready`.
+    """
+
+    def __init__(self, console: Sink | None = None, on_ready: OnReady = ignore) -> None:
+        super().__init__()
+        self.clock = RealClock()
+        self.stopped = threading.Event()
+        self._console, self._on_ready = console, on_ready
+        self._wake: Callable[[], None] | None = None
+        self._notifier = Notifier()
+        self._is_ready = False
+        self.bus = self.make_bus()
+
+    def make_bus(self) -> EventBus:
+        """Return a bus whose log lines the console gets."""
+        bus = EventBus(self.clock)
+        if self._console is not None:
+            bus.subscribe(self._console, LogLine)
+        return bus
+
+    def __enter__(self) -> Self:
+        super().__enter__()
+        self.enter_context(Interrupt(self.stop, service=True))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> bool | None:
+        if self._is_ready:
+            self._notifier.stopping()
+        return super().__exit__(kind, error, trace)
+
+    def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
+        """Return the blackboard at a URL; it is left at the end.
+
+        :raises CxbridgeError: when nobody is there, or the URL makes no sense.
+        """
+        return self.enter_context(open_blackboard(url, registry, self.clock, self.bus))
+
+    def ready(self, status: str) -> None:
+        """Say that the service is up, and what it does: to systemd, and to those who have asked for it."""
+        self._is_ready = True
+        self._notifier.ready(status)
+        self._on_ready(self.stop)
+
+    def wake_by(self, wake: Callable[[], None]) -> None:
+        """Call this when the service shall stop, so that it does not wait for something else."""
+        self._wake = wake
+        if self.stopped.is_set():
+            wake()
+
+    def stop(self) -> None:
+        """Make the service stop soon; from any thread."""
+        self.stopped.set()
+        if self._wake is not None:
+            self._wake()

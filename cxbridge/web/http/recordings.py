@@ -1,0 +1,99 @@
+"""The page and recorded runs, without a daemon: what ``cxbridge view`` serves."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+from urllib.parse import quote
+
+from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response, StreamingResponse
+
+from cxbridge.trace.codec import encode_with_kind
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.web.pages import Pages
+
+if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
+RUNS: Final = "/runs/"
+"""Where the recordings are; the address itself lists them."""
+
+_LIST: Final = """<!doctype html>
+<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">
+<title>Recorded runs - cxbridge</title><link rel="stylesheet" href="/shared/base.css">
+<link rel="icon" href="/icon.svg"></head>
+<body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
+"""
+_MCAP: Final = b"\x89MCAP"
+
+
+class Recordings:
+    """Serves the page and these recordings, and no other file. An ASGI application.
+
+    :param paths: recorded runs of any format.
+    :raises TraceError: when one cannot be read.
+    """
+
+    def __init__(self, paths: Sequence[Path]) -> None:
+        for path in paths:
+            next(iter(open_run(path)), None)
+        self._paths = {f"{RUNS}{number}/{_name(path)}": path for number, path in enumerate(paths)}
+        self._pages = Pages()
+
+    @property
+    def start(self) -> str:
+        """The path of the page that shows the run, or lets one be chosen."""
+        return RUNS if len(self._paths) > 1 else self._link(next(iter(self._paths)))
+
+    @staticmethod
+    def _link(path: str) -> str:
+        return f"/?run={quote(quote(path), safe='/')}"
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one request."""
+        path = scope["path"]
+        if path.startswith(RUNS):
+            await self._answer(path, scope["method"])(scope, receive, send)
+        elif path.startswith("/api"):
+            text = "These are recorded runs: there is no daemon to ask\n"
+            await PlainTextResponse(text, 404)(scope, receive, send)
+        else:
+            await self._pages(scope, receive, send)
+
+    def _answer(self, path: str, method: str) -> Response:
+        if method not in {"GET", "HEAD"}:
+            return PlainTextResponse("Recordings can only be read\n", 405)
+        if path == RUNS:
+            items = "".join(
+                f'<li><a href="{html.escape(self._link(known))}">{html.escape(str(file))}</a></li>'
+                for known, file in self._paths.items()
+            )
+            return HTMLResponse(_LIST.format(items=items), headers={"Cache-Control": "no-cache"})
+        file = self._paths.get(path)
+        if file is None:
+            return PlainTextResponse("There is no such run here\n", 404)
+        headers = {"Cache-Control": "no-cache"}
+        if _is_mcap(file):
+            return FileResponse(file, media_type="application/octet-stream", headers=headers)
+        return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
+
+
+def _name(path: Path) -> str:
+    """Return a recording's name in addresses: the page decides by its content what it is."""
+    return path.name or "run"
+
+
+def _is_mcap(path: Path) -> bool:
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return file.read(len(_MCAP)) == _MCAP
+
+
+def _lines(path: Path) -> Iterator[bytes]:
+    """Yield a run as the page reads it: an event a line, as ``trace cat --json`` prints."""
+    for event in open_run(path):
+        if event.KIND.name:
+            yield encode_with_kind(event) + b"\n"

@@ -1,0 +1,179 @@
+"""An HTTP server in a thread of its own, from its start to its stop."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import socket
+import threading
+from collections.abc import Callable
+from contextlib import suppress
+from typing import TYPE_CHECKING, Final
+
+import uvicorn
+
+from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
+from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.errors import CxbridgeError
+from cxbridge.web.connections import MOST_SOCKETS, Connection, Door
+
+if TYPE_CHECKING:
+    from starlette.types import ASGIApp
+
+    from cxbridge.events import Logger
+    from cxbridge.web.settings import WebSettings
+
+MOST_CONNECTIONS: Final = 200
+
+_START_S: Final = 10.0
+_STOP_S: Final = 5.0
+_BACKLOG: Final = 64
+
+
+class _Uvicorn(uvicorn.Server):
+    """Tells when it serves."""
+
+    def __init__(self, config: uvicorn.Config) -> None:
+        super().__init__(config)
+        self.serving = threading.Event()
+
+    async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+        await super().startup(sockets)
+        self.serving.set()
+
+
+class _LogHandler(logging.Handler):
+    """Takes what uvicorn complains of to our log, what clients bring about not each time."""
+
+    def __init__(self, log: Logger) -> None:
+        super().__init__(logging.WARNING)
+        self._log = log
+        self._complaints = Complaints(log.warn)
+
+    def emit(self, record: logging.LogRecord) -> None:
+        text = record.getMessage().strip()
+        error = record.exc_info[1] if record.exc_info else None
+        if error is None:
+            self._complaints.add(text, text)
+        else:
+            self._log.error(f"{text}: {type(error).__name__}: {error}")
+
+
+class HttpThread:
+    """Serves an application.
+
+    :param log: gets what goes wrong.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.connections.MOST_SOCKETS`.
+    :raises CxbridgeError: when it cannot be where the settings say, or they make no sense.
+    """
+
+    def __init__(self, settings: WebSettings, log: Logger, most_sockets: int = MOST_SOCKETS) -> None:
+        settings.check()
+        self._settings = settings
+        self._log = log
+        self._listening = _listen(settings.host, settings.port)
+        if most_sockets < MOST_SOCKETS:
+            self._listening.most = most_sockets
+        self.port: int = self._listening.getsockname()[1]
+        """Where it serves."""
+        self._server: _Uvicorn | None = None
+        self._thread: threading.Thread | None = None
+        self._loop: asyncio.AbstractEventLoop | None = None
+        self._handler = _LogHandler(log)
+
+    @property
+    def url(self) -> str:
+        """Where it is."""
+        host = f"[{self._settings.host}]" if ":" in self._settings.host else self._settings.host
+        return f"http{'s' if self._settings.tls_cert else ''}://{host}:{self.port}"
+
+    def start(self, app: ASGIApp) -> None:
+        """Begin to serve.
+
+        :raises CxbridgeError: when that is not possible.
+        """
+        try:
+            self._server = _Uvicorn(self._configured(app))
+        except Exception:
+            self._listening.close()
+            raise
+        logging.getLogger("uvicorn.error").addHandler(self._handler)
+        self._thread = threading.Thread(target=self._serve, args=(self._server,), name="web", daemon=True)
+        self._thread.start()
+        if not self._server.serving.wait(_START_S):
+            raise CxbridgeError("the web server does not start")
+
+    def _configured(self, app: ASGIApp) -> uvicorn.Config:
+        settings = self._settings
+        try:
+            config = uvicorn.Config(
+                app,
+                lifespan="off",
+                ws="none",
+                http=Connection,
+                loop="asyncio",
+                log_config=None,
+                access_log=False,
+                server_header=False,
+                proxy_headers=False,
+                limit_concurrency=MOST_CONNECTIONS,
+                timeout_graceful_shutdown=1,
+                ssl_certfile=settings.tls_cert,
+                ssl_keyfile=settings.tls_key,
+            )
+            config.load()
+        except OSError as error:  # ssl's errors are some
+            raise CxbridgeError(
+                f"the certificate and its key cannot be used: {error}", file=settings.tls_cert
+            ) from error
+        return config
+
+    def _serve(self, server: _Uvicorn) -> None:
+        async def serve() -> None:
+            self._loop = asyncio.get_running_loop()
+            heed_shortage(self._loop, Shortage(self._log.warn))
+            await server.serve(sockets=[self._listening])
+
+        asyncio.run(serve())
+
+    def close(self) -> None:
+        """Give the port back, if it has not been started."""
+        if self._thread is None:
+            self._listening.close()
+
+    def stop(self, closing: Callable[[], None] = lambda: None) -> None:
+        """Serve no more. A second call does nothing.
+
+        :param closing: called in the server's thread; ends answers that would go on.
+        """
+        thread, self._thread = self._thread, None
+        if thread is not None and self._server is not None:
+            self._server.should_exit = True
+            if self._loop is not None and not self._loop.is_closed():
+                with suppress(RuntimeError):  # it has just come to its end
+                    self._loop.call_soon_threadsafe(closing)
+            thread.join(_STOP_S)
+        logging.getLogger("uvicorn.error").removeHandler(self._handler)
+
+
+def _listen(host: str, port: int) -> Door:
+    """Return a socket that listens.
+
+    :raises CxbridgeError: when that is not possible.
+    """
+    try:
+        family, _, _, _, address = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)[0]
+        listening = Door(family, socket.SOCK_STREAM)
+    except OSError as error:
+        raise CxbridgeError(f"the web server cannot be at {host}: {error.strerror}") from error
+    try:
+        listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        listening.bind(address)
+        listening.listen(_BACKLOG)
+    except OSError as error:
+        listening.close()
+        hint = "choose another with cxbridge/web/port; 0: any free one"
+        raise CxbridgeError(
+            f"the web server cannot be at {host}:{port}: {error.strerror}", hint=hint
+        ) from error
+    return listening

@@ -1,0 +1,262 @@
+"""Mistakes of an agent are found without running it: each once, at its place, and nothing else."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+from cxbridge.check.checks import codes
+from cxbridge.check.formats import FORMATS, as_text
+from cxbridge.check.run import check
+from cxbridge.run import RunOptions
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
+
+SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
+
+SPEC = """\
+clips-executive:
+  spec: s
+  assert-time-each-loop: true
+  specs:
+    s:
+      action-mapping:
+        greet: say{text=?(who)s}
+      init:
+        stage-1:
+          - name: pddl-parser
+        stage-3:
+          - name: agent
+            files: [people.clp, agent.clp]
+"""
+DOMAIN_CLP = '(defrule load (executive-init) => (parse-pddl-domain (path-resolve "domain.pddl")))\n'
+DOMAIN = (
+    "(define (domain d) (:predicates (met ?who)) (:action greet :parameters (?who) :effect (met ?who)))\n"
+)
+AGENT = "(deftemplate thing (slot a) (slot b))\n"
+
+
+def agent(folder: Path, clips: str = "", **files: str) -> Path:
+    """Write an agent that is fine but for what is given."""
+    texts = {
+        "scenario_yaml": SPEC,
+        "people_clp": DOMAIN_CLP,
+        "domain_pddl": DOMAIN,
+        "agent_clp": AGENT + clips,
+    }
+    for name, text in (texts | files).items():
+        (folder / name.replace("_", ".")).write_text(text)
+    return folder
+
+
+def found(folder: Path) -> list[tuple[str, str, int, int]]:
+    return [
+        (each.code.name, Path(each.place.file).name, each.place.line, each.place.column)
+        for each in check(RunOptions(scenario=folder))
+    ]
+
+
+def test_an_agent_that_is_fine(tmp_path):
+    assert found(agent(tmp_path)) == []
+
+
+@pytest.mark.parametrize("name", SCENARIOS)
+def test_the_shipped_scenarios_are_fine(name):
+    findings = check(RunOptions(scenario=Path(name)))
+    assert findings == [], as_text(findings)
+
+
+@pytest.mark.parametrize(
+    ("clips", "code", "column", "message"),
+    [
+        ("(defrule r (thing (c 1)) => (halt))", "CX203", 20, "the deftemplate 'thing' has no slot 'c'"),
+        ("(defrule r (thing (a ?x)) => (assert (thing (d ?x))))", "CX203", 46, "has no slot 'd'"),
+        ("(defrule r (nothing (a 1)) => (halt))", "CX202", 12, "there is no deftemplate 'nothing'"),
+        ("(defrule r (not (thng (a 1))) => (halt))", "CX202", 17, "there is no deftemplate 'thng'"),
+        ("(defrule r (thing (a ?x)) => (fooo ?x))", "CX204", 31, "there is no function 'fooo'"),
+        ("(defrule r (thing) => (printout t ?*no*))", "CX205", 35, "there is no global variable ?*no*"),
+        ("(defrule r (thing) => (sym-cat))", "CX206", 24, "'sym-cat' expected at least 1 argument"),
+        ("(deffunction f (?a) ?a)(defrule r (thing) => (f))", "CX206", 47, "'f' expected exactly 1 argument"),
+        ("(defrule r (thing (a ?x)) => (printout t ?y))", "CX207", 42, "?y"),
+        (
+            "(defrule r (thing (a ?x)) => (bind ?f (assert (thing (a 1 2)))))",
+            "CX206",
+            20,
+            "single field slot 'a'",
+        ),
+        ("(defrule r (thing (a ?x) => (halt))", "CX201", 1, "defrule r never closes"),
+    ],
+    ids=lambda value: value if isinstance(value, str) and value.startswith("(") else "",
+)
+def test_a_construct_that_clips_drops(tmp_path, clips, code, column, message):
+    findings = check(RunOptions(scenario=agent(tmp_path, clips)))
+    assert [(each.code.name, each.place.line, each.place.column) for each in findings] == [(code, 2, column)]
+    assert message in findings[0].message
+
+
+def test_a_parenthesis_that_never_closes_is_one_finding_that_names_what_is_lost(tmp_path):
+    clips = (
+        "(defrule one (thing (a 1) => (halt))\n\n(deffunction two () 2)\n(defrule three (thing) => (two))\n"
+    )
+    (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
+    assert (one.code.name, one.place.line) == ("CX201", 2)
+    assert one.message == "defrule one never closes: lost with it are two, three"
+    assert one.hint == "a ) is missing before line 4"
+
+
+def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
+    clips = "(deffunction two () (fooo))\n(defrule three (thing) => (two))\n"
+    (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
+    assert (one.code.name, one.place.line, one.message) == (
+        "CX204",
+        2,
+        "deffunction two: there is no function 'fooo'",
+    )
+
+
+@pytest.mark.parametrize(
+    ("files", "expected"),
+    [
+        ({"scenario_yaml": SPEC.replace("agent.clp", "agnt.clp")}, ("CX102", "scenario.yaml", 13, 20)),
+        (
+            {"scenario_yaml": SPEC.replace("people.clp, ", "people.clp, plan.clp, "), "plan_clp": AGENT},
+            ("CX103", "scenario.yaml", 13, 20),
+        ),
+        ({"scenario_yaml": SPEC.replace("true", "false")}, ("CX112", "scenario.yaml", 3, 26)),
+        ({"scenario_yaml": SPEC.replace("spec: s", "spec: t")}, ("CX101", "scenario.yaml", 2, 0)),
+        ({"scenario_yaml": SPEC.replace("files:", "flies:")}, ("CX111", "scenario.yaml", 13, 0)),
+        ({"scenario_yaml": SPEC.replace("?(who)s", "?(whom)s")}, ("CX402", "scenario.yaml", 7, 16)),
+        ({"scenario_yaml": SPEC.replace("say{", "sya{")}, ("CX412", "scenario.yaml", 7, 16)),
+        ({"scenario_yaml": SPEC.replace("?(who)s", "?(who)x")}, ("CX403", "scenario.yaml", 7, 16)),
+        ({"scenario_yaml": SPEC.replace("greet:", "great:")}, ("CX401", "scenario.yaml", 7, 16)),
+        ({"domain_pddl": DOMAIN.replace("(met ?who)) ", "(met ?who) ")}, ("CX301", "domain.pddl", 1, None)),
+        ({"people_clp": DOMAIN_CLP.replace("domain.pddl", "dom.pddl")}, ("CX302", "people.clp", 1, 35)),
+        (
+            {"agent_clp": "(defrule r (time $?) => (assert (plan-action (id 1) (action-name great))))"},
+            ("CX303", "agent.clp", 1, 66),
+        ),
+    ],
+    ids=lambda value: value[0] if isinstance(value, tuple) else "",
+)
+def test_a_mistake_elsewhere(tmp_path, files, expected):
+    (code, file, line, column), *others = found(agent(tmp_path, **files))
+    assert (code, file, line) == expected[:3]
+    assert expected[3] in (None, column)
+    assert others == []
+
+
+def test_a_function_that_is_defined_later_is_named(tmp_path):
+    scenario = SPEC.replace("agent.clp]", "agent.clp, later.clp]")
+    agent(
+        tmp_path, "(defrule r (thing) => (late))", scenario_yaml=scenario, later_clp="(deffunction late () 1)"
+    )
+    (one,) = check(RunOptions(scenario=tmp_path))
+    assert one.hint == "later.clp defines it, and is loaded later: load it before"
+
+
+def test_a_function_of_a_feature_that_nobody_requests_is_named(tmp_path):
+    (one,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing) => (robmem-query a b))")))
+    assert one.code.name == "CX204"
+    assert one.hint == "it is a function of the feature robot_memory: request it in stage-1 of the spec"
+
+
+def test_a_comment_with_a_reason_silences(tmp_path):
+    broken = "(defrule r (thing (c 1)) => (halt))"
+    assert found(agent(tmp_path, f"; cx-check: ignore CX203 known\n{broken}")) == []
+    assert found(agent(tmp_path, f"; cx-check: ignore CX203\n{broken}")) != []  # no reason
+    assert found(agent(tmp_path, f"; cx-check: ignore CX204 another\n{broken}")) != []
+
+
+def test_each_code_is_documented_and_tested():
+    page = (ROOT / "docs" / "check.md").read_text()
+    tests = Path(__file__).read_text()
+    for code in codes().values():
+        assert f"| {code.name} | {code.severity.value} | {code.title} |" in page, code.name
+        assert code.name in tests or code.name in {"CX209", "CX411"}, code.name
+
+
+def test_a_file_that_clips_cannot_read_and_a_skill_that_does_not_load(tmp_path):
+    assert [each[:3] for each in found(agent(tmp_path, ") junk"))] == [("CX209", "agent.clp", 2)]
+    skills = tmp_path / "lua" / "skills"
+    (skills / "mine").mkdir(parents=True)
+    (skills / "mine" / "bad.lua").write_text("module(..., skillenv.module_init)\nthis is no Lua\n")
+    (skills / "mine.lua").write_text(
+        'module("skills.mine", package.seeall)\nskillenv.use_skill("skills.mine.bad")\n'
+    )
+    scenario = SPEC + "skiller: {skillspace: mine}\n"
+    agent(tmp_path, scenario_yaml=scenario)
+    findings = check(RunOptions(scenario=tmp_path, skill_dirs=(tmp_path / "lua",)))
+    assert [each.code.name for each in findings] == ["CX411"]
+
+
+def test_the_formats(tmp_path):
+    findings = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (c 1)) => (halt))")))
+    file = str(tmp_path / "agent.clp")
+    assert json.loads(FORMATS["json"](findings)) == [
+        {
+            "code": "CX203",
+            "severity": "error",
+            "file": file,
+            "line": 2,
+            "column": 20,
+            "message": "defrule r: the deftemplate 'thing' has no slot 'c'",
+            "hint": "it has: a, b",
+        }
+    ]
+    (run,) = json.loads(FORMATS["sarif"](findings))["runs"]
+    assert run["results"][0]["locations"][0]["physicalLocation"]["region"] == {
+        "startLine": 2,
+        "startColumn": 20,
+    }
+    assert FORMATS["github"](findings).startswith(
+        f"::error file={file},line=2,col=20,title=CX203::defrule r%3A"[:40]
+    )
+    assert FORMATS["text"](findings).splitlines()[-1] == "1 error"
+
+
+@needs_fawkes
+@pytest.mark.parametrize("spec", ["test", "test-pddl"])
+def test_fawkes_own_agents_have_the_known_defect_only(spec):
+    found = check(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec))
+    errors = [(each.code.name, Path(each.place.file).name, each.place.line) for each in found]
+    assert [each for each in errors if each[0] != "CX401"] == [("CX201", "skills.clp", 187)]
+
+
+@needs_robotino
+@pytest.mark.parametrize(
+    ("spec", "expected"),
+    [
+        (
+            "rcll",
+            {
+                ("CX201", "skills.clp", 187),
+                ("CX402", "clips-executive.yaml", 324),  # move-wp-put has no to-side
+                ("CX303", "exploration.clp", 279),  # evaluation, executed by a rule that asks for no operator
+                ("CX303", "fixed-sequence.clp", 30),  # send-beacon, which no operator makes executable
+            },
+        ),
+        ("rcll-central", {("CX201", "skills.clp", 187), ("CX207", "exploration.clp", 41)}),
+    ],
+)
+def test_the_rcll_agent(tmp_path, spec, expected):
+    pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+    assert ROBOTINO_DIR is not None
+    overlay = tmp_path / "overlay.yaml"
+    overlay.write_text(f"clips-protobuf:\n  proto-dirs: ['{ROBOTINO_DIR}/src/agents/llsf2013/msgs']\n")
+    findings = check(
+        RunOptions(
+            scenario=ROBOTINO_DIR / "cfg",
+            fawkes_dir=FAWKES_DIR,
+            spec=spec,
+            config=overlay,
+            clips_dirs=(ROBOTINO_DIR / "src/clips-specs",),
+            interface_dirs=(
+                ROBOTINO_DIR / "src/libs/interfaces",
+                *sorted(ROBOTINO_DIR.glob("src/plugins/*/interfaces")),
+            ),
+            skiller="none",
+        )
+    )
+    mistakes = {(each.code.name, Path(each.place.file).name, each.place.line) for each in findings}
+    assert {each for each in mistakes if each[0] != "CX401"} == expected

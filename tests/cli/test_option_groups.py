@@ -1,0 +1,85 @@
+"""Groups of options: dataclasses that a command takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import pytest
+import typer
+from typer.testing import CliRunner
+
+from cxbridge.cli.option_groups import Before, option_groups
+
+
+@dataclass(frozen=True, kw_only=True)
+class Where:
+    where: Annotated[Path | None, typer.Argument()] = None
+    colour: Annotated[str, typer.Option(help="Which.")] = "red"
+
+
+@dataclass(frozen=True, kw_only=True)
+class How:
+    layers: Annotated[tuple[int, ...], typer.Option("--layer", min=1)] = ()
+    fast: Annotated[bool, typer.Option("--fast")] = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Painting(Where, How):
+    colour: Annotated[str, typer.Option(help="Of the paint.")] = "blue"
+    names: Annotated[Path | tuple[Path, ...] | None, typer.Option("--name")] = None
+    dry: bool = False  # no option
+
+
+seen: list[object] = []
+app = typer.Typer(rich_markup_mode=None)
+
+
+@app.command()
+@option_groups
+def paint(
+    given: Painting,
+    rooms: Annotated[int, typer.Option(min=1)],
+    brush: Annotated[str, typer.Option(), Before("fast")] = "broad",
+) -> int:
+    """Paint rooms."""
+    seen[:] = [given, rooms, brush]
+    return 0
+
+
+def test_each_field_is_an_option():
+    done = CliRunner().invoke(
+        app, ["here", "--layer", "1", "--layer", "2", "--rooms", "3", "--name", "a", "--name", "b"]
+    )
+    assert done.exit_code == 0, done.output
+    painting = Painting(where=Path("here"), layers=(1, 2), names=(Path("a"), Path("b")))
+    assert seen == [painting, 3, "broad"]
+
+
+def test_what_is_not_given_has_the_default_of_its_field():
+    done = CliRunner().invoke(app, ["--rooms", "1"])
+    assert done.exit_code == 0, done.output
+    assert seen == [Painting(names=()), 1, "broad"]
+
+
+def test_options_stand_in_the_order_of_the_groups():
+    help_text = CliRunner().invoke(app, ["--help"]).output
+    names = ["--colour", "--layer", "--brush", "--fast", "--name", "--rooms"]
+    places = [help_text.index(name) for name in names]
+    assert places == sorted(places)
+    assert "Of the paint." in help_text
+    assert "--dry" not in help_text
+    assert "[default: blue]" in help_text
+
+
+@pytest.mark.parametrize("wrong", [["--layer", "0", "--rooms", "1"], [], ["--dry", "--rooms", "1"]])
+def test_usage_is_checked(wrong):
+    assert CliRunner().invoke(app, wrong).exit_code == 2
+
+
+def test_an_option_before_one_that_is_not_there():
+    def wall(given: How, brush: Annotated[str, typer.Option(), Before("slow")] = "") -> None: ...
+
+    with pytest.raises(ValueError, match="'brush' cannot stand before 'slow'"):
+        option_groups(wall)

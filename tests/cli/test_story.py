@@ -1,0 +1,212 @@
+"""The story that `cxbridge run` prints, and what of the log it shows."""
+
+from __future__ import annotations
+
+import json
+import os
+import pty
+import subprocess
+import sys
+
+import pytest
+
+from cxbridge.cli.colours import wants_colour
+from cxbridge.cli.main import invoke
+from cxbridge.events import GoalTransition, PlanActionTransition
+from cxbridge.explain.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
+from cxbridge.history.outcome import Outcome, action_outcome, goal_outcome, skill_outcome
+from cxbridge.trace.html.look import ACTION_STATES, MODES, OUTCOMES
+from tests.run.mini import write_scenario
+from tests.support import ROOT
+
+PRINTS = """
+(defrule print-a-lot
+  (executive-init)
+  =>
+  (printout error "an error that the agent prints" crlf)
+  (printout warn "a warning that the agent prints" crlf)
+  (bind ?zero 0)
+  (printout t (/ 1 ?zero) crlf)
+)
+"""
+BROKEN = "(defrule broken (no-such-template (slot 1)) => (no-such-function))\n"
+
+
+def run(*arguments, capsys):
+    status = invoke(["run", *map(str, arguments)])
+    captured = capsys.readouterr()
+    return status, captured.out.splitlines(), captured.err
+
+
+def test_a_story_tells_how_each_goal_ended_then_the_tree_then_one_line(capsys):
+    status, lines, errors = run("test-scenario", capsys=capsys)
+    assert (status, errors) == (0, "")
+    story = [line for line in lines if line.startswith("  ") and " s  " in line]
+    assert len(story) == 21
+    assert story[4] == "    5.0 s  completed  gen14 (TALK) in 5.0 s"
+    assert story[0] == "    0.0 s  rejected   gen13 (ALWAYS-REJECT)"
+    assert [line for line in story if line.endswith("sub-goal gen25 (ALWAYS-FAIL) failed")]
+    assert lines[21] == "RUN-ONE-TESTGOAL-PARENT-gen32 (TESTGOAL-PARENT): COMPLETED"
+    assert lines[22] == "├─ gen13 (ALWAYS-REJECT): REJECTED"
+    assert lines[-2] == "      └─ FINALLY-SUCCEED-gen29 (PRINT): COMPLETED"
+    assert lines[-1].startswith(
+        "test: completed, every root goal ended COMPLETED; 10.1 s of the run's clock in "
+    )
+
+
+def test_a_failed_action_is_the_reason(tmp_path, capsys):
+    scenario = write_scenario(tmp_path, mapping="act: no_such_skill{}")
+    status, lines, _ = run(scenario, capsys=capsys)
+    assert status == 1
+    (told,) = [line for line in lines if " failed " in line and "G (MINI)" in line]
+    assert "G (MINI)" in told
+    assert ": action act hello failed: " in told
+
+
+def test_quiet_prints_the_result_only(tmp_path, capsys):
+    scenario = write_scenario(tmp_path)
+    _, lines, errors = run(scenario, "-q", capsys=capsys)
+    assert (lines[0], len(lines), errors) == ("G (MINI): COMPLETED", 2, "")
+
+
+def test_a_script_gets_json_alone(tmp_path, capsys):
+    _, lines, errors = run(write_scenario(tmp_path), "--json", capsys=capsys)
+    assert json.loads("\n".join(lines))["status"] == 0
+    assert errors == ""
+
+
+def test_what_rules_print_is_in_the_log_what_went_wrong_is_shown(tmp_path, capsys):
+    scenario = write_scenario(tmp_path)
+    (agent,) = scenario.glob("*.clp")
+    agent.write_text(agent.read_text() + PRINTS + BROKEN)
+    _, _, errors = run(scenario, capsys=capsys)
+    assert "that the agent prints" not in errors
+    assert f"{agent.name}:" in errors
+    assert "broken" in errors, "a broken construct"
+    assert "divide by zero" in errors, "CLIPS' own report"
+    _, _, errors = run(scenario, "-v", capsys=capsys)
+    assert "E CLIPS (executive): an error that the agent prints" in errors
+    assert "W CLIPS (executive): a warning that the agent prints" in errors
+    log = tmp_path / "run.log"
+    run(scenario, "--log", log, capsys=capsys)
+    assert "an error that the agent prints" in log.read_text()
+
+
+def on_a_terminal(arguments, **environ):
+    """Run a command whose stdout is a terminal; returns what it printed there."""
+    ours, theirs = pty.openpty()
+    environment = {k: v for k, v in os.environ.items() if k not in {"NO_COLOR", "FORCE_COLOR"}}
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cxbridge", *arguments],
+        cwd=ROOT,
+        stdout=theirs,
+        stderr=theirs,
+        env={**environment, "TERM": "xterm", **environ},
+    )
+    os.close(theirs)
+    printed = b""
+    while True:
+        try:
+            data = os.read(ours, 65_536)
+        except OSError:  # its end
+            break
+        if not data:
+            break
+        printed += data
+    process.wait()
+    os.close(ours)
+    return printed.decode()
+
+
+@pytest.mark.skipif(not hasattr(os, "openpty"), reason="there are no pseudo-terminals")
+def test_a_terminal_has_colours_and_icons_unless_no_color_is_set(tmp_path):
+    scenario = str(write_scenario(tmp_path))
+    coloured = on_a_terminal(["run", scenario])
+    assert "\x1b[32m✓ completed\x1b[0m" in coloured
+    assert "\x1b[32mCOMPLETED\x1b[0m" in coloured
+    plain = on_a_terminal(["run", scenario], NO_COLOR="1")
+    assert "\x1b" not in plain
+    assert "✓" not in plain
+    assert "  completed  G (MINI)" in plain
+
+
+class _Stream:
+    def __init__(self, tty):
+        self._tty = tty
+
+    def isatty(self):
+        return self._tty
+
+
+@pytest.mark.parametrize(
+    ("tty", "environ", "coloured"),
+    [
+        (True, {}, True),
+        (False, {}, False),
+        (True, {"NO_COLOR": "1"}, False),
+        (True, {"NO_COLOR": ""}, True),
+        (False, {"FORCE_COLOR": "1"}, True),
+        (True, {"FORCE_COLOR": "0"}, False),
+        (True, {"FORCE_COLOR": "1", "NO_COLOR": "1"}, False),
+        (True, {"TERM": "dumb"}, False),
+    ],
+)
+def test_when_there_are_colours(tty, environ, coloured):
+    assert wants_colour(_Stream(tty), environ) is coloured
+
+
+def test_each_state_has_the_icon_that_pages_have():
+    for outcome, look in OUTCOMES.items():
+        assert goal_outcome("FINISHED", outcome).icon == look.icon
+    assert goal_outcome("DISPATCHED", "UNKNOWN").icon == MODES["DISPATCHED"].icon
+    assert goal_outcome("FORMULATED", "UNKNOWN").icon == MODES["FORMULATED"].icon
+    assert goal_outcome("RETRACTED", "UNKNOWN").icon == MODES["RETRACTED"].icon
+    for state in ("RUNNING", "FINAL", "FAILED", "EXECUTION-FAILED"):
+        assert action_outcome(state).icon == ACTION_STATES[state].icon
+    assert [skill_outcome(status) for status in ("S_RUNNING", "S_FINAL", "S_FAILED", "stopped", "")] == [
+        Outcome.RUNNING,
+        Outcome.COMPLETED,
+        Outcome.FAILED,
+        Outcome.RETRACTED,
+        Outcome.FORMULATED,
+    ]
+
+
+def goal(name, mode, outcome="UNKNOWN", parent="nil", error=""):
+    return GoalTransition(0, "executive", name, "C", "nil", parent, mode, outcome, error)
+
+
+class TestBriefReasons:
+    def test_facts_say_with_what_and_why_an_action_failed(self):
+        facts = {
+            "plan-action": [
+                {"goal-id": "G", "plan-id": "P", "id": 1, "param-values": ("book",), "error-msg": "slipped"}
+            ]
+        }
+        reasons = BriefReasons(lambda template: facts.get(template, ()))
+        reasons.take(PlanActionTransition(0, "executive", "1", "G", "P", "pick", "FAILED"))
+        failed = goal("G", "FINISHED", "FAILED", error="ACTION-FAILED")
+        reasons.take(failed)
+        assert reasons.reason(failed) == "action pick book failed: slipped"
+
+    def test_a_goal_that_begins_again_has_a_clean_sheet(self):
+        reasons = BriefReasons(lambda _: ())
+        reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
+        assert reasons.reason(goal("G", "FINISHED", "FAILED")) == "sub-goal below (C) failed"
+        reasons.take(goal("G", "FORMULATED"))
+        assert reasons.reason(goal("G", "FINISHED", "FAILED")) == ""
+
+    def test_a_goal_that_went_well_needs_none(self):
+        reasons = BriefReasons(lambda _: ())
+        reasons.take(goal("below", "FINISHED", "FAILED", parent="G"))
+        assert reasons.reason(goal("G", "FINISHED", "COMPLETED")) == ""
+
+    def test_many_failures_cost_neither_memory_nor_many_looks(self):
+        looks = []
+        reasons = BriefReasons(lambda template: looks.append(template) or ())
+        for number in range(3 * MOST_KEPT):
+            failed = goal(f"g{number}", "FINISHED", "FAILED", parent=f"p{number}", error="TIMEOUT")
+            reasons.take(failed)
+            assert reasons.reason(failed) == "TIMEOUT"
+        assert len(looks) == MOST_LOOKS
+        assert len(reasons._below) == MOST_KEPT

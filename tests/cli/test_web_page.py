@@ -1,0 +1,160 @@
+"""`cxbridge run --web`, `cxbridge daemon --web` and `cxbridge view`: the page by one command."""
+
+from __future__ import annotations
+
+import http.client
+import json
+import signal
+import subprocess
+import sys
+from contextlib import contextmanager
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.cli.styling import _filled
+from cxbridge.cli.web_options import WebOptions
+from cxbridge.errors import CxbridgeError
+from tests.executive.protobuf.conftest import free_port
+from tests.run.mini import write_scenario
+from tests.support import ROOT
+
+WAIT_S = 60
+
+
+@contextmanager
+def served(*arguments):
+    """A command that serves a page; yields it and the page's address."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cxbridge", *map(str, arguments)],
+        cwd=ROOT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        stdin=subprocess.DEVNULL,
+        text=True,
+    )
+    try:
+        address = ""
+        assert process.stderr is not None
+        for line in process.stderr:
+            if line.startswith("The page is at "):
+                address = line.split()[-1]
+                break
+        assert address, "it has ended before"
+        yield process, address
+    finally:
+        process.kill()
+        process.communicate()
+
+
+def get(address, path, host=None):
+    port = int(address.split(":")[2].partition("/")[0])
+    connection = http.client.HTTPConnection("127.0.0.1", port, timeout=WAIT_S)
+    connection.request("GET", path, headers={} if host is None else {"Host": host})
+    answer = connection.getresponse()
+    body = answer.read()
+    connection.close()
+    return answer.status, body
+
+
+def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tmp_path):
+    scenario, port = write_scenario(tmp_path, mapping="act: no_such_skill{}"), free_port()
+    with served("run", scenario, "--web", port, "--no-browser") as (process, address):
+        assert address == f"http://127.0.0.1:{port}"
+        status, page = get(address, "/")
+        assert status == 200
+        assert b"<!doctype html>" in page.lower()
+        assert any("unsuccessful, G ended FAILED" in line for line in iter(process.stdout.readline, ""))
+        assert "The page stays open: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        status, answer = get(address, "/api/cxbridge/status")
+        assert (status, json.loads(answer)["clock"]) == (200, "real")
+        assert get(address, "/api/clips/executive/facts")[0] == 200, "facts are there after the end"
+        why = get(address, "/api/cxbridge/why?goal=G")
+        assert why[0] == 200, why
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 1
+
+
+def test_ctrl_c_before_the_end_is_130(tmp_path):
+    scenario = write_scenario(tmp_path, mapping="act: wait{seconds=1000}")
+    with served("run", scenario, "--web", "0", "--no-browser") as (process, _):
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 130
+
+
+def test_a_daemon_gets_a_page_by_an_option(tmp_path):
+    port = free_port()
+    endpoint = f"tcp://127.0.0.1:{free_port()}"
+    more = ("--endpoint", endpoint, "--no-fawkes", "--no-browser")
+    with served("daemon", "--web", port, *more) as (process, address):
+        assert address == f"http://127.0.0.1:{port}"
+        assert get(address, "/api/cxbridge/health")[0] == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 0
+
+
+@pytest.fixture
+def recordings(tmp_path):
+    scenario = write_scenario(tmp_path / "s")
+    mcap, log = tmp_path / "a run.mcap", tmp_path / "a.log"
+    assert invoke(["run", str(scenario), "-q", "--trace", str(mcap), "--log", str(log)]) == 0
+    return mcap, log
+
+
+def test_a_recording_is_opened_by_the_address_that_is_printed(recordings):
+    port = free_port()
+    with served("view", recordings[0], "--port", port, "--no-browser") as (process, address):
+        assert address == f"http://127.0.0.1:{port}/?run=/runs/0/a%2520run.mcap"
+        assert get(address, "/runs/0/a%20run.mcap") == (200, recordings[0].read_bytes())
+        assert get(address, "/")[0] == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 0
+
+
+def test_of_several_one_is_chosen_and_no_other_file_is_served(recordings):
+    with served("view", *recordings, "--no-browser") as (_, address):
+        assert address.endswith("/runs/")
+        status, chooser = get(address, "/runs/")
+        assert status == 200
+        assert b'href="/?run=/runs/0/a%2520run.mcap"' in chooser
+        status, lines = get(address, "/runs/1/a.log")
+        kinds = {json.loads(line)["kind"] for line in lines.splitlines()}
+        assert status == 200
+        assert kinds == {"log"}, "what the page does not read itself is converted"
+        for path in ("/runs/2/x", "/runs/0/../../s/scenario.yaml", "/runs/0/", "/runs", "//etc/passwd"):
+            assert get(address, path)[0] == 404, path
+        assert get(address, "/api/cxbridge/status")[0] == 404
+        assert get(address, "/", host="elsewhere.example")[0] == 421
+
+
+def test_what_is_no_recording_is_told_at_once(tmp_path, capsys):
+    (tmp_path / "none.mcap").write_text("no")
+    assert invoke(["view", str(tmp_path / "none.mcap")]) == 2
+    assert "none.mcap" in capsys.readouterr().err
+    assert invoke(["view", str(tmp_path / "missing.mcap")]) == 2
+
+
+def test_a_page_and_a_replay_do_not_go_together(recordings, tmp_path, capsys):
+    scenario = str(tmp_path / "s")
+    assert invoke(["run", scenario, "--replay", str(recordings[0]), "--web", "0", "--no-browser"]) == 2
+    assert "--web cannot go with --replay" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    ("given", "filled"),
+    [
+        (["--web"], ["--web="]),
+        (["--web", "80"], ["--web=80"]),
+        (["--web", "scenario"], ["--web=", "scenario"]),
+        (["--web", "-q"], ["--web=", "-q"]),
+        (["x", "--", "--web"], ["x", "--", "--web"]),
+    ],
+)
+def test_the_port_may_be_left_out(given, filled):
+    assert _filled(given, ["--web"]) == filled
+
+
+def test_a_port_that_is_none_is_told():
+    with pytest.raises(CxbridgeError, match="port '70000'"):
+        WebOptions(web="70000").settings()
+    assert WebOptions(web="0").settings().port == 0

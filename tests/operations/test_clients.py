@@ -1,0 +1,91 @@
+"""The programs that ask a daemon for operations name them, and their parameters, as the table does."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import msgspec
+import pytest
+
+import cxbridge
+from cxbridge.operations.table import operations
+
+PACKAGE = Path(cxbridge.__file__).parent
+ASKING = {"ask_daemon": 1, "request": 1, "_ask": 0}
+"""Functions that ask for an operation, and which of their arguments is its name."""
+CLIENTS = ("cli", "daemon/client.py", "monitor")
+ADDED = {"debug_prompt.py": "env"}
+"""A parameter that a client gives with every request that has it."""
+
+
+def calls_in(text: str) -> Iterator[tuple[str, set[str], bool]]:
+    """Yield the requests in a source: the verb, its parameters, and whether these are all."""
+    for node in ast.walk(ast.parse(text)):
+        if not isinstance(node, ast.Call):
+            continue
+        name = getattr(node.func, "id", getattr(node.func, "attr", ""))
+        place = ASKING.get(name)
+        if place is None or len(node.args) <= place:
+            continue
+        given = {keyword.arg for keyword in node.keywords if keyword.arg is not None}
+        for verb in ast.walk(node.args[place]):
+            if isinstance(verb, ast.Constant) and isinstance(verb.value, str):
+                yield verb.value, given, all(keyword.arg for keyword in node.keywords)
+
+
+def complaints(verb: str, given: set[str], *, is_all: bool, added: str = "") -> list[str]:
+    """Return what is wrong with a request."""
+    if verb not in operations():
+        return [f"there is no operation '{verb}'"]
+    fields = {field.encode_name: field for field in msgspec.structs.fields(operations()[verb].parameters)}
+    found = [f"{verb} has no parameter '{name}'" for name in given - fields.keys()]
+    if is_all:
+        found += [
+            f"{verb} needs '{name}'"
+            for name, field in fields.items()
+            if field.required and name not in {*given, added}
+        ]
+    return found
+
+
+def clients() -> list[Path]:
+    """The sources that ask a daemon."""
+    places = [PACKAGE / name for name in CLIENTS]
+    files = [file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place])]
+    return [file for file in files if any(calls_in(file.read_text()))]
+
+
+@pytest.mark.parametrize("file", clients(), ids=lambda file: str(file.relative_to(PACKAGE)))
+def test_requests_are_as_the_table_has_them(file):
+    wrong = [
+        complaint
+        for verb, given, is_all in calls_in(file.read_text())
+        for complaint in complaints(verb, given, is_all=is_all, added=ADDED.get(file.name, ""))
+    ]
+    assert wrong == []
+
+
+def test_the_command_line_and_the_monitor_are_among_the_clients():
+    names = {str(file.relative_to(PACKAGE)) for file in clients()}
+    assert {"cli/commands/env.py", "cli/daemon_debug.py", "daemon/client.py", "monitor/live.py"} <= names
+
+
+@pytest.mark.parametrize(
+    ("source", "expected"),
+    [
+        ("ask_daemon(url, 'env-lost')", ["there is no operation 'env-lost'"]),
+        ("ask_daemon(url, 'agenda', env=env, most=1)", ["agenda has no parameter 'most'"]),
+        ("ask_daemon(url, 'assert', env=env)", ["assert needs 'fact'"]),
+        (
+            "self._ask('env-feature' if add else 'env-featur', env=e, feature=f)",
+            ["there is no operation 'env-featur'"],
+        ),
+    ],
+)
+def test_what_is_wrong_is_found(source, expected):
+    [*found] = calls_in(source)
+    assert [
+        text for verb, given, is_all in found for text in complaints(verb, given, is_all=is_all)
+    ] == expected
