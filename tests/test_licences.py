@@ -98,7 +98,10 @@ def allowed(requirement):
     )
 
 
-@pytest.mark.parametrize(("file", "extra"), [("dev.txt", "dev"), ("run.txt", ""), ("container.txt", "protobuf"), ("container.txt", "zstd")])
+@pytest.mark.parametrize(
+    ("file", "extra"),
+    [("dev.txt", "dev"), ("run.txt", ""), ("container.txt", "protobuf"), ("container.txt", "zstd")],
+)
 def test_locked_versions_fit_the_project_and_have_hashes(file, extra):
     versions = locked(file)
     wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"].get(extra, ())]
