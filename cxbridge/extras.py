@@ -6,7 +6,7 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 _DEVELOPERS = "dev"
@@ -15,7 +15,7 @@ _NAME = re.compile(r"[\w.-]+")
 _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
-def extras() -> dict[str, Sequence[str]]:
+def extras() -> Mapping[str, Sequence[str]]:
     """Return the requirements of each extra for users, e.g. ``{"monitor": ["textual<9,>=1"]}``.
 
     Empty where cxbridge is not installed but imported from its source tree.
