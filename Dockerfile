@@ -9,7 +9,7 @@ RUN python -m venv /opt/build \
  && /opt/build/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/build.txt \
  && /opt/build/bin/python -m hatchling build -t wheel -d /wheel \
  && python -m venv /opt/cxbridge \
- && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/run.txt \
+ && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --require-hashes -r requirements/container.txt \
  && /opt/cxbridge/bin/pip install --no-cache-dir --disable-pip-version-check --no-deps /wheel/*.whl
 
 FROM python:${PYTHON}-slim

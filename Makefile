@@ -2,40 +2,58 @@
 #   make run    sets everything up, runs the Fawkes test scenario headless
 #   make test   sets everything up, passes the tests
 # For development: make lint, types, platforms, unit, docs, package, bench, lock.
-# LOCKED=yes installs exactly the packages of requirements/dev.txt, as continuous integration does.
+# LOCKED=yes installs exactly the packages of requirements/, as continuous integration does.
 
 PYTHON ?= python3
 VENV   ?= .venv
 # processes that test: more than a small machine has cores, for tests wait much of their time
 WORKERS ?= 3
 BIN    := $(VENV)/bin
-READY  := $(VENV)/.ready
+# what is installed: the program for those who run it, or all that developers need
+RUN    := $(VENV)/.ready-run
+DEV    := $(VENV)/.ready-dev
+PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help setup run run-pddl test lint page-lint types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test lint page-lint types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
 
-setup: $(READY)
+setup: $(DEV)
 
-$(READY): pyproject.toml
+$(VENV)/bin/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
 	  echo "cxbridge needs Python 3.11 or newer, '$(PYTHON)' is older or absent: make PYTHON=python3.12 ..." >&2; exit 1; }
 	@$(PYTHON) -m venv $(VENV) || { \
 	  echo "python3 cannot make virtual environments here: on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
-ifdef LOCKED
-	@test "$$(uname -s)" = Linux || { echo "LOCKED=yes is for Linux: requirements/ names no packages of other systems" >&2; exit 1; }
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --require-hashes -r requirements/dev.txt
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
-else
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
-endif
-	@touch $(READY)
 
-run: setup
+ifdef LOCKED
+$(RUN): pyproject.toml | $(VENV)/bin/python locked
+	$(PIP) --require-hashes -r requirements/run.txt -r requirements/build.txt
+	$(PIP) --no-deps --no-build-isolation -e .
+	@touch $@
+
+$(DEV): pyproject.toml | $(VENV)/bin/python locked
+	$(PIP) --require-hashes -r requirements/dev.txt
+	$(PIP) --no-deps --no-build-isolation -e .
+	@touch $@ $(RUN)
+else
+$(RUN): pyproject.toml | $(VENV)/bin/python
+	$(PIP) -e .
+	@touch $@
+
+$(DEV): pyproject.toml | $(VENV)/bin/python
+	$(PIP) -e '.[dev]'
+	@touch $@ $(RUN)
+endif
+
+locked:
+	@test "$$(uname -s)" = Linux || { echo "LOCKED=yes is for Linux: requirements/ names no packages of other systems" >&2; exit 1; }
+
+run: $(RUN)
 	$(BIN)/cxbridge run scenarios/test-scenario
 
-run-pddl: setup
+run-pddl: $(RUN)
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
 # the types are checked while the tests run, and told of after them
@@ -91,10 +109,11 @@ LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --pyth
 
 lock:
 	$(LOCK) --extra dev pyproject.toml -o requirements/dev.txt
-	$(LOCK) --extra protobuf pyproject.toml -o requirements/run.txt
-	echo 'hatchling>=1.25,<2' | $(LOCK) - -o requirements/build.txt
+	$(LOCK) pyproject.toml -o requirements/run.txt
+	$(LOCK) --extra protobuf --extra zstd pyproject.toml -o requirements/container.txt
+	printf 'hatchling>=1.25,<2\neditables>=0.5,<1\n' | $(LOCK) - -o requirements/build.txt
 
-doctor: setup
+doctor: $(RUN)
 	$(BIN)/cxbridge doctor
 
 clean:

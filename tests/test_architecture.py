@@ -16,7 +16,7 @@ from tests.support import ROOT
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
     {"closing", "errors"},
-    {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds"},
+    {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds", "extras"},
     {"events", "mainloop"},
     {"history", "interfaces"},
     {"blackboard"},

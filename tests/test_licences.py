@@ -107,16 +107,19 @@ def allowed(requirement):
     )
 
 
-@pytest.mark.parametrize(("file", "extra"), [("dev.txt", "dev"), ("run.txt", "protobuf")])
+@pytest.mark.parametrize(
+    ("file", "extra"),
+    [("dev.txt", "dev"), ("run.txt", ""), ("container.txt", "protobuf"), ("container.txt", "zstd")],
+)
 def test_locked_versions_fit_the_project_and_have_hashes(file, extra):
     versions = locked(file)
-    wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"][extra]]
+    wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"].get(extra, ())]
     assert {name_of(each) for each in wanted} <= set(versions)
     for each in wanted:
         assert allowed(each)(versions[name_of(each)]), each
 
 
-@pytest.mark.parametrize("file", ["dev.txt", "run.txt", "build.txt"])
+@pytest.mark.parametrize("file", ["dev.txt", "run.txt", "container.txt", "build.txt"])
 def test_lock_files_name_no_registry(file):
     assert "://" not in (ROOT / "requirements" / file).read_text()
     assert locked(file)

@@ -11,6 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge import __version__
+from cxbridge.extras import extras, install_command, missing
 
 _PACKAGES = (
     "clipspy",
@@ -28,7 +29,6 @@ _PACKAGES = (
     "starlette",
     "typer",
     "uvicorn",
-    "zstandard",
 )
 """What pyproject.toml depends on; a test compares them."""
 
@@ -66,6 +66,7 @@ def examine() -> list[Finding]:
             remedy="install Python 3.11 or newer",
         ),
         *(_package(name) for name in _PACKAGES),
+        *(_extra(name) for name in extras()),
         _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
         _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
         _try("shipped files", _shipped, "install cxbridge again"),
@@ -81,6 +82,17 @@ def _package(name: str) -> Finding:
     except importlib.metadata.PackageNotFoundError:
         return Finding(name, fine=False, required=True, detail="not installed", remedy=f"pip install {name}")
     return Finding(name, fine=True, required=True, detail=version)
+
+
+def _extra(name: str) -> Finding:
+    absent = missing(name)
+    return Finding(
+        f"extra {name}",
+        fine=not absent,
+        required=False,
+        detail=f"not installed: {', '.join(absent)}" if absent else "installed",
+        remedy=install_command(name),
+    )
 
 
 def _try(what: str, attempt: Callable[[], str], remedy: str) -> Finding:

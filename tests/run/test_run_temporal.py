@@ -17,7 +17,7 @@ INSTALLED = [
     for name in NAMES
     if Need.TIME in make_planner(name).understands and not make_planner(name).not_installed
 ]
-pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge[planners]'")
+pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install '.[planners]'")
 
 
 def run(tmp_path, config="", **options):

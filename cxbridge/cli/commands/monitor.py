@@ -10,6 +10,7 @@ import typer
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
 from cxbridge.cli.orderly import orderly
 from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
 
 if TYPE_CHECKING:
     from cxbridge.monitor.snapshot import MonitorSource
@@ -38,7 +39,7 @@ def monitor(
         from cxbridge.monitor.screen import monitor_app
     except ModuleNotFoundError as error:
         raise CxbridgeError(
-            f"the package '{error.name}' is not there", hint="pip install 'cxbridge[monitor]'"
+            f"the package '{error.name}' is not there", hint=install_command("monitor")
         ) from None
     with Interrupt() as interrupt:
         screen = monitor_app(_source(run, url, interface_dir))

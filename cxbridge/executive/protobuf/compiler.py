@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import ProtobufError
+from cxbridge.extras import install_command
 
 _SECONDS = 60
 
@@ -73,6 +74,6 @@ def _command() -> list[str]:
         return [found]
     raise ProtobufError(
         ".proto files need the protobuf compiler",
-        hint="pip install 'cxbridge[protobuf]', or put protoc into the PATH, "
+        hint=f"{install_command('protobuf')}, or put protoc into the PATH, "
         "or name compiled modules in /clips-protobuf/modules",
     )

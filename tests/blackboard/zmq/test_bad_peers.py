@@ -223,10 +223,11 @@ def test_a_thousand_clients_that_say_hello_and_nothing_more(tmp_path):
         before = memory()
         context: zmq.Context[zmq.Socket[bytes]] = zmq.Context()
         context.max_sockets = 1100
-        stack.callback(context.destroy, linger=0)
+        stack.callback(context.term)
         for number in range(1000):
             session = number.to_bytes(16, "big")
             one = context.socket(zmq.DEALER)
+            stack.callback(one.close, linger=0)
             one.routing_id = b"e" + session
             one.connect(made.url)
             one.send(encode("hello", 0, {"session": session, "name": f"number {number}"}))

@@ -128,7 +128,7 @@ def test_without_a_compiler_one_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setattr("shutil.which", lambda name: None)
     types, problems = known_types(PROTOS)
-    assert "cxbridge[protobuf]" in problems[0]
+    assert "[protobuf]" in problems[0]
     with pytest.raises(ProtobufError):
         types.create("test_msgs.Order")
 

@@ -57,7 +57,8 @@ def test_the_recordings_read_as_fawkes_own_tools_read_them(name: str) -> None:
 @needs_shared
 @pytest.mark.parametrize("name", NAMES)
 def test_the_recordings_are_written_as_they_were(name: str, tmp_path: Path) -> None:
-    wanted = FawkesLogWriter(tmp_path / "types").event_types(RecordLevel.TRANSITIONS)
+    with FawkesLogWriter(tmp_path / "types") as writer:
+        wanted = writer.event_types(RecordLevel.TRANSITIONS)
     path = write(tmp_path / "log", [event for event in open_run(recording(name)) if type(event) in wanted])
     assert path.read_bytes() == recording(name).read_bytes()
 
@@ -196,9 +197,9 @@ def test_a_small_log_cut_off_at_every_byte(tmp_path: Path) -> None:
 
 def test_old_entries_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cxbridge.trace.formats.fawkes_log._FLUSH_SECONDS", -1)
-    writer = FawkesLogWriter(tmp_path / "log", utc=True)
-    writer.write(LogLine(0, Level.INFO, "A", "b"))
-    assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"
+    with FawkesLogWriter(tmp_path / "log", utc=True) as writer:
+        writer.write(LogLine(0, Level.INFO, "A", "b"))
+        assert (tmp_path / "log").read_text() == "I 00:00:00.000000 A: b\n"
 
 
 @pytest.mark.parametrize(("text", "expected"), [("caf\udce9", b"caf\xe9"), ("\ud800", b"\\ud800")])

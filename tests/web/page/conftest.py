@@ -26,28 +26,80 @@ in_both = pytest.mark.parametrize("browser", ["chromium", "firefox"], indirect=T
 """Marks tests that a second browser runs, too."""
 
 
+class Browsers:
+    """The browsers of the tests of the page, each started once, with one tab that its tests share.
+
+    A browser takes a second of processor time to start and half a second for a new tab, more than most tests.
+    """
+
+    def __init__(self, playwright: Any, folder: Path) -> None:
+        self._playwright = playwright
+        self._folder = folder
+        self._started: dict[str, Any] = {}
+        self._tabs: dict[Any, Any] = {}
+
+    def get(self, name: str) -> Any:
+        """Return a browser by its name; start it first if need be."""
+        if name not in self._started:
+            self._started[name] = self._chromium() if name == "chromium" else self._firefox()
+        return self._started[name]
+
+    def tab(self, browser: Any) -> Any:
+        """Return the tab of a browser, empty and as a new one."""
+        page = self._tabs.pop(browser, None)
+        if page is None:
+            page = browser.new_context(viewport=DESK, reduced_motion="reduce").new_page()
+        page.set_default_timeout(WAIT_MS)
+        page.set_viewport_size(DESK)
+        return page
+
+    def give_back(self, browser: Any, page: Any) -> None:
+        """Empty a tab, so that the next test can have it."""
+        page.unroute_all()
+        if page.url.startswith("http"):
+            page.evaluate("() => { localStorage.clear(); sessionStorage.clear(); }")
+        page.emulate_media(media="null", color_scheme="null", reduced_motion="reduce", forced_colors="null")
+        page.goto("about:blank")
+        page.context.clear_cookies()
+        self._tabs[browser] = page
+
+    def close(self) -> None:
+        """End all of them."""
+        for each in self._started.values():
+            each.close()
+
+    def _chromium(self) -> Any:
+        return self._playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+
+    def _firefox(self) -> Any:
+        adapter = self._folder / "firefox"
+        adapter.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{_ADAPTER}" "$@"\n', encoding="utf-8")
+        adapter.chmod(0o755)
+        environment = {**os.environ, "CXBRIDGE_FIREFOX": str(FIREFOX)}
+        return self._playwright.firefox.launch(
+            channel="moz-firefox", executable_path=adapter, env=environment
+        )
+
+
+@pytest.fixture(scope="package")
+def browsers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Browsers]:
+    """Those of this folder: playwright keeps a loop running in the thread of its tests."""
+    sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright (pip install playwright)")
+    with sync_api.sync_playwright() as playwright:
+        started = Browsers(playwright, tmp_path_factory.mktemp("browsers"))
+        yield started
+        started.close()
+
+
 @pytest.fixture(scope="module")
-def browser(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Any]:
-    """Chromium, or another; for one module: playwright keeps a loop running in the thread of the tests."""
+def browser(request: pytest.FixtureRequest) -> Any:
+    """Chromium, or another."""
     name = getattr(request, "param", os.environ.get("PAGE_BROWSER", "chromium"))
     if name == "chromium" and BROWSER is None:
         pytest.skip("needs chromium or google-chrome on the path")
     if name == "firefox" and FIREFOX is None:
         pytest.skip("needs firefox-esr or firefox on the path")
-    sync_api = pytest.importorskip("playwright.sync_api", reason="needs playwright (pip install playwright)")
-    with sync_api.sync_playwright() as playwright:
-        if name == "chromium":
-            launched = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-        else:
-            adapter = tmp_path_factory.mktemp("firefox") / "firefox"
-            adapter.write_text(f'#!/bin/sh\nexec "{sys.executable}" "{_ADAPTER}" "$@"\n', encoding="utf-8")
-            adapter.chmod(0o755)
-            environment = {**os.environ, "CXBRIDGE_FIREFOX": str(FIREFOX)}
-            launched = playwright.firefox.launch(
-                channel="moz-firefox", executable_path=adapter, env=environment
-            )
-        yield launched
-        launched.close()
+    return request.getfixturevalue("browsers").get(name)
 
 
 @pytest.fixture
@@ -57,21 +109,29 @@ def errors() -> list[str]:
 
 
 @pytest.fixture
-def tab(browser: Any, errors: list[str]) -> Iterator[Any]:
-    """An empty tab; at the end nothing may have gone wrong in it."""
-    context = browser.new_context(viewport=DESK, reduced_motion="reduce")
-    context.set_default_timeout(WAIT_MS)
-    page = context.new_page()
-    page.on("pageerror", lambda error: errors.append(str(error)))
-    page.on(
-        "console",
-        lambda line: (
+def tab(browsers: Browsers, browser: Any, errors: list[str]) -> Iterator[Any]:
+    """An empty tab; at the end nothing may have gone wrong in it.
+
+    Tests take the same one in turn. One that adds scripts or a clock to its tab makes a context of its own.
+    """
+    page = browsers.tab(browser)
+    listeners: dict[str, Callable[[Any], None]] = {
+        "pageerror": lambda error: errors.append(str(error)),
+        "console": lambda line: (
             errors.append(line.text) if line.type == "error" and "load resource" not in line.text else None
         ),
-    )
-    page.on("request", lambda request: _no_stranger(request.url, errors))
+        "request": lambda request: _no_stranger(request.url, errors),
+    }
+    for kind, listener in listeners.items():
+        page.on(kind, listener)
+    found = len(page.context.pages)
     yield page
-    context.close()
+    for kind, listener in listeners.items():
+        page.remove_listener(kind, listener)
+    if len(page.context.pages) == found:
+        browsers.give_back(browser, page)
+    else:  # the test opened, or closed, some
+        page.context.close()
     assert errors == []
 
 

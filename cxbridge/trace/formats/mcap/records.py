@@ -10,6 +10,9 @@ from typing import IO, Final
 
 from msgspec import Struct
 
+from cxbridge.errors import TraceError
+from cxbridge.extras import install_command
+
 MAGIC: Final = b"\x89MCAP0\r\n"
 """The first eight bytes of an mcap file, and the last eight of a finished one."""
 
@@ -211,8 +214,12 @@ def _unpacked(packing: str, data: bytes, size: int) -> bytes:
         return data
     # only files that somebody else has packed need these
     if packing == "zstd":
-        import zstandard  # noqa: PLC0415
-
+        try:
+            import zstandard  # noqa: PLC0415
+        except ModuleNotFoundError:
+            raise TraceError(
+                "the recording is packed with zstd", hint=f"to read it: {install_command('zstd')}"
+            ) from None
         try:
             with zstandard.ZstdDecompressor().stream_reader(data) as reader:
                 return reader.read(size + 1)

@@ -7,9 +7,11 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import suppress
 from pathlib import Path
 
 from cxbridge import __version__
+from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
@@ -54,9 +56,14 @@ class McapWriter(RunWriter):
         with writing(self.path):
             self._file = open_alone(self.path)
         self._flushed = time.monotonic()
-        with writing(self.path):
-            self._mcap = McapFile(self._file, PROFILE, f"cxbridge {__version__}")
-            self._file.flush()
+        try:
+            with writing(self.path):
+                self._mcap = McapFile(self._file, PROFILE, f"cxbridge {__version__}")
+                self._file.flush()
+        except TraceError:
+            with suppress(OSError):  # again, for what could not be written before
+                self._file.close()
+            raise
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
         """Return the types of events of the level, all of them, and what the run is made of."""

@@ -12,7 +12,7 @@ from tests.executive.planning.interpreter import World
 
 INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
 pytestmark = [
-    pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge[planners]'"),
+    pytest.mark.skipif(not INSTALLED, reason="pip install '.[planners]'"),
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # unified-planning's own
 ]
 

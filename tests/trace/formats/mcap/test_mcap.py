@@ -28,15 +28,12 @@ from tests.trace.runs import family, goal
 HUGE_TIME = json.dumps({**json.loads(encode(family()[0])), "time_us": 1 << 63}).encode()
 
 
-def write(path: Path, events: list[Event], *, finish: bool = True) -> Path:
+def write(path: Path, events: list[Event]) -> Path:
     writer = McapWriter(path)
     for event in events:
         writer.write(event)
-    if finish:
-        writer.close()
-        writer.close()
-    else:
-        writer.flush()
+    writer.close()
+    writer.close()
     return path
 
 
@@ -91,17 +88,21 @@ def test_metadata_and_attachments(tmp_path: Path) -> None:
 
 
 def test_a_run_that_was_killed_reads_up_to_the_last_flush(tmp_path: Path) -> None:
-    path = write(tmp_path / "run", family(), finish=False)
-    run = open_run(path)
+    with McapWriter(tmp_path / "running") as writer:
+        for event in family():
+            writer.write(event)
+        writer.flush()
+        (tmp_path / "run").write_bytes((tmp_path / "running").read_bytes())
+    run = open_run(tmp_path / "run")
     assert list(run) == family()
     assert run.notes == ["damaged or cut off: the file ends too early; read up to there"]
 
 
 def test_old_events_are_flushed_while_writing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("cxbridge.trace.formats.mcap.writer._FLUSH_SECONDS", -1)
-    writer = McapWriter(tmp_path / "run")
-    writer.write(family()[0])
-    assert list(open_run(tmp_path / "run")) == family()[:1]
+    with McapWriter(tmp_path / "run") as writer:
+        writer.write(family()[0])
+        assert list(open_run(tmp_path / "run")) == family()[:1]
 
 
 @pytest.mark.parametrize("change", ["cut", "flip"])

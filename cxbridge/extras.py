@@ -1,0 +1,81 @@
+"""Optional parts of an installation ("extras" of the package) and the command that installs one."""
+
+from __future__ import annotations
+
+import os
+import re
+import shlex
+import sys
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+_DEVELOPERS = "dev"
+_EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
+_NAME = re.compile(r"[\w.-]+")
+_CHECKOUT = Path(__file__).resolve().parent.parent
+
+
+def extras() -> Mapping[str, Sequence[str]]:
+    """Return the requirements of each extra for users, e.g. ``{"monitor": ["textual<9,>=1"]}``.
+
+    Empty where cxbridge is not installed but imported from its source tree.
+    """
+    from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
+
+    found: dict[str, list[str]] = {}
+    try:
+        requirements = metadata.requires("cxbridge") or []
+    except metadata.PackageNotFoundError:
+        return {}
+    for requirement in requirements:
+        what, _, marker = requirement.partition(";")
+        extra = _EXTRA.search(marker)
+        if extra is not None and extra[1] != _DEVELOPERS:
+            found.setdefault(extra[1], []).append(what.strip())
+    return found
+
+
+def missing(extra: str) -> list[str]:
+    """Return the requirements of an extra whose packages are not installed."""
+    return [requirement for requirement in extras().get(extra, ()) if not _installed(requirement)]
+
+
+def install_command(extra: str) -> str:
+    """Return the shell command that installs an extra.
+
+    It works while cxbridge is on no package index: a checkout is installed with its extra; elsewhere
+    the command names the packages of the extra.
+    """
+    if (_CHECKOUT / "pyproject.toml").is_file():
+        # pip leaves an editable installation as it is only when it is named as one
+        return _pip("-e", f"{_shown(_CHECKOUT)}[{extra}]")
+    requirements = extras().get(extra)
+    return _pip(*requirements) if requirements else _pip(f"cxbridge[{extra}]")
+
+
+def _installed(requirement: str) -> bool:
+    from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
+
+    name = _NAME.match(requirement)
+    try:
+        metadata.version(name[0] if name else requirement)
+    except metadata.PackageNotFoundError:
+        return False
+    return True
+
+
+def _pip(*arguments: str) -> str:
+    """Return a call of the pip of this Python: the one on the PATH may be another's."""
+    python = Path(sys.executable)
+    return shlex.join([_shown(python), "-m", "pip", "install", *arguments])
+
+
+def _shown(path: Path) -> str:
+    """Return a path as one types it in the current folder."""
+    try:
+        folder = Path.cwd()
+    except OSError:  # it was removed
+        return str(path)
+    if path == folder:
+        return os.curdir
+    return str(path.relative_to(folder)) if path.is_relative_to(folder) else str(path)
