@@ -167,7 +167,7 @@ class _Teller:
             yield slots
 
     def take(self, event: Event) -> None:
-        """Take a transition; a goal that ends is told."""
+        """Take a transition; print a goal that ends."""
         self._reasons.take(event)
         if not isinstance(event, GoalTransition):
             return
