@@ -45,7 +45,7 @@ from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.skiller.board import protocol
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
-from cxbridge.skiller.client.calls import Outcome, SkillCall
+from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
@@ -137,7 +137,7 @@ def caller(folder: Path, journal: Journal) -> None:
                 while True:
                     number += 1
                     text = f'say{{text="{time.time_ns()}"}}'
-                    with SkillCall(board, steal=True) as call:
+                    with SkillerCall(board, steal=True) as call:
                         journal.note("calls", text)
                         result = call.execute(text, CALL_S)
                     journal.note("got", result.outcome.name, text)
@@ -287,7 +287,7 @@ class History:
                 self.executed.add(int(digits))
             case "got":
                 self.counts[f"calls {rest.split(maxsplit=1)[0]}"] += 1
-                if rest.startswith(Outcome.FINAL.name):
+                if rest.startswith(CallOutcome.FINAL.name):
                     self.final.add(int(digits))
             case "succeeded":
                 self.succeeded.add(int(rest))

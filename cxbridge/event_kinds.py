@@ -7,9 +7,11 @@ kind is its class, its producer, and readers that care.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from enum import Enum
 from typing import ClassVar, Final, TypeVar, dataclass_transform
+
+from msgspec import Struct, field
 
 EventClass = TypeVar("EventClass", bound="Event")
 
@@ -44,8 +46,7 @@ class View(Enum):
         return tuple(event_type for event_type in EVENT_TYPES.values() if self in event_type.KIND.views)
 
 
-@dataclass(frozen=True, slots=True)
-class EventKind:
+class EventKind(Struct, frozen=True):
     """What there is to know about a kind of event besides its fields.
 
     :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.

@@ -27,6 +27,8 @@ __all__ = [
     "Level",
     "LogLine",
     "Logger",
+    "LoopTime",
+    "NavGraphRead",
     "PlanActionTransition",
     "PlannerCall",
     "Publication",
@@ -253,6 +255,36 @@ class PlannerCall(Event):
     actions: int
     reason: str
     plan: str = ""
+
+
+@event_class
+class NavGraphRead(Event):
+    """A navigation graph was read.
+
+    :param graph: its name.
+    :param nodes: by name: ``x`` and ``y`` in metres, ``unconnected``, ``properties``.
+    :param edges: by their ends: ``from``, ``to``, ``directed``.
+    """
+
+    KIND = EventKind("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
+
+    graph: str
+    nodes: Mapping[str, Any]
+    edges: Mapping[str, Any]
+
+
+@event_class
+class LoopTime(Event):
+    """The main loop ran once. Not emitted on a virtual clock, where a loop takes no time.
+
+    :param loop: number of the loop, from 1.
+    :param duration_us: real time from its first to its last hook, microseconds.
+    """
+
+    KIND = EventKind("loop", "/loops", level=RecordLevel.RULES, on_demand=True)
+
+    loop: int
+    duration_us: int
 
 
 @event_class

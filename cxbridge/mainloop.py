@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 
-from cxbridge.clock import Clock
+from cxbridge.clock import Clock, Wakeup
 
 DEFAULT_PERIOD_US = 33_333
 """Fawkes' ``/fawkes/mainapp/desired_loop_time``: 30 loops a second."""
@@ -44,7 +43,7 @@ class MainLoop:
         """How often it has begun to do something: loops, and what is :meth:`busy` beside them."""
         self.working = False
         """Whether it does something now; not while it sleeps between two loops."""
-        self._stopped = threading.Event()
+        self._stopped = Wakeup()
         self._hooks: dict[Hook, list[Callable[[], object]]] = {hook: [] for hook in Hook}
         self._steps: tuple[Callable[[], object], ...] | None = None
 

@@ -37,6 +37,15 @@ def name_of(requirement):
     return re.sub(r"[-_.]+", "-", found[0]).lower()
 
 
+def _first_line(package, about):
+    """Of a package that only has the text of its licence."""
+    for name in about.get_all("License-File") or []:
+        for file in importlib.metadata.files(package) or []:
+            if file.name == name:
+                return file.read_text().strip().partition("\n")[0]
+    return ""
+
+
 def stated_by(package):
     """What a package says of its licence: the name of SPDX, or words for it."""
     about = importlib.metadata.metadata(package)
@@ -44,7 +53,7 @@ def stated_by(package):
         return {about["License-Expression"]}
     classifiers = about.get_all("Classifier") or []
     words = {text.rpartition(" :: ")[2] for text in classifiers if text.startswith("License :: ")}
-    free_text = next(iter(about.get_all("License") or []), "")
+    free_text = next(iter(about.get_all("License") or []), "") or _first_line(package, about)
     head = free_text.partition("\n")[0]
     return words | ({head} if head and not head.startswith("Copyright") else set())  # else the whole text
 

@@ -19,7 +19,7 @@ _KINDS = (EventKind.DATA_REFRESHED, EventKind.WRITER_ADDED, EventKind.WRITER_REM
 
 
 @dataclass(frozen=True, slots=True)
-class InterfaceEvent:
+class InterfaceChange:
     """An event of an interface.
 
     :param uid: ``Type::id``.
@@ -58,7 +58,7 @@ class Feed(Listener, Observer):
     def __init__(self, board: BlackBoard, owner: str) -> None:
         self._board = board
         self._owner = owner
-        self._events: queue.SimpleQueue[InterfaceEvent | tuple[str, str]] = queue.SimpleQueue()
+        self._events: queue.SimpleQueue[InterfaceChange | tuple[str, str]] = queue.SimpleQueue()
         self._lock = threading.Lock()  # of the instances: listeners come from any thread
         self._instances: dict[tuple[str, str], Interface] = {}
 
@@ -88,20 +88,20 @@ class Feed(Listener, Observer):
         self._board.register_observer(self, type_glob, id_glob)
         return [self.open(info.type, info.id) for info in self._board.list(type_glob, id_glob)]
 
-    def now(self, instance: Interface) -> InterfaceEvent:
+    def now(self, instance: Interface) -> InterfaceChange:
         """Return what an interface that was opened here holds now."""
         with self._lock:
             instance.read()
-            return InterfaceEvent(instance.uid, "data", instance.timestamp_us, instance.as_dict())
+            return InterfaceChange(instance.uid, "data", instance.timestamp_us, instance.as_dict())
 
-    def next(self, deadline: Deadline) -> InterfaceEvent | None:
+    def next(self, deadline: Deadline) -> InterfaceChange | None:
         """Wait for an event; None when there was none until the deadline."""
         while True:
             try:
                 item = self._events.get(timeout=deadline.remaining_s())
             except queue.Empty:
                 return None
-            if isinstance(item, InterfaceEvent):
+            if isinstance(item, InterfaceChange):
                 return item
             if item not in self._instances:
                 instance = self.open(*item)
@@ -150,4 +150,6 @@ class Feed(Listener, Observer):
                 interface.read()
             except BlackBoardError:
                 return  # it was closed just now
-            self._events.put(InterfaceEvent(interface.uid, kind, interface.timestamp_us, interface.as_dict()))
+            self._events.put(
+                InterfaceChange(interface.uid, kind, interface.timestamp_us, interface.as_dict())
+            )

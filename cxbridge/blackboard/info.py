@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class InterfaceInfo:
+class InterfaceInfo(Struct, frozen=True):
     """What a blackboard says about an interface that somebody has open.
 
     :param hash: version of the type, 16 bytes.

@@ -9,10 +9,11 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 from uuid import UUID
+
+from msgspec import Struct
 
 from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface, Message
@@ -65,8 +66,7 @@ class Listener:
         """Somebody closed the writing instance; its data stay."""
 
 
-@dataclass(slots=True, eq=False)
-class _Registration:
+class _Registration(Struct, eq=False):
     """A listener, for an instance, and its method for one kind of event."""
 
     listener: Listener

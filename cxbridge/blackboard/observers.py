@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.blackboard.listeners import Report
 from cxbridge.blackboard.names import matches
@@ -21,8 +22,7 @@ class Observer:
         """Somebody closed the last instance of an interface; its data are gone."""
 
 
-@dataclass(slots=True, eq=False)
-class _ObserverRegistration:
+class _ObserverRegistration(Struct, eq=False):
     """An observer and the interfaces it wants to hear of."""
 
     observer: Observer

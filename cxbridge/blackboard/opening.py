@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 from uuid import UUID
+
+from msgspec import Struct
 
 from cxbridge.blackboard.listeners import Listen, ListenerTable
 from cxbridge.interfaces.instance import Interface
@@ -19,8 +20,7 @@ class ListenedPort(Port[Interface], Protocol):
         """The listeners of the interface."""
 
 
-@dataclass(frozen=True, slots=True)
-class OpenRequest:
+class OpenRequest(Struct, frozen=True):
     """An interface to open; its names are checked.
 
     :param owner: who opens it, for lists and messages to people.

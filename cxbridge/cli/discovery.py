@@ -73,7 +73,7 @@ class CommandModules(MutableMapping[str, Any]):
 def group_of_modules(package: str) -> type[TyperGroup]:
     """Return the class of a group whose commands are the modules of a package."""
 
-    class Group(TyperGroup):
+    class ModuleGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             super().__init__(**attributes)
             self.commands = CommandModules(package, commands or {})
@@ -98,4 +98,4 @@ def group_of_modules(package: str) -> type[TyperGroup]:
                             [(name.ljust(width), text) for name, text in zip(found, texts, strict=True)]
                         )
 
-    return Group
+    return ModuleGroup

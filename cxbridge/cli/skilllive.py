@@ -8,7 +8,7 @@ from rich.console import Console
 from rich.live import Live
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.cli.skillview import machine_transitions, view
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import plain
@@ -50,11 +50,11 @@ def show(
                 values = _values(news)
 
 
-def _values(news: InterfaceEvent) -> dict[str, object]:
+def _values(news: InterfaceChange) -> dict[str, object]:
     return {} if news.kind == "writer removed" else {key: plain(item) for key, item in news.values.items()}
 
 
-def _graph(news: InterfaceEvent) -> str:
+def _graph(news: InterfaceChange) -> str:
     """Return the graph of a machine, not what other viewers ask for."""
     return "" if news.values["graph_fsm"] in OVERVIEWS else str(news.values["graph"])
 

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from cxbridge.errors import SkillerError
 from cxbridge.printing import one_line, visible
-from cxbridge.skiller.machinegraph import Machine, State, Transition, parse_graph
+from cxbridge.skiller.machinegraph import Machine, MachineState, MachineTransition, parse_graph
 
 _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
@@ -69,12 +69,12 @@ def _machine(machine: Machine, uses: Mapping[str, list[str]]) -> list[Renderable
     return [title, table, *_way(machine, names)]
 
 
-def machine_transitions(machine: Machine) -> list[Transition]:
+def machine_transitions(machine: Machine) -> list[MachineTransition]:
     """Return the transitions of a machine and of those within."""
     return [item for _, part in machine.walk() for item in part.transitions]
 
 
-def _state(state: State, depth: int, *, been: bool) -> Text:
+def _state(state: MachineState, depth: int, *, been: bool) -> Text:
     mark = _HERE if state.active else _BEEN if been else _NOT_YET
     style = "reverse bold" if state.active else _KINDS.get(state.kind, "" if been else "dim")
     text = Text.assemble("  " * depth, f"{mark} ", (state.name, style))
@@ -83,7 +83,7 @@ def _state(state: State, depth: int, *, been: bool) -> Text:
     return text
 
 
-def _exits(transitions: list[Transition], names: Mapping[str, str]) -> Text:
+def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Text:
     lines = []
     for item in transitions:
         target = names.get(item.target, item.target)

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import select
 import sys
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -24,6 +26,11 @@ if TYPE_CHECKING:
 _MOST_PORT = 65_535
 
 
+def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
+    """Whether a browser would have a window of its own; in the terminal it would be in the way."""
+    return platform in {"darwin", "win32"} or bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
+
+
 @dataclass(frozen=True, kw_only=True)
 class BrowserOptions:
     """Whether a browser is opened."""
@@ -35,10 +42,12 @@ class BrowserOptions:
     def announce(self, url: str) -> None:
         """Print the address of the page, and open it in a browser if a person sits at the terminal."""
         say(f"The page is at {url}", err=True, flush=True)
-        if not self.no_browser and sys.stderr.isatty():
+        if not self.no_browser and sys.stderr.isatty() and has_desktop():
+            import threading
             import webbrowser
 
-            webbrowser.open(url)
+            # some browsers take seconds to tell that they have been started
+            threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,10 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from collections.abc import Iterator
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
+
+from msgspec import Struct
 
 _STRING: Final = r'"[^"\\]*(?:\\.[^"\\]*)*"'
 _UNCLOSED: Final = r'".*'
@@ -40,8 +41,7 @@ CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 _NOT_A_LINE_END: Final = re.compile(r"[^\n]")
 
 
-@dataclass(frozen=True, slots=True)
-class SyntaxNode:
+class SyntaxNode(Struct, frozen=True):
     """A word, a string, one of the marks ``& | ~``, or a list of nodes in parentheses.
 
     :param source: the text that was read.
@@ -79,8 +79,7 @@ class SyntaxNode:
             stack += reversed(node.items or ())
 
 
-@dataclass(frozen=True)
-class Lines:
+class Lines(Struct, frozen=True, dict=True):
     """The lines of a text."""
 
     text: str
@@ -163,8 +162,7 @@ def without_module(name: str) -> str:
     return name.rpartition("::")[2]
 
 
-@dataclass(frozen=True, slots=True)
-class Definition:
+class Definition(Struct, frozen=True):
     """A construct with all that is in it.
 
     :param kind: ``defrule``, ``deftemplate`` ...

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from math import copysign
 from typing import Any, Final, TypeAlias
+
+from msgspec import Struct
 
 
 class Symbol(str):
@@ -20,8 +21,7 @@ class InstanceName(str):
     __slots__ = ()
 
 
-@dataclass(frozen=True, slots=True)
-class FactRef:
+class FactRef(Struct, frozen=True):
     """A fact address that is still good when the fact is gone: the fact's index."""
 
     index: int

@@ -9,10 +9,10 @@ from typing import TypeVar, overload
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
-from cxbridge.config.loader import Loader
+from cxbridge.config.loader import ConfigLoader
 from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import mask
-from cxbridge.config.tree import Kind, Node, overlay, split_path
+from cxbridge.config.tree import ConfigNode, NodeKind, overlay, split_path
 from cxbridge.config.values import ConfigValue
 from cxbridge.errors import ConfigError
 
@@ -46,8 +46,8 @@ class Configuration:
     """
 
     def __init__(self) -> None:
-        self._root = Node(Kind.MAP, Mark())
-        self._before: dict[tuple[str, ...], Node | None] = {}  # what was where something was set since
+        self._root = ConfigNode(NodeKind.MAP, Mark())
+        self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # what was where something was set since
         self.files: tuple[Path, ...] = ()
         """The files that were read, in the order they were laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -68,7 +68,7 @@ class Configuration:
         if not path.is_dir():
             main = path
         elif not main.is_file():
-            loader = Loader(Path(confdir or path), host)
+            loader = ConfigLoader(Path(confdir or path), host)
             try:
                 loader.load_folder(path)
             except OSError as error:
@@ -76,7 +76,7 @@ class Configuration:
             if not loader.files:
                 raise ConfigError("there is no configuration (*.yaml) in this folder", file=path)
             return cls._of(loader)
-        loader = Loader(Path(confdir or main.parent), host)
+        loader = ConfigLoader(Path(confdir or main.parent), host)
         loader.load_file(main)
         return cls._of(loader)
 
@@ -85,12 +85,12 @@ class Configuration:
         cls, text: str, name: str = "<text>", *, host: str | None = None, confdir: str | Path = "."
     ) -> Configuration:
         """Read a configuration from a text; ``name`` stands for its file in errors."""
-        loader = Loader(Path(confdir), host)
+        loader = ConfigLoader(Path(confdir), host)
         loader.load_text(text, name)
         return cls._of(loader)
 
     @classmethod
-    def _of(cls, loader: Loader) -> Configuration:
+    def _of(cls, loader: ConfigLoader) -> Configuration:
         config = cls()
         config._root = loader.root
         config.files = tuple(loader.files)
@@ -138,7 +138,7 @@ class Configuration:
         node = self._root.find(path)
         if node is None:
             return []
-        return list(node.children) if node.kind is Kind.MAPS else sorted(node.children)
+        return list(node.children) if node.kind is NodeKind.MAPS else sorted(node.children)
 
     def search(self, prefix: str = "/") -> Iterator[ConfigValue]:
         """Yield every value below a path, in lexicographic order of their paths.
@@ -275,7 +275,7 @@ class Configuration:
             results.append(result)
         return results
 
-    def _missing(self, path: str, node: Node | None) -> ConfigMissingError:
+    def _missing(self, path: str, node: ConfigNode | None) -> ConfigMissingError:
         path = "/" + "/".join(split_path(path))
         if node is not None:
             return ConfigMissingError(
@@ -292,7 +292,7 @@ class Configuration:
         """Return a copy of what is below a path, as a configuration of its own; empty when nothing is."""
         node = self._root.find(path)
         config = Configuration()
-        if node is not None and node.kind in (Kind.MAP, Kind.MAPS):
+        if node is not None and node.kind in (NodeKind.MAP, NodeKind.MAPS):
             config._root = node.copy()
         return config
 
@@ -301,7 +301,7 @@ class Configuration:
         config = Configuration()
         node = self._root.copy()
         for element in reversed(split_path(path)):
-            node = Node(Kind.MAP, node.mark, children={element: node})
+            node = ConfigNode(NodeKind.MAP, node.mark, children={element: node})
         config._root = node
         return config
 
@@ -317,19 +317,19 @@ class Configuration:
             raise ConfigError(f"cannot set {path[:40]}...: it is more than {MAX_DEPTH} deep")
         node = self._root
         for element in elements:
-            if node.kind in (Kind.SCALAR, Kind.LIST):
+            if node.kind in (NodeKind.SCALAR, NodeKind.LIST):
                 raise node.mark.error(f"cannot set {path}: {node.kind.value} is on the way to '{element}'")
-            if node.kind is Kind.NULL:
-                node.kind = Kind.MAP
-            node = node.children.setdefault(element, Node(Kind.NULL, Mark()))
+            if node.kind is NodeKind.NULL:
+                node.kind = NodeKind.MAP
+            node = node.children.setdefault(element, ConfigNode(NodeKind.NULL, Mark()))
         if node.children or not elements:
             raise node.mark.error(f"cannot set {path}: it holds {node.kind.value}", "set the values below it")
         self._before.setdefault(tuple(elements), node.copy() if node.mark.file else None)
         node.mark = Mark()
         if isinstance(value, bool | int | float | str):
-            node.kind, node.text, node.items = Kind.SCALAR, _text(value), ()
+            node.kind, node.text, node.items = NodeKind.SCALAR, _text(value), ()
         else:
-            node.kind, node.text, node.items = Kind.LIST, "", tuple(_text(item) for item in value)
+            node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_text(item) for item in value)
 
     def erase(self, path: str) -> None:
         """Take back a value that was set in this run: what a file says there counts again.
@@ -354,7 +354,7 @@ class Configuration:
             if node.children or node is self._root:
                 return
             if node.mark.file:  # it was empty there
-                node.kind = Kind.NULL
+                node.kind = NodeKind.NULL
                 return
 
     def overlay_files(self, files: Path | Sequence[Path] | None) -> None:
@@ -375,8 +375,8 @@ class Configuration:
         self.warnings += other.warnings
 
 
-def _value(path: str, node: Node) -> ConfigValue:
-    return ConfigValue(path, node.kind is Kind.LIST, node.text, node.items, node.mark)
+def _value(path: str, node: ConfigNode) -> ConfigValue:
+    return ConfigValue(path, node.kind is NodeKind.LIST, node.text, node.items, node.mark)
 
 
 def _quoted(value: ConfigValue) -> str:

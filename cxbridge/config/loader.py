@@ -11,21 +11,21 @@ import os
 import re
 import socket
 from collections import deque
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from msgspec import Struct
+
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.config.tags import INCLUDE_TAGS, unknown_tag
-from cxbridge.config.tree import Kind, Node, TreeBuilder, overlay
+from cxbridge.config.tree import ConfigNode, NodeKind, TreeBuilder, overlay
 from cxbridge.errors import ConfigError
 
 MAX_FILES: Final = 1000
 _FILE_IN_FOLDER: Final = re.compile(r"[a-zA-Z0-9_-]+\.yaml")
 
 
-@dataclass(frozen=True, slots=True)
-class _Entry:
+class _FileToRead(Struct, frozen=True):
     """A file to read: where it was asked for, and the files that led to it."""
 
     file: Path
@@ -34,7 +34,7 @@ class _Entry:
     ignore_missing: bool = False
 
 
-class Loader:
+class ConfigLoader:
     """Reads a configuration into :attr:`root`.
 
     :param confdir: the folder that relative includes are seen from.
@@ -42,13 +42,13 @@ class Loader:
     """
 
     def __init__(self, confdir: Path, host: str | None = None) -> None:
-        self.root = Node(Kind.MAP, Mark())
+        self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
         self._confdir = confdir
         self._host = host
         self._builder = TreeBuilder()
-        self._host_file: _Entry | None = None
-        self._queue: deque[_Entry] = deque()
+        self._host_file: _FileToRead | None = None
+        self._queue: deque[_FileToRead] = deque()
 
     @property
     def warnings(self) -> list[str]:
@@ -57,17 +57,17 @@ class Loader:
 
     def load_file(self, file: Path) -> None:
         """Read a file and all that it includes."""
-        self._queue.append(_Entry(file, Mark()))
+        self._queue.append(_FileToRead(file, Mark()))
         self._run()
 
     def load_folder(self, folder: Path) -> None:
         """Read all configuration files of a folder and what they include."""
-        self._queue.extend(_Entry(file, Mark()) for file in files_of(folder))
+        self._queue.extend(_FileToRead(file, Mark()) for file in files_of(folder))
         self._run()
 
     def load_text(self, text: str | bytes, name: str) -> None:
         """Read a text and all that it includes."""
-        self._read(text, _Entry(Path(name), Mark()), name)
+        self._read(text, _FileToRead(Path(name), Mark()), name)
         self._run()
 
     def _run(self) -> None:
@@ -82,7 +82,7 @@ class Loader:
                     hint=f"move the include into the file that names it ({host_entry.mark.file})",
                 )  # fmt: skip
 
-    def _load(self, entry: _Entry) -> None:
+    def _load(self, entry: _FileToRead) -> None:
         if len(self.files) >= MAX_FILES:
             raise entry.mark.error(f"more than {MAX_FILES} files are included")
         try:
@@ -94,7 +94,7 @@ class Loader:
         self.files.append(entry.file)
         self._read(data, entry, str(entry.file))
 
-    def _read(self, data: str | bytes, entry: _Entry, name: str) -> None:
+    def _read(self, data: str | bytes, entry: _FileToRead, name: str) -> None:
         documents = parse_documents(data, name)
         if len(documents) > 2:  # noqa: PLR2004 - one about the configuration, and the configuration
             self.warnings.append(
@@ -107,16 +107,16 @@ class Loader:
         if not documents:
             return
         tree = self._builder.build(documents[main])
-        if tree.kind is Kind.NULL:
+        if tree.kind is NodeKind.NULL:
             return
-        if tree.kind is not Kind.MAP:
+        if tree.kind is not NodeKind.MAP:
             raise tree.mark.error(
                 f"the configuration must be a map of names to values, but this is {tree.kind.value}",
                 "write 'name: value' lines",
             )
         overlay(self.root, tree)
 
-    def _meta(self, document: YamlNode, entry: _Entry) -> None:
+    def _meta(self, document: YamlNode, entry: _FileToRead) -> None:
         """Queue the includes that the document about the configuration names."""
         if isinstance(document, YamlScalar) and document.null:
             return
@@ -126,7 +126,7 @@ class Loader:
             if isinstance(key, YamlScalar) and key.text == "include":
                 self._includes(value, entry)
 
-    def _includes(self, value: YamlNode, entry: _Entry) -> None:
+    def _includes(self, value: YamlNode, entry: _FileToRead) -> None:
         if isinstance(value, YamlScalar) and value.null:
             return
         if not isinstance(value, YamlList):
@@ -144,7 +144,7 @@ class Loader:
                 raise item.mark.error("this include names nothing", "name a file or a folder")
             self._include(item, entry)
 
-    def _include(self, item: YamlScalar, entry: _Entry) -> None:
+    def _include(self, item: YamlScalar, entry: _FileToRead) -> None:
         name = item.text
         if "$host" in name:
             name = name.replace("$host", self._host or socket.gethostname(), 1)
@@ -156,13 +156,13 @@ class Loader:
                 raise item.mark.error(
                     f"there is a host-specific file already ({first.file}:{first.line})", "keep one"
                 )
-            self._host_file = _Entry(path, item.mark, chain, ignore_missing=True)
+            self._host_file = _FileToRead(path, item.mark, chain, ignore_missing=True)
             return
         optional = item.tag == "ignore-missing"
         if name.endswith("/"):
             self._include_folder(path, item.mark, chain, optional=optional)
         else:
-            self._enqueue(_Entry(path, item.mark, chain, optional))
+            self._enqueue(_FileToRead(path, item.mark, chain, optional))
 
     def _include_folder(self, folder: Path, mark: Mark, chain: tuple[Path, ...], *, optional: bool) -> None:
         try:
@@ -170,11 +170,11 @@ class Loader:
         except OSError as error:
             if optional and isinstance(error, FileNotFoundError):
                 return
-            raise _unreadable(_Entry(folder, mark), error) from None
+            raise _unreadable(_FileToRead(folder, mark), error) from None
         for file in files:
-            self._enqueue(_Entry(file, mark, chain, optional))
+            self._enqueue(_FileToRead(file, mark, chain, optional))
 
-    def _enqueue(self, entry: _Entry) -> None:
+    def _enqueue(self, entry: _FileToRead) -> None:
         if entry.file in entry.chain:
             way = " -> ".join(str(file) for file in (*entry.chain, entry.file))
             raise entry.mark.error(
@@ -191,7 +191,7 @@ def files_of(folder: Path) -> list[Path]:
     return sorted(file for file in folder.iterdir() if _FILE_IN_FOLDER.fullmatch(file.name))
 
 
-def _unreadable(entry: _Entry, error: OSError) -> ConfigError:
+def _unreadable(entry: _FileToRead, error: OSError) -> ConfigError:
     reason = (error.strerror or str(error)).lower()
     if not entry.mark.file:
         return ConfigError(f"cannot read the configuration: {reason}", file=entry.file)

@@ -9,14 +9,15 @@ docs/configuration.md.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from enum import Enum
+
+from msgspec import Struct, field
 
 from cxbridge.config.documents import MAX_DEPTH, Mark, YamlList, YamlMap, YamlNode, YamlScalar
 from cxbridge.config.tags import check_tag
 
 
-class Kind(Enum):
+class NodeKind(Enum):
     """What a node of the tree is; the value is what to call it in messages."""
 
     NULL = "nothing"
@@ -26,8 +27,7 @@ class Kind(Enum):
     MAPS = "a list of maps"
 
 
-@dataclass(slots=True)
-class Node:
+class ConfigNode(Struct):
     """A node of the tree.
 
     :param kind: what it is, and so which of the following it has.
@@ -37,25 +37,25 @@ class Node:
     :param children: the nodes below a map or a list of maps, by path element.
     """
 
-    kind: Kind
+    kind: NodeKind
     mark: Mark
     text: str = ""
     items: tuple[str, ...] = ()
-    children: dict[str, Node] = field(default_factory=dict)
+    children: dict[str, ConfigNode] = field(default_factory=dict)
 
-    def copy(self) -> Node:
+    def copy(self) -> ConfigNode:
         """Return a copy that shares nothing that can change."""
         children = {key: child.copy() for key, child in self.children.items()}
-        return Node(self.kind, self.mark, self.text, self.items, children)
+        return ConfigNode(self.kind, self.mark, self.text, self.items, children)
 
-    def find(self, path: str) -> Node | None:
+    def find(self, path: str) -> ConfigNode | None:
         """Return the node at a path (empty elements do not count), or None."""
-        node: Node | None = self
+        node: ConfigNode | None = self
         for element in split_path(path):
             node = node.children.get(element) if node else None
         return node
 
-    def leaves(self, prefix: str) -> Iterator[tuple[str, Node]]:
+    def leaves(self, prefix: str) -> Iterator[tuple[str, ConfigNode]]:
         """Yield path and node of everything below that has no children itself, in the order of the file."""
         for key, child in self.children.items():
             path = f"{prefix}/{key}"
@@ -76,28 +76,32 @@ class TreeBuilder:
     def __init__(self) -> None:
         self.warnings: list[str] = []
 
-    def build(self, node: YamlNode, depth: int = 0) -> Node:
+    def build(self, node: YamlNode, depth: int = 0) -> ConfigNode:
         """Return the tree of a YAML node, which lies that many path elements deep.
 
         :raises ConfigError: for an unknown tag, a value that its tag forbids, a list of lists, an odd key.
         """
         check_tag(node)
         if isinstance(node, YamlScalar):
-            return Node(Kind.NULL, node.mark) if node.null else Node(Kind.SCALAR, node.mark, node.text)
+            return (
+                ConfigNode(NodeKind.NULL, node.mark)
+                if node.null
+                else ConfigNode(NodeKind.SCALAR, node.mark, node.text)
+            )
         if isinstance(node, YamlMap):
             return self._map(node, depth)
         return self._list(node, depth)
 
-    def _list(self, node: YamlList, depth: int) -> Node:
+    def _list(self, node: YamlList, depth: int) -> ConfigNode:
         if not node.items:
-            return Node(Kind.LIST, node.mark)
+            return ConfigNode(NodeKind.LIST, node.mark)
         if isinstance(node.items[0], YamlMap):
             children = {str(index): self.build(item, depth + 1) for index, item in enumerate(node.items)}
-            return Node(Kind.MAPS, node.mark, children=children)
-        return Node(Kind.LIST, node.mark, items=tuple(_item(item) for item in node.items))
+            return ConfigNode(NodeKind.MAPS, node.mark, children=children)
+        return ConfigNode(NodeKind.LIST, node.mark, items=tuple(_item(item) for item in node.items))
 
-    def _map(self, node: YamlMap, depth: int) -> Node:
-        root = Node(Kind.MAP, node.mark)
+    def _map(self, node: YamlMap, depth: int) -> ConfigNode:
+        root = ConfigNode(NodeKind.MAP, node.mark)
         for key_node, value_node in node.pairs:
             *parents, key = _key(key_node)
             inner = depth + len(parents) + 1
@@ -105,8 +109,8 @@ class TreeBuilder:
                 raise key_node.mark.error(f"values are nested more than {MAX_DEPTH} deep")
             place = root
             for element in parents:
-                place = place.children.setdefault(element, Node(Kind.MAP, key_node.mark))
-                if place.kind not in (Kind.MAP, Kind.MAPS):
+                place = place.children.setdefault(element, ConfigNode(NodeKind.MAP, key_node.mark))
+                if place.kind not in (NodeKind.MAP, NodeKind.MAPS):
                     raise key_node.mark.error(
                         f"'{element}' is {place.kind.value} in line {place.mark.line}, not a map"
                     )
@@ -117,7 +121,7 @@ class TreeBuilder:
             place.children[key] = value
         return root
 
-    def _duplicate(self, key: str, before: Node, value: Node, mark: Mark) -> None:
+    def _duplicate(self, key: str, before: ConfigNode, value: ConfigNode, mark: Mark) -> None:
         """Let the later of two equal keys win, as Fawkes does, when both are of one kind."""
         if before.kind is not value.kind:
             raise mark.error(
@@ -151,24 +155,24 @@ def _key(node: YamlNode) -> list[str]:
     return elements
 
 
-def overlay(base: Node, over: Node, path: str = "") -> None:
+def overlay(base: ConfigNode, over: ConfigNode, path: str = "") -> None:
     """Lay the tree ``over`` over the tree ``base``, which changes.
 
     :raises ConfigError: when a value would have to replace one of another kind.
     """
-    if base.kind is Kind.MAP and over.kind is Kind.MAP:
+    if base.kind is NodeKind.MAP and over.kind is NodeKind.MAP:
         for key, child in over.children.items():
             if key in base.children:
                 overlay(base.children[key], child, f"{path}/{key}")
             else:
                 base.children[key] = child.copy()
         return
-    if base.kind is over.kind or base.kind is Kind.NULL:
+    if base.kind is over.kind or base.kind is NodeKind.NULL:
         new = over.copy()
         base.kind, base.mark, base.text, base.items, base.children = (
             new.kind, new.mark, new.text, new.items, new.children,
         )  # fmt: skip
-    elif over.kind is not Kind.NULL or base.kind not in (Kind.MAP, Kind.MAPS):
+    elif over.kind is not NodeKind.NULL or base.kind not in (NodeKind.MAP, NodeKind.MAPS):
         place = f" ({base.mark.file}:{base.mark.line})" if base.mark.file else ""
         raise over.mark.error(
             f"{path} is {over.kind.value} here, but {base.kind.value} where it was set before{place}",

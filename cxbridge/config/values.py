@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 from cxbridge.config.documents import Mark
 from cxbridge.config.scalars import ConfigType, type_of
 
 
-@dataclass(frozen=True, slots=True)
-class ConfigValue:
+class ConfigValue(Struct, frozen=True):
     """A leaf of the configuration: a scalar, a list of scalars, or nothing (null, an empty map).
 
     :param path: its full path, in the spelling of the one who asked.

@@ -107,6 +107,8 @@ class DaemonBoard:
 
     def next_command(self) -> tuple[str, int] | None:
         """Take the oldest command; return what it asks for and the id of its message."""
+        if self._daemon.msgq_empty():
+            return None
         message = self._daemon.msgq_pop()
         return None if message is None else (COMMANDS.get(message.type, ""), message.id)
 

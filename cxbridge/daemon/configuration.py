@@ -11,10 +11,9 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings, core_of
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.mainloop import MainLoop
 from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, load_configuration
 from cxbridge.run.options import RunOptions, SourceOptions
-from cxbridge.run.think_rate import main_period_us
+from cxbridge.run.think_rate import make_main_loop
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")
 """Stands for the configuration where none is given; need not exist."""
@@ -28,8 +27,9 @@ def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSett
     config, file = read_configuration(options)
     settings = DaemonSettings.of(config)
     clock = make_clock(settings.clock)
-    loop = MainLoop(clock, main_period_us(config, ros2cx=options.ros2cx is not None))
-    return AgentContext("", config, file, clock, EventBus(clock), loop), settings
+    bus = EventBus(clock)
+    loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
+    return AgentContext("", config, file, clock, bus, loop), settings
 
 
 def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:

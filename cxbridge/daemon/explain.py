@@ -76,6 +76,8 @@ class DaemonExplainer:
 
     def attend(self) -> None:
         """Publish an answer that is ready, and take the next question. Called once a loop."""
+        if self._thread is None and self._interface.msgq_empty():
+            return
         if self._thread is not None:
             if self._thread.is_alive() or self._answer is None:
                 return

@@ -9,7 +9,7 @@ from cxbridge.daemon.lifecycle import ManagedNode
 from cxbridge.run.components.component import Component
 
 if TYPE_CHECKING:
-    from cxbridge.executive.breakpoints import Breakpoint
+    from cxbridge.executive.breakpoints import Breakpoint, Stop
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.goals import GoalState
@@ -131,6 +131,11 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
     def debugger(self) -> Debugger | None:
         """The debugger of the executive."""
         return None if self._executive is None else self._executive.debugger
+
+    @property
+    def stopped(self) -> Stop | None:
+        """Where the debugger has stopped the rules; None while it has not."""
+        return None if self.service is None or self.component is None else self.component.executive.stopped
 
     @property
     def environments(self) -> dict[str, ClipsEnvironment]:

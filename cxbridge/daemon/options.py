@@ -23,6 +23,7 @@ _SETTINGS = {
     "fawkes_host": "fawkes/host",
     "fawkes_port": "fawkes/port",
     "fawkes_allow": "fawkes/allow",
+    "foxglove": "foxglove/port",
     "core": "core",
     "skiller": "skiller",
     "executive": "executive",
@@ -97,6 +98,16 @@ class ServerOptions:
         tuple[str, ...],
         typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
     ] = ()
+    foxglove: Annotated[
+        int | None,
+        typer.Option(
+            metavar="PORT",
+            min=0,
+            max=65535,
+            help="Let Foxglove connect at this port of this machine; usually 8765, 0: any free one.",
+            show_default=False,
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -68,7 +68,7 @@ class DaemonRequests:
 
     def attend(self) -> None:
         """Tell where the rules are stopped, and carry out the next request. Called once a loop."""
-        if not self._interface.valid:
+        if (self._interface.msgq_empty() and self._stopped is self._stop) or not self._interface.valid:
             return
         self._tell_stop()
         message = self._interface.msgq_pop()
@@ -81,9 +81,13 @@ class DaemonRequests:
         if self._node is not None and self._node.debugger is not None:
             self._node.debugger.go_on()
 
+    @property
+    def _stopped(self) -> Stop | None:
+        """Where the rules are stopped now."""
+        return None if self._node is None else self._node.stopped
+
     def _tell_stop(self) -> None:
-        debugger = None if self._node is None else self._node.debugger
-        stop = None if debugger is None else debugger.stopped
+        stop = self._stopped
         if stop is self._stop:
             return
         self._stop = stop

@@ -16,6 +16,8 @@ from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.skiller.backend import INSTANCES
+from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
+from cxbridge.trace.foxglove.settings import FoxgloveSettings
 from cxbridge.web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
@@ -31,6 +33,9 @@ _KNOWN = (
     "fawkes/enable",
     "fawkes/host",
     "fawkes/port",
+    "foxglove/enable",
+    "foxglove/host",
+    "foxglove/port",
     "on-failure",
     "record/bblog",
     "record/files",
@@ -81,6 +86,7 @@ class DaemonSettings:
     :param secret_key: CURVE key file of the daemon; with ``clients``.
     :param clients: folder with the public keys of those who may connect.
     :param fawkes: None: no port for Fawkes' tools.
+    :param foxglove: None: no port for Foxglove.
     :param web: None: no web server.
     :param rights: what clients may do.
     :param watchdog_s: seconds that a loop may take before there is a warning; 0: any time.
@@ -95,6 +101,7 @@ class DaemonSettings:
     secret_key: Path | None
     clients: Path | None
     fawkes: FawkesSettings | None
+    foxglove: FoxgloveSettings | None
     web: WebSettings | None
     on_failure: Policy
     rights: Rights
@@ -127,6 +134,11 @@ class DaemonSettings:
             port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
+        foxglove = FoxgloveSettings(
+            host=text("foxglove/host", "127.0.0.1"),
+            port=config.get_uint(f"{TREE}/foxglove/port", default=FOXGLOVE_PORT),
+        )
+        foxglove_there = flag("foxglove/enable", bool(config.keys(f"{TREE}/foxglove")))
         web = WebSettings(
             host=text("web/host", "127.0.0.1"),
             port=config.get_uint(f"{TREE}/web/port", default=DEFAULT_PORT),
@@ -152,6 +164,7 @@ class DaemonSettings:
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
             fawkes=fawkes if fawkes_there else None,
+            foxglove=foxglove if foxglove_there else None,
             web=web if web_there else None,
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
             rights=rights,

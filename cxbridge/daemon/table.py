@@ -25,6 +25,10 @@ def _serves_fawkes(context: DaemonContext) -> bool:
     return context.settings.fawkes is not None
 
 
+def _serves_foxglove(context: DaemonContext) -> bool:
+    return context.settings.foxglove is not None
+
+
 def _serves_web(context: DaemonContext) -> bool:
     return context.settings.web is not None
 
@@ -34,5 +38,6 @@ DAEMON_COMPONENTS: Final = (
     ComponentEntry("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
     ComponentEntry("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
     ComponentEntry("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
+    ComponentEntry("foxglove", f"{_PACKAGE}.servers.foxglove:FoxgloveComponent", _serves_foxglove),
     ComponentEntry("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
 )

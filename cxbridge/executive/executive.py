@@ -6,9 +6,10 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct, field
 
 from cxbridge.clock import split_us
 from cxbridge.config import Configuration
@@ -23,6 +24,7 @@ from cxbridge.executive.skillwatch import SkillWatch
 from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
 
 if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Stop
     from cxbridge.executive.debugger import Debugger
 
 BUILTIN_CX = CORE_DIR / "cx"
@@ -35,7 +37,7 @@ ENVIRONMENT = "executive"
 """The name of the executive's environment, unless it is one of several."""
 
 
-class MappedSkill(Protocol):
+class MappedAction(Protocol):
     """What an action became."""
 
     @property
@@ -53,12 +55,11 @@ class ActionMapper(Protocol):
     def has(self, action: str) -> bool:
         """Whether there is a mapping for the action."""
 
-    def map(self, action: str, params: Mapping[str, str]) -> MappedSkill:
+    def map(self, action: str, params: Mapping[str, str]) -> MappedAction:
         """Map an action with the values of its parameters."""
 
 
-@dataclass(frozen=True, slots=True)
-class CoreFiles:
+class CoreFiles(Struct, frozen=True):
     """Where CLIPS files come from.
 
     :param cx: the folder of the CX core: saliences.clp, init.clp ...
@@ -182,6 +183,11 @@ class Executive:
             with self.env.lock:
                 self._debugger = self._debugger or Debugger(self.env)
         return self._debugger
+
+    @property
+    def stopped(self) -> Stop | None:
+        """Where the debugger has stopped the rules; None while it has not. Makes no debugger."""
+        return None if self._debugger is None else self._debugger.stopped
 
     @property
     def within_loop(self) -> bool:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -15,8 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
 
 
-@dataclass(frozen=True, slots=True)
-class FeatureContext:
+class FeatureContext(Struct, frozen=True):
     """What a plug-in may use.
 
     :param config: the configuration of the run or daemon.
@@ -81,8 +81,7 @@ class Plugin(Protocol):
         """
 
 
-@dataclass(frozen=True, slots=True)
-class LazyFeature:
+class LazyFeature(Struct, frozen=True):
     """A feature of this package that is imported when an environment asks for it: start-up time is a feature.
 
     :param name: what the feature is called.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections import Counter, deque
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.history.forest import NO_PARENT
@@ -16,8 +17,7 @@ _OVER = "RETRACTED"
 _SLOTS = ("id", "class", "parent", "mode", "outcome", "error")
 
 
-@dataclass(frozen=True, slots=True)
-class GoalState:
+class GoalState(Struct, frozen=True):
     """The last that was seen of a goal; texts as CLIPS prints them."""
 
     goal: str

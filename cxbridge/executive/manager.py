@@ -8,8 +8,9 @@ A feature gives an environment functions, templates and rules when the environme
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field
 from pathlib import Path
+
+from msgspec import Struct, field
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
@@ -23,8 +24,7 @@ HOST_LIBRARY = CORE_DIR / "host"
 _LIBRARY_FILES = ("utils.clp", "time.clp", "path.clp")
 
 
-@dataclass
-class _Entry:
+class _Entry(Struct):
     environment: ClipsEnvironment
     loaded: list[str] = field(default_factory=list)
     waiting: list[Feature] = field(default_factory=list)
@@ -33,8 +33,7 @@ class _Entry:
     """The functions that each feature has defined."""
 
 
-@dataclass(frozen=True, slots=True)
-class FeatureInfo:
+class FeatureInfo(Struct, frozen=True):
     """What there is to tell of a feature.
 
     :param origin: its Python class; of a plug-in that was not loaded yet, what is known about it.

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.feature import Feature, FeatureContext
@@ -18,8 +19,7 @@ GROUP: Final = "cxbridge.features"
 """The group of entry points. Each names a feature and a subclass of :class:`Feature`."""
 
 
-@dataclass(frozen=True, slots=True)
-class InstalledFeature:
+class InstalledFeature(Struct, frozen=True):
     """An entry point that names a feature; its package is imported when an environment asks for it."""
 
     entry: EntryPoint

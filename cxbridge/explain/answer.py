@@ -14,7 +14,7 @@ _NO_GOAL = "there is no goal"
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class Explanation:
     """What is reported.
 
     :param lines: to people.
@@ -25,7 +25,7 @@ class Answer:
     plain: dict[str, Any]
 
 
-def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Answer:
+def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
     """Tell of a rule or a goal.
 
     :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
@@ -53,7 +53,7 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> An
         raise _neither(name, no_rule, no_goal) from None
 
 
-def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Answer:
+def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Explanation:
     """Tell of a goal where it is not known which rules there are.
 
     :param no_rules: why not.
@@ -67,14 +67,16 @@ def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: Cxb
         raise type(no_rules)(message, file=no_rules.file, hint=no_rules.hint) from None
 
 
-def _rule(evidence: Evidence, name: str) -> Answer:
+def _rule(evidence: Evidence, name: str) -> Explanation:
     story = rule_report.explain_rule(evidence, name)
-    return Answer(tuple(rule_report.lines(story)), rule_report.plain(story))
+    return Explanation(tuple(rule_report.lines(story)), rule_report.plain(story))
 
 
-def _goal(evidence: Evidence, name: str, rules: int) -> Answer:
+def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
     stories = goal_report.explain_goals(evidence, name)
-    return Answer(tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence))
+    return Explanation(
+        tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
+    )
 
 
 def _neither(name: str, no_rule: CxbridgeError, no_goal: CxbridgeError) -> CxbridgeError:

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 import textwrap
 from collections.abc import Iterable, Iterator
-from dataclasses import fields as dataclass_fields
-from dataclasses import is_dataclass
 from typing import Any
+
+from msgspec import Struct
+from msgspec.structs import astuple
+from msgspec.structs import fields as struct_fields
 
 from cxbridge.interfaces.classes import attribute_name, enum_member_name
 from cxbridge.interfaces.instance import Interface, Message
@@ -74,7 +76,7 @@ class _Writer:
         if schema.pseudomaps:
             yield "from cxbridge.interfaces.pseudomap import PseudoMap"
         if not self._stub:
-            yield from _import("cxbridge.interfaces.schema", sorted(_dataclass_names(schema)))
+            yield from _import("cxbridge.interfaces.schema", sorted(_struct_names(schema)))
             yield ""
             for enum in schema.enums:
                 yield from _literal(f"_{enum.name} = ", enum, "", "", named=False)
@@ -273,13 +275,13 @@ def _call(head: str, arguments: list[str], indent: str) -> Iterator[str]:
     yield f"{indent})"
 
 
-def _dataclass_names(value: object) -> set[str]:
-    """Return the names of all dataclasses in a value."""
+def _struct_names(value: object) -> set[str]:
+    """Return the names of all classes of structs in a value."""
     if isinstance(value, tuple):
-        return set().union(*map(_dataclass_names, value))
-    if is_dataclass(value):
-        inner = (getattr(value, field.name) for field in dataclass_fields(value))
-        return {type(value).__name__}.union(*map(_dataclass_names, inner))
+        return set().union(*map(_struct_names, value))
+    if isinstance(value, Struct):
+        inner = astuple(value)
+        return {type(value).__name__}.union(*map(_struct_names, inner))
     return set()
 
 
@@ -296,20 +298,20 @@ def _scalar(value: object) -> str:
 
 
 def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool = True) -> Iterator[str]:
-    """Yield the literal of a value; dataclasses with every argument on a line of its own.
+    """Yield the literal of a value; structs with every argument on a line of its own.
 
     :param named: an enum is written as the name of the module's variable for it.
     """
     if isinstance(value, EnumSchema) and named:
         yield f"{indent}{prefix}_{value.name}{suffix}"
-    elif is_dataclass(value):
+    elif isinstance(value, Struct):
         yield f"{indent}{prefix}{type(value).__name__}("
-        for field in dataclass_fields(value):
+        for field in struct_fields(value):
             part = getattr(value, field.name)
             if field.name != "source" and part != field.default:
                 yield from _literal(f"{field.name}=", part, indent + _INDENT, ",")
         yield f"{indent}){suffix}"
-    elif isinstance(value, tuple) and (len(value) > 1 or is_dataclass(next(iter(value), None))):
+    elif isinstance(value, tuple) and (len(value) > 1 or isinstance(next(iter(value), None), Struct)):
         yield f"{indent}{prefix}("
         for part in value:
             yield from _literal("", part, indent + _INDENT, ",")

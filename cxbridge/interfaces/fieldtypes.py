@@ -9,7 +9,8 @@ from __future__ import annotations
 import ctypes
 import math
 import re
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
 _DECIMAL = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
@@ -17,8 +18,7 @@ _INT64_MAX = (1 << 63) - 1
 _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 
 
-@dataclass(frozen=True, slots=True)
-class FieldType:
+class FieldType(Struct, frozen=True):
     """One scalar type.
 
     :param name: the name in XML.

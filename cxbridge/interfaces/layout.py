@@ -8,7 +8,8 @@ those two.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import replace
+
+from msgspec.structs import replace
 
 from cxbridge.interfaces.fieldtypes import storage_type
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema

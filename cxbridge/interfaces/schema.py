@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
+
+from msgspec import Struct
 
 from cxbridge.interfaces.fieldtypes import FieldType, storage_type
 
 
-@dataclass(frozen=True, slots=True)
-class EnumItem:
+class EnumItem(Struct, frozen=True):
     """A named number of an enum."""
 
     name: str
@@ -17,8 +17,7 @@ class EnumItem:
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class EnumSchema:
+class EnumSchema(Struct, frozen=True):
     """An enum that a definition declares; stored as a 32 bit signed integer."""
 
     name: str
@@ -26,8 +25,7 @@ class EnumSchema:
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class ConstantSchema:
+class ConstantSchema(Struct, frozen=True):
     """A constant of an interface. A ``float`` value is already rounded to 32 bits."""
 
     name: str
@@ -36,8 +34,7 @@ class ConstantSchema:
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class FieldSchema:
+class FieldSchema(Struct, frozen=True):
     """A field and its place in the block.
 
     :param name: the name of the field.
@@ -100,16 +97,14 @@ class FieldSchema:
         return self.type
 
 
-@dataclass(frozen=True, slots=True)
-class MapRef:
+class MapRef(Struct, frozen=True):
     """One entry of a pseudo map: the field that a key stands for."""
 
     field: str
     key: str
 
 
-@dataclass(frozen=True, slots=True)
-class PseudoMapSchema:
+class PseudoMapSchema(Struct, frozen=True):
     """Access to single fields by a number; holds no data of its own."""
 
     name: str
@@ -119,8 +114,7 @@ class PseudoMapSchema:
     comment: str = ""
 
 
-@dataclass(frozen=True, slots=True)
-class MessageSchema:
+class MessageSchema(Struct, frozen=True):
     """A message of an interface; the name carries the suffix ``Message``."""
 
     name: str
@@ -133,8 +127,7 @@ class MessageSchema:
         return next((field for field in self.fields if field.name == name), None)
 
 
-@dataclass(frozen=True)
-class InterfaceSchema:
+class InterfaceSchema(Struct, frozen=True, dict=True):
     """A whole interface definition with its layout.
 
     :param name: the type's name; carries the suffix ``Interface``.

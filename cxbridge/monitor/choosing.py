@@ -16,6 +16,7 @@ _HOUR_S: Final = 3600
 
 def duration_text(seconds: float) -> str:
     """Return a duration as people say it: ``5.3 s``, ``2 min 05.3 s``, ``1 h 02 min 05 s``."""
+    seconds = round(seconds, 1)
     if seconds < _MINUTE_S:
         return f"{seconds:.1f} s"
     hours, rest = divmod(seconds, _HOUR_S)

@@ -80,7 +80,7 @@ class DaemonSource:
         self._last_line = 0
         self._started_us: object = None
         self._most_goals = MOST_GOALS
-        self._search = _Search()
+        self._search = _FactSearch()
         self._loops: deque[tuple[float, int]] = deque(maxlen=_RATE_LOOKS)
         self._commands: dict[str, Callable[[str, ViewQuery], str]] = {
             **dict.fromkeys(("pause", "resume", "reset"), self._command),
@@ -125,7 +125,7 @@ class DaemonSource:
     def _look(self, board: BlackBoard, query: ViewQuery) -> MonitorSnapshot:
         status = read_status(board)
         if status["started_us"] != self._started_us:  # another daemon: its log has own numbers
-            self._started_us, self._last_line, self._search = status["started_us"], 0, _Search()
+            self._started_us, self._last_line, self._search = status["started_us"], 0, _FactSearch()
             self._log.clear()
             self._loops.clear()
         missing = ""
@@ -237,7 +237,7 @@ class DaemonSource:
             raise CxbridgeError(f"there is no command '{word}'", hint=HELP)
         said = action(word if word in {"pause", "resume", "reset"} else rest.strip(), query)
         if word in {"assert", "retract", "modify"}:
-            self._search = _Search()
+            self._search = _FactSearch()
         return said
 
     def _command(self, what: str, _query: ViewQuery) -> str:
@@ -287,7 +287,7 @@ class DaemonSource:
             return f"sent, message {interface.msgq_enqueue(message)}"
 
 
-class _Search:
+class _FactSearch:
     """Looks for facts bit by bit: a daemon looks at some in a loop only."""
 
     def __init__(self) -> None:

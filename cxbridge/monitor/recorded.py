@@ -238,7 +238,7 @@ class RecordedSource:
         for number in it.log_lines[max(0, last - MOST_LINES) : last]:
             event = it.events[number]
             if isinstance(event, LogLine):
-                text = f"{duration_text(it.times[number] / MICROSECONDS):>8} {event.component}: {event.text}"
+                text = f"{it.times[number] / MICROSECONDS:9.3f} {event.component}: {event.text}"
                 rows.append(LogRow(number, event.level.value, text))
         return rows
 

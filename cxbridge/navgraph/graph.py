@@ -11,7 +11,8 @@ import itertools
 import math
 import re
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+
+from msgspec import Struct, field
 
 from cxbridge.errors import NavGraphError
 
@@ -37,8 +38,7 @@ def property_as_bool(text: str) -> bool:
     return text in _TRUE
 
 
-@dataclass(frozen=True, slots=True)
-class Node:
+class Node(Struct, frozen=True):
     """A place.
 
     :param x: metres in the fixed frame, as y.
@@ -57,8 +57,7 @@ class Node:
         return math.hypot(self.x - x, self.y - y)
 
 
-@dataclass(frozen=True, slots=True)
-class Edge:
+class Edge(Struct, frozen=True):
     """A way from one node to another, and back unless it is directed."""
 
     start: str
@@ -73,8 +72,7 @@ class Edge:
         )
 
 
-@dataclass(frozen=True, slots=True)
-class Path:
+class Path(Struct, frozen=True):
     """A way through a graph.
 
     :param nodes: from the first to the last, both included.

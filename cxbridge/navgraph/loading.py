@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-import dataclasses
 import math
 from collections.abc import Callable
 from pathlib import Path as FilePath
 from typing import Final, TypeVar
+
+from msgspec import structs
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError, NavGraphError
@@ -101,7 +102,7 @@ def _insert(graph: NavGraph, node: Node, place: YamlNode) -> None:
     """Do what a node's property ``insert-mode`` asks for."""
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":
-        graph.replace_node(dataclasses.replace(node, unconnected=True))
+        graph.replace_node(structs.replace(node, unconnected=True))
         return
     if mode in ("closest-edge", "closest-edge-or-node"):
         try:

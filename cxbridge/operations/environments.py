@@ -40,7 +40,7 @@ class _File(NamedEnvironment):
     batch: bool = False
 
 
-class _Feature(NamedEnvironment):
+class _EnvironmentFeature(NamedEnvironment):
     feature: str
 
 
@@ -163,7 +163,7 @@ def _load(context: OperationContext, given: _File) -> Sequence[str]:
 @OPERATIONS.add(
     "env-feature",
     Right.CONTROL,
-    _Feature,
+    _EnvironmentFeature,
     of_environment(
         "POST",
         "/features",
@@ -173,14 +173,14 @@ def _load(context: OperationContext, given: _File) -> Sequence[str]:
         body="FeatureName",
     ),
 )
-def _request_feature(context: OperationContext, given: _Feature) -> None:
+def _request_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
     context.service.request_feature(given.env, given.feature)
 
 
 @OPERATIONS.add(
     "env-feature-remove",
     Right.CONTROL,
-    _Feature,
+    _EnvironmentFeature,
     of_environment(
         "DELETE",
         "/features/{feature}",
@@ -189,7 +189,7 @@ def _request_feature(context: OperationContext, given: _Feature) -> None:
         answer=_info,
     ),
 )
-def _remove_feature(context: OperationContext, given: _Feature) -> None:
+def _remove_feature(context: OperationContext, given: _EnvironmentFeature) -> None:
     context.service.remove_feature(given.env, given.feature)
 
 

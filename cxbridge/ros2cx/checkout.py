@@ -7,8 +7,9 @@ same files in its source folders.
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 
@@ -30,8 +31,7 @@ _BRINGUP = "cx_bringup"
 _PARAMETERS = f"{_BRINGUP}/params"
 
 
-@dataclass(frozen=True, slots=True)
-class Ros2CxCheckout:
+class Ros2CxCheckout(Struct, frozen=True):
     """The folders of a checkout.
 
     :param root: the folder that holds the packages.

@@ -43,7 +43,7 @@ class MockFeature(Feature):
 
 
 @dataclass(frozen=True, slots=True)
-class FeatureContext:
+class Ros2CxFeatureContext:
     """What the features are made of.
 
     :param config: the configuration of the run.
@@ -64,7 +64,7 @@ class FeatureContext:
     original: bool = False
 
 
-def make_features(context: FeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
+def make_features(context: Ros2CxFeatureContext, entries: Iterable[FeatureEntry]) -> list[Feature]:
     """Make the two features that are always there, and those that the parameter files name.
 
     :raises ConfigError: for a plugin class that is not known, with file and line.

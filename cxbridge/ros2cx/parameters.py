@@ -6,8 +6,9 @@ the tree ``/clips-executive`` here; those of ``clips_features_manager`` say whic
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -27,8 +28,7 @@ DEFAULT_REFRESH_RATE = 10
 """Hz, as the original's."""
 
 
-@dataclass(frozen=True, slots=True)
-class FeatureEntry:
+class FeatureEntry(Struct, frozen=True):
     """A feature of the file ``cx_params.yaml``.
 
     :param name: what ``(ff-feature-request ...)`` calls it.

@@ -45,7 +45,7 @@ class ProblemExpert:
 
 
 @dataclass(frozen=True, slots=True)
-class _Wanted:
+class _WantedPlan:
     """A plan that was asked for."""
 
     goal_id: str
@@ -53,7 +53,7 @@ class _Wanted:
     formula: str
 
 
-class _User(PlanningUser):
+class _PlanSys2User(PlanningUser):
     """An environment that plans."""
 
     def __init__(
@@ -71,7 +71,7 @@ class _User(PlanningUser):
         self._refusal: PddlError | None = None
         self._problem = ProblemExpert()
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
-        self._calls: list[tuple[_Wanted, PlanCall, ToldCall]] = []
+        self._calls: list[tuple[_WantedPlan, PlanCall, ToldCall]] = []
 
     # ---- functions
 
@@ -103,7 +103,7 @@ class _User(PlanningUser):
         self._problem.clear()
 
     def plan(self, goal_id: str, formula: str, plan_id: str) -> None:
-        wanted = _Wanted(str(goal_id), str(plan_id), str(formula))
+        wanted = _WantedPlan(str(goal_id), str(plan_id), str(formula))
         try:
             request, told = self.request(wanted.goal_id, wanted.formula)
         except PddlError as error:
@@ -149,7 +149,7 @@ class _User(PlanningUser):
                 self._calls.remove(entry)
                 self._tell(wanted, call.result, told)
 
-    def _tell(self, wanted: _Wanted, result: PlanResult, told: ToldCall) -> None:
+    def _tell(self, wanted: _WantedPlan, result: PlanResult, told: ToldCall) -> None:
         told.ended(result)
         if result.status.value != "PLANNED":
             self._log.error(
@@ -166,7 +166,7 @@ class _User(PlanningUser):
             return
         self._feedback(wanted, "PLANNED")
 
-    def _feedback(self, wanted: _Wanted, status: str) -> None:
+    def _feedback(self, wanted: _WantedPlan, status: str) -> None:
         self.env.assert_fact(
             "pddl-plan-feedback", {"status": Symbol(status), "plan-id": Symbol(wanted.plan_id)}
         )
@@ -180,7 +180,7 @@ class _User(PlanningUser):
         self._calls.clear()
 
 
-class Plansys2Feature(PlanningFeature[_User]):
+class Plansys2Feature(PlanningFeature[_PlanSys2User]):
     """Gives the ``psys2-*`` functions.
 
     :param name: what the configuration calls the feature.
@@ -205,9 +205,9 @@ class Plansys2Feature(PlanningFeature[_User]):
 
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> _User:
+    ) -> _PlanSys2User:
         """Define the functions."""
-        user = _User(env, service, settings, domain_of, exact=self._exact)
+        user = _PlanSys2User(env, service, settings, domain_of, exact=self._exact)
         env.define("psys2-add-domain-instance", user.add_instance, 2, types="*;sy;sy")
         env.define("psys2-add-domain-predicate", user.add_predicate, 1, types="*;sy")
         env.define("psys2-clear-knowledge", user.clear)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import StrEnum
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -19,8 +20,7 @@ class Ros2CxMode(StrEnum):
     ORIGINAL = "original"
 
 
-@dataclass(frozen=True, slots=True)
-class Ros2CxSettings:
+class Ros2CxSettings(Struct, frozen=True):
     """Settings of a run with ``--ros2cx``.
 
     :param mode: whether the original's defects are repeated.

@@ -14,7 +14,7 @@ from typing import Any, Protocol
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.skill_board import Action, Skills
+from cxbridge.executive.features.skill_board import SkillAction, Skills
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge.ros2cx.original_board import MAPPED_ACTION, NO_AGENT
@@ -29,15 +29,15 @@ class PretendingSkills(Skills, Protocol):
         skill: str,
         parameters: Mapping[str, Any],
         agent: str,
-        on_change: Callable[[Action], None],
+        on_change: Callable[[SkillAction], None],
         name: str = "",
-    ) -> Action:
+    ) -> SkillAction:
         """Have a skill executed; see :class:`~cxbridge.executive.features.skill_board.Skills`.
 
         :param name: the id of the skill.
         """
 
-    def look(self, action: Action) -> None:
+    def look(self, action: SkillAction) -> None:
         """Note that the rules look at an action now: one that waits in vain may give up."""
 
     def pretends(self, executor: str) -> bool:
@@ -78,12 +78,12 @@ class SkillExecutionFeature(Feature):
         self._skills = skills
         self._on_removal = on_removal
         self._original = original
-        self._contexts: dict[str, _Context] = {}
+        self._contexts: dict[str, _SkillExecutionContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions."""
         log = env.bus.logger("skill_execution_feature")
-        context = _Context(env, log, self._skills, self._on_removal, original=self._original)
+        context = _SkillExecutionContext(env, log, self._skills, self._on_removal, original=self._original)
         self._contexts[env.name] = context
         env.define("call-skill-execution", context.call, 5, types="*;sy;sy;sy;sy;sy")
         env.define("call-skill-read", context.read)
@@ -103,7 +103,7 @@ class _Call:
 
     skill_id: str
     agent: str
-    action: Action | None
+    action: SkillAction | None
     error: str = ""
 
     @property
@@ -116,7 +116,7 @@ class _Call:
         return _STATUS[state], error if _STATUS[state] == "S_FAILED" else ""
 
 
-class _Context:
+class _SkillExecutionContext:
     """What the feature holds for one environment."""
 
     def __init__(
@@ -210,7 +210,7 @@ class _Context:
             return
         self._stop(call.action)
 
-    def _stop(self, action: Action) -> None:
+    def _stop(self, action: SkillAction) -> None:
         skills = self._skills()
         if skills is not None:
             skills.stop(action.number)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
-    from cxbridge.executive.features.skill_board import Action
+    from cxbridge.executive.features.skill_board import SkillAction
     from cxbridge.skiller.board.master import Master
     from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
@@ -104,7 +104,7 @@ class Ros2CxSkills:
         """See :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
         return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
-    def look(self, action: Action) -> None:
+    def look(self, action: SkillAction) -> None:
         """Note that the rules look at an action now: one that waits in vain may give up."""
         if isinstance(action, OriginalMaster):
             action.look(self._clock.now_us())

@@ -17,7 +17,7 @@ from cxbridge.mainloop import MainLoop
 from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file, find_overlays
-from cxbridge.run.think_rate import main_period_us
+from cxbridge.run.think_rate import make_main_loop
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -79,11 +79,11 @@ def make_agent_context(
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    period_us = main_period_us(config, ros2cx=options.ros2cx is not None)
     clock = clock or make_clock(options.clock_name)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    return AgentContext(name, config, config_file, clock, bus, MainLoop(clock, period_us), early)
+    loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
+    return AgentContext(name, config, config_file, clock, bus, loop, early)
 
 
 def make_only_agent_context(options: RunOptions) -> AgentContext:

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration, substitute_path
 from cxbridge.errors import CxbridgeError
@@ -29,8 +30,7 @@ _FAWKES_PLUGIN_INTERFACES = "src/plugins/*/interfaces"
 _FAWKES_LUA = "src/lua"
 
 
-@dataclass(frozen=True, slots=True)
-class RunPaths:
+class RunPaths(Struct, frozen=True):
     """The files and folders of a run.
 
     :param config_file: the configuration file or folder.

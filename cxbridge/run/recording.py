@@ -28,7 +28,7 @@ DAEMON = "daemon"
 """What bblogger's files call the scenario of a daemon without an executive."""
 
 
-class Recorded(Protocol):
+class RecordingSubject(Protocol):
     """What is recorded: a run or a daemon.
 
     :ivar spec: the executive's spec; empty without an executive.
@@ -45,7 +45,7 @@ class Recorded(Protocol):
 
 
 def start_recording(
-    assembly: Recorded, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
+    assembly: RecordingSubject, options: RunOptions, more: Sequence[RunWriter] = (), *, keep: bool = False
 ) -> Recorder:
     """Open the files that the options name and record into them from now on.
 

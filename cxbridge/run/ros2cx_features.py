@@ -9,7 +9,7 @@ from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
-from cxbridge.ros2cx.features import FeatureContext, make_features
+from cxbridge.ros2cx.features import Ros2CxFeatureContext, make_features
 from cxbridge.ros2cx.parameters import load_features
 from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.ros2cx.skills import Ros2CxSkills
@@ -31,7 +31,7 @@ def ros2cx_features(context: RunContext, checkout: Ros2CxCheckout) -> list[Featu
 
     skills = partial(ros2cx_skills, context)
     features = make_features(
-        FeatureContext(
+        Ros2CxFeatureContext(
             context.config,
             folder,
             context.board,

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cxbridge.config import Configuration
+from cxbridge.events import EventBus
 from cxbridge.run.paths import RunPaths
 
 if TYPE_CHECKING:
@@ -17,13 +18,16 @@ class SharedNavGraph:
     def __init__(self) -> None:
         self._graph: NavGraph | None = None
 
-    def get(self, config: Configuration, paths: RunPaths) -> NavGraph:
+    def get(self, config: Configuration, paths: RunPaths, bus: EventBus) -> NavGraph:
         """Return the graph that the configuration names.
 
+        :param bus: gets the event of the first reading.
         :raises CxbridgeError: when it names none, or that cannot be read.
         """
         if self._graph is None:
+            from cxbridge.navgraph import emit_navgraph  # noqa: PLC0415
             from cxbridge.skiller.make import load_configured_navgraph  # noqa: PLC0415
 
             self._graph = load_configured_navgraph(config, paths.config_file.parent)
+            emit_navgraph(bus, self._graph)
         return self._graph

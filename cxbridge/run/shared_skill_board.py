@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
+
+from msgspec import Struct
 
 if TYPE_CHECKING:
     from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.service import SkillBoardService
 
 
-@dataclass(slots=True)
-class SharedSkillBoard:
+class SharedSkillBoard(Struct):
     """The skill board of a run or a daemon; None while there is none."""
 
     service: SkillBoardService | None = None

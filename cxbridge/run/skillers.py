@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, get_args
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -20,8 +21,7 @@ KINDS = ("lua", "simulator")
 _KEYS = ("kind", "skillspace", "mode")
 
 
-@dataclass(frozen=True, slots=True)
-class SkillerSettings:
+class SkillerSettings(Struct, frozen=True):
     """What one Skiller is.
 
     :param name: id of its interfaces.
@@ -131,7 +131,9 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
     from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
 
     config = context.config
-    navgraph = context.navgraph.get(config, context.paths) if skills_see_navgraph(config) else None
+    navgraph = None
+    if skills_see_navgraph(config):
+        navgraph = context.navgraph.get(config, context.paths, context.bus)
     if item.kind == "simulator":
         from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
         from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415

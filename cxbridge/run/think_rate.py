@@ -5,13 +5,15 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ConfigError
-from cxbridge.mainloop import DEFAULT_PERIOD_US
+from cxbridge.mainloop import DEFAULT_PERIOD_US, MainLoop
+from cxbridge.process.loop_times import LoopTimes
 from cxbridge.ros2cx.parameters import refresh_period_us
 from cxbridge.ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.config import Configuration
+    from cxbridge.events import EventBus
     from cxbridge.executive.executive import Executive
     from cxbridge.run.paths import RunPaths
 
@@ -44,6 +46,17 @@ def main_period_us(config: Configuration, *, ros2cx: bool) -> int:
     """
     period_us = loop_period_us(config)
     return min(period_us, refresh_period_us(config)) if ros2cx else period_us
+
+
+def make_main_loop(config: Configuration, bus: EventBus, *, ros2cx: bool) -> MainLoop:
+    """Make the main loop; on a clock that is not virtual it reports how long each loop took.
+
+    :raises ConfigError: when a rate or time makes no sense.
+    """
+    loop = MainLoop(bus.clock, main_period_us(config, ros2cx=ros2cx))
+    if not bus.clock.is_virtual:
+        LoopTimes(loop, bus)
+    return loop
 
 
 def make_refresh(config: Configuration, clock: Clock, paths: RunPaths) -> RefreshTimer | None:

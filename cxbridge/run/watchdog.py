@@ -7,10 +7,11 @@ import threading
 import time
 from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
 
 from cxbridge.executive.host.activity import MATCHING, executing
 
@@ -31,8 +32,7 @@ _MOST_LOOKS = 12 * _LOOKS
 _PACKAGE = str(Path(__file__).resolve().parent.parent)
 
 
-@dataclass(frozen=True, slots=True)
-class Stall:
+class Stall(Struct, frozen=True):
     """A loop that does not come to its end.
 
     :param seconds: how long it has taken by now, in real time.

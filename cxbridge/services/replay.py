@@ -20,7 +20,7 @@ from cxbridge.services.options import ReplayOptions
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.definitions import add_attached
-from cxbridge.trace.replay.moves import Move, ReplaySelection, Survey, moves, survey
+from cxbridge.trace.replay.moves import ReplayMove, ReplaySelection, Survey, moves, survey
 from cxbridge.trace.replay.pace import Pace, SteppedPace, TimedPace
 from cxbridge.trace.replay.player import ReplayPlayer
 
@@ -92,7 +92,7 @@ def replay(
     console: Sink | None = None,
     on_ready: OnReady = ignore,
     on_progress: Callable[[ReplayReport], None] = ignore,
-    announce: Callable[[Move], None] = ignore,
+    announce: Callable[[ReplayMove], None] = ignore,
 ) -> ReplayReport:
     """Replay until all is written, SIGINT or SIGTERM, or the connection is lost.
 
@@ -142,7 +142,7 @@ class _Session:
         stop: threading.Event,
     ) -> None:
         self.on_progress: Callable[[ReplayReport], None] = ignore
-        self.announce: Callable[[Move], None] = ignore
+        self.announce: Callable[[ReplayMove], None] = ignore
         self._stop = stop
         self._lost = False
         self._options = options
@@ -152,7 +152,7 @@ class _Session:
         self._began_s = time.monotonic()
         board.on_connection(self._on_connection)
 
-    def run(self, make_moves: Callable[[], Iterable[Move]], keys: Keys | None) -> None:
+    def run(self, make_moves: Callable[[], Iterable[ReplayMove]], keys: Keys | None) -> None:
         """Play, and stay on if that is wanted; then the report is complete."""
         report, pace = self._report, self._pace(keys)
         try:
@@ -189,7 +189,7 @@ class _Session:
         report.messages, report.undelivered = player.messages, player.undelivered
         self.on_progress(report)
 
-    def _note(self, move: Move) -> None:
+    def _note(self, move: ReplayMove) -> None:
         self._report.position_s = move.at_us / MICROSECONDS
         self.announce(move)
 

@@ -13,8 +13,7 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.client.calls import Outcome
-from cxbridge.skiller.client.calls import SkillCall as SkillerCall
+from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -51,7 +50,7 @@ class SkillerExecutor(SkillExecutor):
                 result = yield from skill.poll(skill_string)
         except CxbridgeError as error:
             raise SkillFailedError(error.message) from error
-        if result.outcome is not Outcome.FINAL:
+        if result.outcome is not CallOutcome.FINAL:
             raise SkillFailedError(result.error)
         yield Progress(1.0, "completed")
 

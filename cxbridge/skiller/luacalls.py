@@ -77,10 +77,10 @@ def read_calls(text: str) -> list[LuaCall]:
 
     :raises SkillError: for anything else, with its line and column.
     """
-    return _Reader(text).calls()
+    return _LuaCallReader(text).calls()
 
 
-class _Reader:
+class _LuaCallReader:
     """One text and how far it is read."""
 
     def __init__(self, text: str) -> None:

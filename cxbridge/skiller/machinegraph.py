@@ -17,7 +17,7 @@ _END_COLOURS = {"#6fdd6f": "final", "#ff8080": "failed"}
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class MachineState:
     """A state of a machine.
 
     :param node: its name in the graph, unique there; its own name is unique in its machine.
@@ -34,7 +34,7 @@ class State:
 
 
 @dataclass(frozen=True, slots=True)
-class Transition:
+class MachineTransition:
     """A transition between two nodes.
 
     :param label: what it is taken for.
@@ -55,11 +55,11 @@ class Machine:
     """
 
     name: str
-    states: list[State] = field(default_factory=list)
-    transitions: list[Transition] = field(default_factory=list)
+    states: list[MachineState] = field(default_factory=list)
+    transitions: list[MachineTransition] = field(default_factory=list)
     inner: list[Machine] = field(default_factory=list)
 
-    def way(self) -> list[Transition]:
+    def way(self) -> list[MachineTransition]:
         """Return the transitions that were taken, in order; one that was taken twice comes twice."""
         taken = [(step, item) for item in self.transitions for step in item.steps]
         return [item for _, item in sorted(taken, key=lambda pair: pair[0])]
@@ -71,7 +71,7 @@ class Machine:
             for depth, within in machine.walk():
                 yield depth + 1, within
 
-    def active_states(self) -> list[State]:
+    def active_states(self) -> list[MachineState]:
         """Return the states that this machine and those within are in."""
         return [state for _, machine in self.walk() for state in machine.states if state.active]
 
@@ -81,7 +81,7 @@ def parse_graph(text: str) -> Machine:
 
     :raises SkillerError: when it is none, or cut off: the field of the interface has room for 8191 bytes.
     """
-    reader = _Reader(text)
+    reader = _DotReader(text)
     reader.expect("digraph")
     machine = Machine(reader.word())
     reader.expect("{")
@@ -89,7 +89,7 @@ def parse_graph(text: str) -> Machine:
     return machine
 
 
-class _Reader:
+class _DotReader:
     """Reads one graph, token by token."""
 
     def __init__(self, text: str) -> None:
@@ -160,16 +160,18 @@ def _plain(label: str) -> str:
     return " ".join(re.sub(r"\\(.)", r"\1", text).split())
 
 
-def _state(node: str, attr: dict[str, str]) -> State:
+def _state(node: str, attr: dict[str, str]) -> MachineState:
     name, _, note = attr.get("label", node).partition("\\n(")
     kind = ""
     if attr.get("shape") == _END_SHAPE:
         kind = _END_COLOURS.get(attr.get("color", ""), "end")
     elif attr.get("penwidth") == "4.0":
         kind = "start"
-    return State(_plain(name), node, attr.get("active") == "true", kind, _plain(note.removesuffix(")")))
+    return MachineState(
+        _plain(name), node, attr.get("active") == "true", kind, _plain(note.removesuffix(")"))
+    )
 
 
-def _transition(source: str, target: str, attr: dict[str, str]) -> Transition:
+def _transition(source: str, target: str, attr: dict[str, str]) -> MachineTransition:
     steps = tuple(int(step) for step in attr.get("taillabel", "").split(",") if step.isdecimal())
-    return Transition(source, target, _plain(attr.get("label", "")), steps)
+    return MachineTransition(source, target, _plain(attr.get("label", "")), steps)

@@ -9,8 +9,9 @@ Lua text and are not a single word or number (refused). See ``docs/action-mappin
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Literal
+
+from msgspec import Struct
 
 from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
@@ -24,8 +25,7 @@ Mode = Literal["strict", "fawkes"]
 """How values get into skill strings: kept values (``strict``), or pasted as Fawkes does."""
 
 
-@dataclass(frozen=True, slots=True)
-class MappedSkill:
+class MappedSkill(Struct, frozen=True):
     """What an action maps to.
 
     :param text: the skill string; empty when it could not be made.
@@ -169,7 +169,7 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 def _bare(place: Placeholder, value: str, before: str) -> str:
     """Return a value that the template does not quote itself, so that it cannot become code."""
     context = quoting.context_at_end(before)
-    if context in (quoting.Context.DOUBLE_QUOTES, quoting.Context.SINGLE_QUOTES):
+    if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
     if not quoting.is_word(value):
         raise _CannotMapError(

@@ -16,7 +16,7 @@ _TOKEN = re.compile(
 )
 
 
-class Context(Enum):
+class QuotingContext(Enum):
     """What a Lua text is in the middle of."""
 
     CODE = "code"
@@ -39,7 +39,7 @@ def is_word(value: str) -> bool:
     return _WORD.fullmatch(value) is not None and "--" not in value
 
 
-def context_at_end(text: str) -> Context:
+def context_at_end(text: str) -> QuotingContext:
     """Return what the end of the Lua text ``text`` is in the middle of."""
     position = 0
     while position < len(text):
@@ -51,13 +51,13 @@ def context_at_end(text: str) -> Context:
                 text, position
             )
             if end is None:
-                return Context(token["quote"])
+                return QuotingContext(token["quote"])
             position = end.end()
         elif token["long"]:
             closing = text.find(f"]{token['level']}]", position)
             if closing < 0:
-                return Context.OTHER
+                return QuotingContext.OTHER
             position = closing + len(token["level"]) + 2
         elif token["comment"] and position == len(text):
-            return Context.OTHER
-    return Context.CODE
+            return QuotingContext.OTHER
+    return QuotingContext.CODE

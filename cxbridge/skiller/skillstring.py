@@ -15,7 +15,7 @@ from cxbridge.skiller.luacalls import LuaCall, read_calls
 
 
 @dataclass(frozen=True, slots=True)
-class SkillCall:
+class SkillStringCall:
     """A call of a skill.
 
     :param name: the skill.
@@ -26,7 +26,7 @@ class SkillCall:
     args: dict[str | int, Any] = field(default_factory=dict)
 
 
-def parse_skill_string(text: str) -> list[SkillCall]:
+def parse_skill_string(text: str) -> list[SkillStringCall]:
     """Return the calls in a skill string, in order.
 
     :raises SkillError: when it is not of the usual form, with line and column.
@@ -37,7 +37,7 @@ def parse_skill_string(text: str) -> list[SkillCall]:
     return [_call(call) for call in calls]
 
 
-def parse_skill_call(text: str) -> SkillCall:
+def parse_skill_call(text: str) -> SkillStringCall:
     """Return the one call in a skill string.
 
     :raises SkillError: when it is not of the usual form, or has several calls.
@@ -53,7 +53,7 @@ _FAWKES_ARGS = re.compile(r"(?:([^,]+),\s*)*?([^,]+)")
 _FAWKES_ARG = re.compile(r"""(\w+)=(['"]?)([^'"]*)\2\s*""", re.ASCII)
 
 
-def parse_as_fawkes(text: str) -> SkillCall:
+def parse_as_fawkes(text: str) -> SkillStringCall:
     """Return the call in a skill string as Fawkes' simulator reads it.
 
     All values are texts, of several arguments the last two are seen, and one with a comma or a quote is lost.
@@ -70,10 +70,10 @@ def parse_as_fawkes(text: str) -> SkillCall:
         pair = _FAWKES_ARG.fullmatch(item or "")
         if pair is not None:
             args[pair[1]] = pair[3]
-    return SkillCall(found[1], args)
+    return SkillStringCall(found[1], args)
 
 
-def _call(call: LuaCall) -> SkillCall:
+def _call(call: LuaCall) -> SkillStringCall:
     if len(call.values) == 1 and isinstance(call.values[0], dict):
-        return SkillCall(call.name, call.values[0])
-    return SkillCall(call.name, dict(enumerate(call.values, start=1)))
+        return SkillStringCall(call.name, call.values[0])
+    return SkillStringCall(call.name, dict(enumerate(call.values, start=1)))

@@ -195,6 +195,8 @@ class SpeechSynthWriter:
             self._tell(self._voice.trouble())
             self._interface.final = True
             self._interface.write()
+        if self._interface.msgq_empty():
+            return
         while not self._speaking and (message := self._interface.msgq_first()) is not None:
             if message.type == "SayMessage":
                 self._interface.msgid = message.id

@@ -7,29 +7,27 @@ The grammar is the one of Fawkes' action mapping: whatever is not exactly a plac
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
 from functools import lru_cache
+
+from msgspec import Struct
 
 _PLACEHOLDER = re.compile(r"\?\((?P<name>[A-Za-z0-9_-]+)(?P<chain>(?:\|/[^/]+/[^/]+/)*)\)(?P<kind>[sSyYif])")
 
 
-@dataclass(frozen=True, slots=True)
-class Replacement:
+class Replacement(Struct, frozen=True):
     """A step of a placeholder's chain: replace what ``pattern`` matches."""
 
     pattern: str
     replacement: str
 
 
-@dataclass(frozen=True, slots=True)
-class Misfit:
+class Misfit(Struct, frozen=True):
     """A step of a chain that Fawkes ignores with a warning."""
 
     warning: str
 
 
-@dataclass(frozen=True, slots=True)
-class Placeholder:
+class Placeholder(Struct, frozen=True):
     """A place in a template where a parameter's value goes.
 
     :param name: the parameter.
@@ -46,8 +44,7 @@ Part = str | Placeholder
 """A piece of a template: literal text or a placeholder."""
 
 
-@dataclass(frozen=True, slots=True)
-class Doubt:
+class Doubt(Struct, frozen=True):
     """A text that looks like a placeholder and is none.
 
     :param offset: where it starts in the template, from 0.

@@ -9,7 +9,7 @@ from typing import Any, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
-from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
 FOREVER = 1e9
@@ -35,7 +35,7 @@ class Call:
     skiller: str
 
 
-class Answer(Protocol):
+class SkillAnswer(Protocol):
     """Says how a call ends."""
 
     def __call__(self, call: Call) -> Outcome:
@@ -49,7 +49,7 @@ class _Behaviour:
     :param times: None: forever.
     """
 
-    answer: Answer
+    answer: SkillAnswer
     times: int | None
     then: Effect | None
 
@@ -81,17 +81,17 @@ class SkillRule:
         """They never end."""
         return self._say(_always(Outcome(FOREVER)), times, None)
 
-    def does(self, answer: Answer, *, times: int | None = None, then: Effect | None = None) -> Self:
+    def does(self, answer: SkillAnswer, *, times: int | None = None, then: Effect | None = None) -> Self:
         """They end as a function says, which is called when one begins."""
         return self._say(answer, times, then)
 
-    def _say(self, answer: Answer, times: int | None, then: Effect | None) -> Self:
+    def _say(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
         if times is not None and times < 1:
             raise ValueError(f"times={times}: at least once")
         self._behaviours.append(_Behaviour(answer, times, then))
         return self
 
-    def matches(self, call: SkillCall) -> bool:
+    def matches(self, call: SkillStringCall) -> bool:
         """Whether this is said of the call."""
         return fnmatchcase(call.name, self.name) and all(
             key in call.args and _is_like(call.args[key], wanted) for key, wanted in self.args.items()
@@ -112,7 +112,7 @@ class SkillRule:
         return first
 
 
-def _always(outcome: Outcome) -> Answer:
+def _always(outcome: Outcome) -> SkillAnswer:
     def answer(call: Call) -> Outcome:  # noqa: ARG001  all calls alike
         return outcome
 
@@ -149,9 +149,9 @@ class SkillScript:
 
     @staticmethod
     def _is_of(call: Call, name: str, args: dict[str, Any]) -> bool:
-        return SkillRule(name, args).matches(SkillCall(call.name, call.args))
+        return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
 
-    def begin(self, skiller: str, call: SkillCall) -> tuple[Outcome, Effect | None]:
+    def begin(self, skiller: str, call: SkillStringCall) -> tuple[Outcome, Effect | None]:
         """Note that a call begins; return how it ends, and what it changes then."""
         noted = Call(
             (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
@@ -165,7 +165,7 @@ class SkillScript:
             return behaviour.answer(noted), behaviour.then
         return Outcome(1.0), None
 
-    def _candidates(self, call: SkillCall) -> Iterator[SkillRule]:
+    def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
         """Yield what is said of a call, the last said first."""
         for rule in reversed(self._rules):
             if rule.says_something and rule.matches(call):
@@ -183,16 +183,16 @@ class ScriptedEstimator(Estimator):
     def __init__(self, script: SkillScript, skiller: str) -> None:
         self._script = script
         self._skiller = skiller
-        self._ends: dict[int, tuple[SkillCall, float, Effect]] = {}
+        self._ends: dict[int, tuple[SkillStringCall, float, Effect]] = {}
 
-    def estimate(self, call: SkillCall) -> Outcome:
+    def estimate(self, call: SkillStringCall) -> Outcome:
         """Return what the script says about a call that begins."""
         outcome, effect = self._script.begin(self._skiller, call)
         if effect is not None:
             self._ends[id(call)] = (call, outcome.seconds, effect)
         return outcome
 
-    def progress(self, call: SkillCall, seconds: float) -> None:
+    def progress(self, call: SkillStringCall, seconds: float) -> None:
         """Change the world when the skill has come to its end."""
         end = self._ends.get(id(call))
         if end is not None and seconds >= end[1]:

@@ -9,8 +9,9 @@ from __future__ import annotations
 import math
 import threading
 from bisect import bisect_left, bisect_right
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
 from cxbridge.tf.geometry import Quaternion, Transform, Vector, lerp, multiply, normalized, rotate, slerp
@@ -22,8 +23,7 @@ MAX_DEPTH: Final = 1000
 """A way from a frame to the root that is longer than this is a loop."""
 
 
-@dataclass(frozen=True, slots=True)
-class StampedTransform:
+class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
     :param stamp_us: when it holds.

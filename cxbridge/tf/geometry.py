@@ -6,8 +6,9 @@ A vector is ``(x, y, z)``, a quaternion ``(x, y, z, w)``.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 from typing import Final
+
+from msgspec import Struct
 
 from cxbridge.tf.errors import InvalidRotationError
 
@@ -110,8 +111,7 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
     return (x / length, y / length, z / length, w / length)
 
 
-@dataclass(frozen=True, slots=True)
-class Transform:
+class Transform(Struct, frozen=True):
     """Where a frame is in its parent, which makes of what is given in the frame what it is in the parent.
 
     :param translation: the frame's origin.

@@ -22,7 +22,7 @@ _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
 @dataclass(frozen=True, slots=True)
-class Source:
+class RunSource:
     """Something that a recorded run was made of.
 
     :param role: ``clips``, ``config``, ``feature`` ...; docs/formats.md lists them.
@@ -53,7 +53,7 @@ class Source:
         return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
 
 
-def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[Source]:
+def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
     """Yield what a run was made of, in the order in which it was read.
 
     :param roles: only these; all, when there are none.
@@ -66,7 +66,7 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[Sour
         if (roles and role not in roles) or owner not in (None, its_owner):
             continue
         time_us = record.get("time_us", "")
-        yield Source(
+        yield RunSource(
             role,
             its_owner,
             record.get("name", ""),
@@ -76,7 +76,7 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[Sour
         )
 
 
-def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[Source]:
+def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[RunSource]:
     """Return what a CLIPS environment was built of, in an order in which it can be built again.
 
     Load the files without executing the commands in them: what these have loaded or defined comes before.
@@ -85,7 +85,7 @@ def building_steps(run: Run, owner: str, until_us: int | None = None) -> list[So
     :param until_us: what had happened by then, microseconds since the epoch; None: all.
     :raises TraceError: when the recording cannot be read.
     """
-    steps: list[Source] = []
+    steps: list[RunSource] = []
     begun: dict[str, int] = {}
     for source in sources_of(run, "environment", "clips", "construct", "function", "feature", owner=owner):
         if until_us is not None and source.time_us > until_us:

@@ -16,10 +16,10 @@ from starlette.responses import Response
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
 from cxbridge.web import openapi
-from cxbridge.web.endpoint import ApiError, Call, Directory, Endpoint, Handler, Text, Where, to_json
+from cxbridge.web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, Where, to_json
 from cxbridge.web.host import WebHost
-from cxbridge.web.paging import PagingError, Part
-from cxbridge.web.queue import QueueClosedError, QueueFullError, RequestQueue
+from cxbridge.web.paging import ListPart, PagingError
+from cxbridge.web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -79,7 +79,7 @@ class Api:
         endpoint, names = self._directory.find(request.method, path.removeprefix("/api"))
         self._check_right(endpoint)
         body = await read_object(request) if endpoint.body else {}
-        call = Call(self._host, names, dict(request.query_params), body, self._exact)
+        call = ApiCall(self._host, names, dict(request.query_params), body, self._exact)
         try:
             if endpoint.paged:
                 _ = call.window  # refused before anybody works for it
@@ -123,7 +123,7 @@ class Api:
             return endpoint.handler
         return endpoint.stalled if self._host.stall else None
 
-    async def _wait_for(self, handler: Handler, call: Call) -> Any:
+    async def _wait_for(self, handler: Handler, call: ApiCall) -> Any:
         """Have a thread answer that may wait."""
         if self._waiting >= MOST_WAITING:
             raise ApiError(503, "Too many requests wait already")
@@ -138,7 +138,7 @@ class Api:
         """Begin nothing any more."""
         self._threads.shutdown(wait=False, cancel_futures=True)
 
-    async def _ask(self, endpoint: Endpoint, look: Callable[[], Any], call: Call, limit_s: float) -> Any:
+    async def _ask(self, endpoint: Endpoint, look: Callable[[], Any], call: ApiCall, limit_s: float) -> Any:
         """Have the main loop answer."""
         key = None
         if endpoint.method == "GET":
@@ -148,7 +148,7 @@ class Api:
             answer.add_done_callback(_take_note)
             # several may wait for the same answer: the one who gives up must not cancel it
             return await asyncio.wait_for(asyncio.shield(answer), limit_s)
-        except QueueFullError as error:
+        except RequestQueueFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
         except QueueClosedError as error:
             raise ApiError(503, "The daemon is stopping") from error
@@ -194,12 +194,12 @@ async def read_object(request: Request) -> dict[str, Any]:
     return value
 
 
-def _finish(endpoint: Endpoint, call: Call, answer: Any, pretty: bool) -> Response:
+def _finish(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Response:
     """Make the reply of what a handler has returned."""
     answer = endpoint.finish(call, answer)
     if not endpoint.paged:
         return _reply(answer, 200, pretty=pretty)
-    part = answer if isinstance(answer, Part) else call.window.cut(answer)
+    part = answer if isinstance(answer, ListPart) else call.window.cut(answer)
     reply = _reply(part.items, 200, pretty=pretty)
     reply.headers["X-Total-Count"] = str(part.total)
     return reply

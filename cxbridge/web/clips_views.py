@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-import threading
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
-from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.capi import NULL, CData, decode
-from cxbridge.explain.rules.locations import SourceLine, short_path
-from cxbridge.web.paging import Part, Window, has_text, matches
+from cxbridge.web.paging import ListPart, Window, has_text, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -80,7 +76,7 @@ class ActivationRow:
     basis: str
 
 
-def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
+def activations(env: ClipsEnvironment, pattern: str, window: Window) -> ListPart:
     """Return a part of the agenda, :data:`MOST_ACTIVATIONS` at most; its items are :class:`ActivationRow`.
 
     To be called between runs of the rules, with the lock held.
@@ -104,31 +100,4 @@ def activations(env: ClipsEnvironment, pattern: str, window: Window) -> Part:
         total += wanted
         activation = lib.GetNextActivation(env.env, activation)
     env.output.resume()
-    return Part(rows, total)
-
-
-class RulePlaces:
-    """Where rules are written; files are read again when they have changed. For any thread."""
-
-    def __init__(self) -> None:
-        self._files: dict[str, tuple[int, dict[str, SourceLine]]] = {}
-        self._lock = threading.Lock()
-
-    def of(self, files: Sequence[str]) -> dict[str, SourceLine]:
-        """Return the places of all rules in files, by name; of several the last."""
-        places: dict[str, SourceLine] = {}
-        with self._lock:
-            for file in dict.fromkeys(files):
-                places |= self._in(file)
-        return places
-
-    def _in(self, file: str) -> dict[str, SourceLine]:
-        try:
-            changed = Path(file).stat().st_mtime_ns
-            if file not in self._files or self._files[file][0] != changed:
-                text = Path(file).read_bytes().decode("utf-8", "surrogateescape")
-                places = {name: SourceLine(short_path(file), line) for name, line in rule_lines(text).items()}
-                self._files[file] = changed, places
-        except OSError:
-            return {}
-        return self._files[file][1]
+    return ListPart(rows, total)

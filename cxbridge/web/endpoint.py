@@ -44,7 +44,7 @@ class Where(Enum):
 
 
 @dataclass(frozen=True, slots=True)
-class Call:
+class ApiCall:
     """A request for an endpoint.
 
     :param path: the values of the names in the path.
@@ -86,7 +86,7 @@ class Call:
         return value
 
 
-Handler = Callable[[Call], Any]
+Handler = Callable[[ApiCall], Any]
 """Answers: returns what JSON knows, or :class:`Text`; raises :class:`ApiError`."""
 
 
@@ -143,8 +143,8 @@ class Endpoint:
     is_skill: bool = False
     where: Where = Where.LOOP
     stalled: Handler | None = None
-    copy: Callable[[Call], Generator[None, None, FactCopy]] | None = None
-    finish: Callable[[Call, Any], Any] = lambda _call, answer: answer
+    copy: Callable[[ApiCall], Generator[None, None, FactCopy]] | None = None
+    finish: Callable[[ApiCall, Any], Any] = lambda _call, answer: answer
 
     @property
     def component(self) -> str:

@@ -7,14 +7,16 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge.web.clips_views import RulePlaces, RuleRow, activations, census, rules
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Handler, Query, Where
+from cxbridge.web.clips_views import RuleRow, activations, census, rules
+from cxbridge.web.constructs import Constructs
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
 from cxbridge.web.fawkes.blackboard import data_models, find
 from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
-from cxbridge.web.paging import Part, matches
+from cxbridge.web.paging import ListPart, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.navgraph.keeping import NavGraphs
     from cxbridge.web.event_collector import EventCollector
     from cxbridge.web.event_streams import EventStreams
 
@@ -31,19 +33,28 @@ class Figures:
 
     :param streams: who follows.
     :param collector: counts the firings of rules while somebody follows them.
+    :param navgraphs: the navigation graphs that were read.
     """
 
-    def __init__(self, streams: EventStreams, collector: EventCollector) -> None:
+    def __init__(self, streams: EventStreams, collector: EventCollector, navgraphs: NavGraphs) -> None:
         self.streams = streams
         self.collector = collector
-        self.places = RulePlaces()
+        self.navgraphs = navgraphs
+        self.constructs = Constructs()
 
     def plain(self) -> dict[str, int]:
         """Return it as JSON can have it."""
         streams = self.streams
         return {"clients": streams.clients, "events": streams.count, "dropped": streams.dropped}
 
-    def status(self, call: Call) -> dict[str, Any]:
+    def maps(self, _call: ApiCall) -> list[dict[str, Any]]:
+        """Return the navigation graphs."""
+        return [
+            _model("NavGraph", graph=event.graph, nodes=dict(event.nodes), edges=dict(event.edges))
+            for event in self.navgraphs.all()
+        ]
+
+    def status(self, call: ApiCall) -> dict[str, Any]:
         """Return how the daemon stands, as far as it can be read in any thread: without environments."""
         return _model(
             "Status",
@@ -55,8 +66,31 @@ class Figures:
             stalled=call.host.stall,
         )
 
+    def describe_constructs(
+        self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
+    ) -> list[dict[str, Any]]:
+        """Return the models of the constructs that :func:`_constructs` wants."""
+        files, kinds, names, with_text = wanted
+        found = [
+            each
+            for each in self.constructs.of(files).values()
+            if matches(each.kind, kinds) and matches(each.name, names)
+        ]
+        return [
+            _model(
+                "Construct",
+                construct=each.kind,
+                name=each.name,
+                file=each.file,
+                line=each.line,
+                core=each.core,
+                **({"text": each.text} if with_text else {}),
+            )
+            for each in found
+        ]
 
-def _environment(call: Call) -> ClipsEnvironment:
+
+def _environment(call: ApiCall) -> ClipsEnvironment:
     name = call.query.get("env") or ENVIRONMENT
     return environment(call, name, 503 if name == ENVIRONMENT else 404)
 
@@ -68,24 +102,32 @@ def _model(kind: str, **members: Any) -> dict[str, Any]:
 # -- CLIPS
 
 
-def _agenda(call: Call) -> Part:
+def _agenda(call: ApiCall) -> ListPart:
     env = _environment(call)
     with env.lock:
         found = activations(env, call.query.get("rule", ""), call.window)
     rows = [
         _model("Activation", rule=row.rule, salience=row.salience, basis=row.basis) for row in found.items
     ]
-    return Part(rows, found.total)
+    return ListPart(rows, found.total)
 
 
-def _rules(call: Call) -> tuple[str, list[RuleRow], tuple[str, ...]]:
+def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
     env, pattern = _environment(call), call.query.get("name", "")
     with env.lock:
         rows = [row for row in rules(env) if matches(row.name, pattern)]
         return env.name, rows, tuple(map(str, env.loader.files))
 
 
-def _why(call: Call) -> dict[str, Any]:
+def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
+    """Return the loaded files, and what is wanted of them: kinds, names, whether texts."""
+    env, query = _environment(call), call.query
+    with env.lock:
+        files = tuple(map(str, env.loader.files))
+    return files, query.get("construct", ""), query.get("name", ""), query.get("text") == "true"
+
+
+def _why(call: ApiCall) -> dict[str, Any]:
     asked = [(kind, call.query[kind]) for kind in ("rule", "goal") if call.query.get(kind)]
     if len(asked) != 1:
         raise ApiError(400, "Name a rule or a goal: ?rule=NAME or ?goal=NAME")
@@ -101,7 +143,7 @@ def _why(call: Call) -> dict[str, Any]:
 # -- interfaces
 
 
-def _interfaces(call: Call) -> list[dict[str, Any]]:
+def _interfaces(call: ApiCall) -> list[dict[str, Any]]:
     wanted = [(name, call.query.get(name, "")) for name in ("type", "id")]
     infos = call.host.board.list_all()
     return data_models(
@@ -109,7 +151,7 @@ def _interfaces(call: Call) -> list[dict[str, Any]]:
     )
 
 
-def _send(call: Call) -> dict[str, Any]:
+def _send(call: ApiCall) -> dict[str, Any]:
     name, fields = call.text("type"), call.body.get("fields", {})
     if not isinstance(fields, dict):
         raise ApiError(400, "'fields' must be an object: the fields' values by name")
@@ -128,7 +170,7 @@ def _send(call: Call) -> dict[str, Any]:
         return _model("MessageId", msgid=instance.msgq_enqueue(message))
 
 
-def _health(call: Call) -> dict[str, Any]:
+def _health(call: ApiCall) -> dict[str, Any]:
     found = call.host.status()
     fine = found["state"] in {"RUNNING", "PAUSED"}
     model = _model("Health", state=found["state"], error=found["error"] or call.host.stall)
@@ -141,33 +183,33 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
     """Return the endpoints below ``/api/cxbridge``."""
     env = Query("env", "Name of a CLIPS environment; executive by default.")
 
-    def status(call: Call) -> dict[str, Any]:
+    def status(call: ApiCall) -> dict[str, Any]:
         environments = [
             {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
         ]
         return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
 
     def describe_rules(
-        _call: Call, found: tuple[str, list[RuleRow], tuple[str, ...]]
+        _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
     ) -> list[dict[str, Any]]:
         name, rows, files = found
-        places = figures.places.of(files)
+        constructs = figures.constructs.of(files)
         models = []
         for row in rows:
             model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
-            if (place := places.get(row.name)) is not None:
-                model |= {"file": place.file, "line": place.line}
+            if (place := constructs.get(("defrule", row.name))) is not None:
+                model |= {"file": place.file, "line": place.line, "core": place.core}
             if figures.collector.counts_firings:
                 model["firings"] = figures.collector.firings[name, row.name]
             models.append(model)
         return models
 
-    def interrupt(call: Call) -> dict[str, Any]:
+    def interrupt(call: ApiCall) -> dict[str, Any]:
         call.host.interrupt()
         return figures.status(call)
 
     def command(what: str, about: str) -> Endpoint:
-        def carry_out(call: Call) -> dict[str, Any]:
+        def carry_out(call: ApiCall) -> dict[str, Any]:
             call.host.command(what)
             return status(call)
 
@@ -226,6 +268,21 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             errors=gone,
         ),
         get(
+            "/constructs",
+            _constructs,
+            "The constructs of the loaded files: where they are, whose they are, their text.",
+            "Construct",
+            many=True,
+            query=(
+                env,
+                Query("construct", "A pattern: defrule, deftemplate ..."),
+                Query("name", "A pattern of their names."),
+                Query("text", "Whether with their text.", {"type": "boolean"}),
+            ),
+            finish=figures.describe_constructs,
+            errors=gone,
+        ),
+        get(
             "/agenda",
             _agenda,
             "What would fire.",
@@ -242,6 +299,14 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             "Answer",
             query=(Query("rule", "Name of a rule."), Query("goal", "Id or class of a goal.")),
             errors={400: "There is no such rule or goal"},
+            where=Where.THREAD,
+        ),
+        get(
+            "/navgraphs",
+            figures.maps,
+            "The navigation graphs that skills and rules use: nodes in metres, edges.",
+            "NavGraph",
+            many=True,
             where=Where.THREAD,
         ),
         get(

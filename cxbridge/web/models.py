@@ -228,6 +228,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
         },
         "stopped",
     ),
+    "NavGraph": _model({"graph": STRING, "nodes": OBJECT, "edges": OBJECT}),
     "Health": _model(
         {"state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"), "error": STRING}
     ),
@@ -258,9 +259,14 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "agenda": INTEGER,
             "file": STRING,
             "line": INTEGER,
+            "core": BOOL,
             "firings": INTEGER,
         },
-        "file line firings",
+        "file line core firings",
+    ),
+    "Construct": _model(
+        {"construct": STRING, "name": STRING, "file": STRING, "line": INTEGER, "core": BOOL, "text": STRING},
+        "text",
     ),
     "Activation": _model({"rule": STRING, "salience": INTEGER, "basis": STRING}),
     "Answer": _model({"lines": STRINGS, "data": OBJECT}),

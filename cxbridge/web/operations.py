@@ -17,7 +17,7 @@ from cxbridge.operations.operation import (
     plain,
 )
 from cxbridge.operations.table import operations
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
 
 _WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 
@@ -30,7 +30,7 @@ def endpoints() -> Iterator[Endpoint]:
 
 
 def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
-    def handler(call: Call) -> Any:
+    def handler(call: ApiCall) -> Any:
         context = call.host.operations
         try:
             if route.check is not None:
@@ -66,7 +66,7 @@ def _model(route: Route[Any], row: Mapping[str, Any]) -> dict[str, Any]:
     return {"kind": route.reply, "apiVersion": API_VERSION, **row}
 
 
-def _given(operation: Operation[Any], route: Route[Any], call: Call) -> dict[str, Any]:
+def _given(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[str, Any]:
     """Return the parameters as the path, the query and the body have them.
 
     :raises ParameterError: when a text is empty that must not be.

@@ -24,7 +24,7 @@ class PagingError(ValueError):
 
 
 @dataclass(frozen=True, slots=True)
-class Part:
+class ListPart:
     """A part of a list.
 
     :param total: how many the whole list has.
@@ -64,11 +64,11 @@ class Window:
         begin = min(self.offset, total)
         return begin, total if self.limit is None else min(begin + self.limit, total)
 
-    def cut(self, models: Sequence[Any]) -> Part:
+    def cut(self, models: Sequence[Any]) -> ListPart:
         """Return the part of all models."""
         found = [model for model in models if has_text(model, self.search)] if self.search else models
         begin, end = self.bounds(len(found))
-        return Part(found[begin:end], len(found))
+        return ListPart(found[begin:end], len(found))
 
 
 def _count(query: Mapping[str, str], name: str) -> int | None:

@@ -27,7 +27,7 @@ class QueueClosedError(Exception):
     """Nobody answers any more."""
 
 
-class QueueFullError(Exception):
+class RequestQueueFullError(Exception):
     """Too many questions wait already."""
 
 
@@ -70,7 +70,7 @@ class RequestQueue:
             if known is not None:
                 return known.answer
             if len(self._waiting) >= MOST_WAITING:
-                raise QueueFullError
+                raise RequestQueueFullError
             question = _QueuedRequest(look, key)
             self._waiting.append(question)
             if key is not None:

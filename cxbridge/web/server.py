@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.navgraph.keeping import NavGraphs
 from cxbridge.web.api import Api
 from cxbridge.web.catalogue import directory
 from cxbridge.web.connections import MOST_SOCKETS
@@ -40,6 +41,7 @@ class WebServer:
         self._queue = RequestQueue()
         self._log = host.bus.logger(COMPONENT)
         self._collector = EventCollector(host)
+        self._navgraphs = NavGraphs(host.bus)
         self._streams: EventStreams | None = None
         self._api: Api | None = None
         self._thread: HttpThread | None = None
@@ -60,7 +62,7 @@ class WebServer:
         self.port = thread.port
         try:
             self._streams = EventStreams(self._host, self._collector)
-            figures = Figures(self._streams, self._collector)
+            figures = Figures(self._streams, self._collector, self._navgraphs)
             self._api = api = Api(self._host, self._queue, directory(figures), exact=self._settings.exact)
             site = _Site(api, self._streams, Pages())
         except Exception:
@@ -83,6 +85,7 @@ class WebServer:
         if self._api is not None:
             self._api.close()
         self._collector.close()
+        self._navgraphs.close()
 
     def _close_streams(self) -> None:
         if self._streams is not None:

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import http.client
 import json
+import queue
 import signal
 import subprocess
 import sys
+import webbrowser
 from contextlib import contextmanager
 
 import pytest
 
+from cxbridge.cli import web_options
 from cxbridge.cli.main import invoke
 from cxbridge.cli.styling import _filled
 from cxbridge.cli.web_options import WebOptions
@@ -152,6 +155,34 @@ def test_a_page_and_a_replay_do_not_go_together(recordings, tmp_path, capsys):
 )
 def test_the_port_may_be_left_out(given, filled):
     assert _filled(given, ["--web"]) == filled
+
+
+@pytest.mark.parametrize(
+    ("no_browser", "tty", "desktop", "opened"),
+    [
+        (False, True, True, True),
+        (True, True, True, False),
+        (False, False, True, False),
+        (False, True, False, False),
+    ],
+)
+def test_a_browser_is_opened_for_a_person_who_has_one(no_browser, tty, desktop, opened, monkeypatch, capsys):
+    urls = queue.SimpleQueue()
+    monkeypatch.setattr(webbrowser, "open", urls.put)
+    monkeypatch.setattr(web_options, "has_desktop", lambda: desktop)
+    monkeypatch.setattr(sys.stderr, "isatty", lambda: tty, raising=False)
+    WebOptions(no_browser=no_browser).announce("http://127.0.0.1:1")
+    if opened:
+        assert urls.get(timeout=WAIT_S) == "http://127.0.0.1:1"
+    assert urls.empty()
+    assert capsys.readouterr().err == "The page is at http://127.0.0.1:1\n"
+
+
+def test_a_desktop_has_a_display_where_there_are_any():
+    assert web_options.has_desktop("darwin", {})
+    assert web_options.has_desktop("linux", {"DISPLAY": ":0"})
+    assert web_options.has_desktop("linux", {"WAYLAND_DISPLAY": "wayland-0"})
+    assert not web_options.has_desktop("linux", {})
 
 
 def test_a_port_that_is_none_is_told():

@@ -1,6 +1,7 @@
 """Makes the pictures of the terminal: `python -m tests.docs.terminal_pictures [FOLDER]`.
 
-They go to docs/images by default. They are of real runs: of a daemon that has stopped at a breakpoint, of a recording, of `cxbridge run`.
+They go to docs/images by default, and are of real runs:
+of a daemon that has stopped at a breakpoint, of a recording, of `cxbridge run`.
 """
 
 from __future__ import annotations
@@ -63,13 +64,13 @@ def story(path: Path, recording: Path) -> None:
 def picture(source: Any, path: Path, script: Callable[[MonitorApp, Any], Awaitable[None]]) -> None:
     """Draw the monitor's screen once a script has brought it where it shall be."""
 
-    async def run() -> None:
+    async def run() -> str:
         app = monitor_app(source)
         async with app.run_test(size=SIZE) as pilot:
             await script(app, pilot)
-            path.write_text(app.export_screenshot(title="cxbridge monitor"))
+            return app.export_screenshot(title="cxbridge monitor")
 
-    asyncio.run(run())
+    path.write_text(asyncio.run(run()))
 
 
 async def until(pilot: Any, condition: Callable[[], bool]) -> None:

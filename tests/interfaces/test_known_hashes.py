@@ -1,8 +1,7 @@
 from __future__ import annotations
 
-from dataclasses import replace
-
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.interfaces.known_hashes import accepts_hash, hash_for_wire, known_hashes, layout_fingerprint
 from cxbridge.interfaces.registry import default_registry

@@ -70,12 +70,12 @@ class Scripted:
 
 
 def labels(tree):
-    """The labels below the root, two blanks for each level."""
+    """The labels below the root without what only aligns them, two blanks for each level."""
     found = []
 
     def walk(node, depth):
         for child in node.children:
-            found.append("  " * depth + str(child.label))
+            found.append("  " * depth + " ".join(str(child.label).split()))
             walk(child, depth + 1)
 
     walk(tree.root, 0)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Iterator
 from types import SimpleNamespace
@@ -48,7 +49,9 @@ def _source(daemon) -> Iterator[DaemonSource]:
 
 
 def test_what_is_seen(source):
-    seen = until(lambda: source.look(ViewQuery()), lambda seen: seen.goals and seen.head == "running")
+    seen = until(lambda: source.look(ViewQuery()), lambda seen: seen.goals and "running" in seen.head)
+    pattern = r"running · \d\d:\d\d:\d\d( \(.+ clock\))? · up \d+\.\d s · loop [\d,]+ at \d+ Hz"
+    until(lambda: source.look(ViewQuery()), lambda seen: re.fullmatch(pattern, seen.head))
     assert seen.goals[0][:4] == ("executive", "G", "MINI", "nil")
     assert seen.environments == ["executive"]
     assert any(row[0] == "DaemonInterface::cxbridge" for row in seen.interfaces.rows)

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import FactChange, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
+from cxbridge.monitor.choosing import duration_text
 from cxbridge.monitor.recorded import RecordedSource, value_text
 from cxbridge.monitor.snapshot import MOST_ROWS, ViewQuery
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -54,7 +57,7 @@ def test_it_begins_at_the_last_transition(tmp_path):
 
 def test_moments(source):
     seen = at(source, "begin", pane="events")
-    assert seen.head == "0.000 of 4.000 s, event 0 of 1024"
+    assert re.fullmatch(r"0\.0 s of 4\.0 s · \d\d:\d\d:\d\d · event 0 of 1,024", seen.head)
     assert (seen.stop, seen.progress, seen.goals, seen.events.at) == ("the begin", 0, [], None)
     seen = at(source, "transition 1", "event 2")
     assert [goal.id for goal in seen.goals] == ["gen1", "gen2", "RUN-gen3"]
@@ -75,7 +78,7 @@ def test_actions_have_the_arguments_of_their_facts(source):
 
 def test_interfaces_and_their_values(source):
     seen = at(source, "end", interface="T::a")
-    assert seen.interfaces.rows == [("T::a", "2.000 s", "")]
+    assert seen.interfaces.rows == [("T::a", "at 2.0 s", "")]
     assert seen.fields.rows == [("n", "1"), ("list", "1.5,true"), ("text", '"hello"')]
     assert at(source, "begin", interface="T::a").fields.note == "it has not been written yet"
 
@@ -100,7 +103,7 @@ def test_it_plays_at_a_speed(tmp_path):
     assert source.do("speed 2", ViewQuery()) == "speed 2"
     slow = source.period_s
     seen = at(source, "play")
-    assert seen.head == "0.000 of 10.000 s, event 1 of 11, playing x2"
+    assert re.fullmatch(r"0\.0 s of 10\.0 s · \d\d:\d\d:\d\d · event 1 of 11 · playing x2", seen.head)
     assert source.period_s < slow
     now[0] += 2.5
     assert source.look(ViewQuery()).goals[0].mode == "M5"
@@ -114,7 +117,7 @@ def test_it_plays_at_a_speed(tmp_path):
     now[0] += 10
     assert source.look(ViewQuery()).goals[0].mode == "M10"
     assert "playing" not in source.look(ViewQuery()).head
-    assert at(source, "play").head.startswith("0.000 of")
+    assert at(source, "play").head.startswith("0.0 s of")
     assert "playing" not in at(source, "event 1").head
 
 
@@ -168,3 +171,18 @@ def test_recordings_of_fawkes():
     folder = RecordedSource(RECORDINGS / "skiller-1" / "bblogger-repaired")
     rows = folder.look(ViewQuery()).interfaces.rows
     assert folder.look(ViewQuery(interface=rows[0][0])).fields.rows
+
+
+@pytest.mark.parametrize(
+    ("seconds", "text"),
+    [
+        (0, "0.0 s"),
+        (59.94, "59.9 s"),
+        (59.97, "1 min 00.0 s"),
+        (125.34, "2 min 05.3 s"),
+        (3600, "1 h 00 min 00 s"),
+        (7325, "2 h 02 min 05 s"),
+    ],
+)
+def test_durations_are_written_as_people_say_them(seconds, text):
+    assert duration_text(seconds) == text

@@ -31,9 +31,9 @@ def test_goals_and_panes():
 
     async def script(app, pilot, until):
         assert labels(app.query_one(GoalTree)) == [
-            "DISPATCHED  root (TOP)",
-            "  FINISHED FAILED  kid (TALK)  no voice",
-            "FORMULATED  other (MOVE)",
+            "▶ root (TOP) DISPATCHED",
+            "  ✗ kid (TALK) FAILED FINISHED no voice",
+            "○ other (MOVE) FORMULATED",
         ]
         assert text(app, "status") == "robot: running"
         assert rows(app, "actions") == [["kid", "1", "say", '"[hi]"', "RUNNING"]]
@@ -60,11 +60,11 @@ def test_it_follows_changes_and_keeps_its_place():
         source.change(
             goals=(GoalRow("executive", "new", "TOP", "nil", "SELECTED", "UNKNOWN", ""), *GOALS[:2])
         )
-        await until(lambda: "SELECTED  new (TOP)" in labels(tree))
+        await until(lambda: "○ new (TOP) SELECTED" in labels(tree))
         assert len(labels(tree)) == 3
         await until(lambda: tree.chosen is not None and tree.chosen.id == "kid")
         source.change(goals=(replace_mode(GOALS[0]), GOALS[1]), stop="rules stopped before rule x")
-        await until(lambda: labels(tree)[0] == "FINISHED  root (TOP)")
+        await until(lambda: labels(tree)[0] == "· root (TOP) FINISHED")
         await until(lambda: text(app, "said") == "rules stopped before rule x")
         circle = [GoalRow("executive", a, "X", b, "SELECTED", "UNKNOWN", "") for a, b in ("ab", "ba")]
         source.change(goals=circle)
@@ -84,7 +84,7 @@ def test_goals_of_several_agents_are_below_their_environments():
 
     async def script(app, pilot, until):
         tree = app.query_one(GoalTree)
-        assert labels(tree) == ["r1", "  FORMULATED  g (C)", "r2", "  FORMULATED  g (C)"]
+        assert labels(tree) == ["r1", "  ○ g (C) FORMULATED", "r2", "  ○ g (C) FORMULATED"]
         await pilot.press("down")
         assert tree.chosen is None
 
@@ -322,10 +322,71 @@ def test_many_goals_are_shown():
         assert len(labels(tree)) == 1000
         assert "5 more goals" in text(app, "status")
         source.change(goals=[many[0]._replace(mode="FINISHED"), *many[1:]])
-        await until(lambda: labels(tree)[0].startswith("FINISHED"))
+        await until(lambda: " FINISHED" in labels(tree)[0])
 
     drive(monitor_app(source), script)
 
 
 def test_a_bar_of_text():
     assert [bar(progress, 6) for progress in (0, 0.5, 1)] == ["[|---]", "[==|-]", "[===|]"]
+
+
+def columns(tree):
+    """Where the states of goals begin on the screen, by the width of what stands before."""
+    found = set()
+
+    def walk(node, depth):
+        for child in node.children:
+            arrow = 2 if child.allow_expand else 0
+            label = str(child.label)
+            state = next(
+                word for word in label.split()[::-1] if word in {"DISPATCHED", "FAILED", "FORMULATED"}
+            )
+            found.add(depth * tree.guide_depth + arrow + label.index(state))
+            walk(child, depth + 1)
+
+    walk(tree.root, 1)
+    return found
+
+
+@pytest.mark.parametrize("width", [80, 120, 220])
+def test_states_of_goals_stand_in_one_column_that_can_be_seen(width):
+    long = "A-GOAL-WITH-A-VERY-LONG-NAME-THAT-FILLS-HALF-OF-A-SCREEN-ALONE"
+    goals = (*GOALS, GoalRow("executive", long, long, "kid", "DISPATCHED", "UNKNOWN", ""))
+
+    async def script(app, _pilot, until):
+        tree = app.query_one(GoalTree)
+        await until(lambda: len(labels(tree)) == 4)
+        await until(lambda: len(columns(tree)) == 1)
+        (column,) = columns(tree)
+        assert column + len("FORMULATED") <= tree.size.width
+        assert any("…" in label for label in labels(tree))
+
+    drive(monitor_app(Scripted(replace(SNAPSHOT, goals=goals))), script, size=(width, 40))
+
+
+def test_wide_screens_show_skills_and_log_all_the_time():
+    async def script(app, _pilot, until):
+        aside = app.query_one("#aside")
+        if app.size.width < 180:
+            assert not aside.display
+            return
+        await until(lambda: rows(app, "aside-skills") == [["Skiller", "say{}", "S_RUNNING"]])
+        log = app.query_one("#aside-log", LogLines)
+        await until(lambda: [line.text.strip() for line in log.lines] == ["W Daemon: mind the [step]"])
+        panes = app.query_one("#panes")
+        assert panes.region.right <= aside.region.x + 1
+        assert aside.region.right <= app.size.width
+
+    for width in (120, 220):
+        drive(monitor_app(Scripted()), script, size=(width, 60))
+
+
+def test_the_legend_gives_way_to_the_goal_that_is_chosen():
+    async def script(app, pilot, until):
+        await until(lambda: len(labels(app.query_one(GoalTree))) == 3)
+        assert text(app, "legend").startswith("○ waiting ▶ running")
+        await pilot.press("down", "down")
+        await until(lambda: text(app, "legend") == "kid (TALK): FINISHED FAILED  [no voice]")
+
+    drive(monitor_app(Scripted()), script)

@@ -17,7 +17,7 @@ from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
-from cxbridge.ros2cx.features import FeatureContext, make_features
+from cxbridge.ros2cx.features import Ros2CxFeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.assembly import Assembly
@@ -60,7 +60,7 @@ class Bench:
         (library / "blackboard.clp").write_text(TEMPLATES)
         (tmp_path / "mode.yaml").write_text(f"ros2cx: {{mode: {mode}}}\n")
         config = Configuration.load(tmp_path / "mode.yaml")
-        context = FeatureContext(config, tmp_path, self.board, lambda: None)
+        context = Ros2CxFeatureContext(config, tmp_path, self.board, lambda: None)
         features = make_features(context, [FeatureEntry("blackboard", "cx::BlackboardFeature")])
         self.manager = EnvironmentManager(self.bus, features, library)
         self.env = self.manager.create("executive")

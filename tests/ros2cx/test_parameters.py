@@ -13,7 +13,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.confvals import ParametersFeature, scalar_type
-from cxbridge.ros2cx.features import FeatureContext, make_features
+from cxbridge.ros2cx.features import Ros2CxFeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
 from cxbridge.ros2cx.settings import Ros2CxMode, Ros2CxSettings
 from tests.executive.conftest import Log
@@ -162,7 +162,7 @@ def test_a_feature_without_a_plugin(tmp_path):
 
 
 def test_a_plugin_that_is_unknown(tmp_path):
-    context = FeatureContext(
+    context = Ros2CxFeatureContext(
         Configuration(), tmp_path, LocalBlackBoard(InterfaceRegistry(), VirtualClock()), lambda: None
     )
     with pytest.raises(ConfigError, match="no plugin 'cx::Teleport'") as caught:

@@ -9,7 +9,7 @@ import pytest
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.skiller.client.calls import Outcome, SkillCall
+from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
 
@@ -111,8 +111,8 @@ def test_a_daemon_has_it_as_a_component(tmp_path):
     with running(given) as (daemon, _lines, outcome):
         with connected(daemon) as board:
             assert [info.id for info in board.list("ComponentInterface")][-1] == "skill-board"
-            with SkillCall(board, skiller="robot1") as call:
-                assert call.execute("say{}", 20).outcome is Outcome.FINAL
+            with SkillerCall(board, skiller="robot1") as call:
+                assert call.execute("say{}", 20).outcome is CallOutcome.FINAL
                 assert call.execute("sing{}", 20).error == "no executor of me knows sing; they know: say"
         daemon.stop()
     assert outcome == [0]

@@ -26,7 +26,7 @@ from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.remote_skiller import RemoteSkiller
-from cxbridge.skiller.client.calls import Outcome, SkillCall
+from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 from tests.cli.boards import WAIT_S
 from tests.run.mini import write_scenario
 from tests.run.used_skiller import OTHERS_SKILL, STATES, UsedSkiller
@@ -143,8 +143,8 @@ def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
         ):
             for _ in range(2):  # the second follows its own like
                 told: list[tuple[str, str]] = []
-                with SkillCall(board, tell=partial(_note, told)) as call:
-                    assert call.execute(OTHERS_SKILL, WAIT_S).outcome is Outcome.FINAL
+                with SkillerCall(board, tell=partial(_note, told)) as call:
+                    assert call.execute(OTHERS_SKILL, WAIT_S).outcome is CallOutcome.FINAL
                 assert told in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
                 wait_free(board)
             assert skiller.executed == [OTHERS_SKILL] * 2
@@ -170,8 +170,8 @@ def test_control_of_a_run_that_was_killed_is_free(transport, tmp_path):
         agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
         seen.wait_for(agent, lambda: agent.exclusive_controller == str(agent.serial))
         links[0].shutdown()  # as when the process dies: nothing is said
-        with open_blackboard(url, InterfaceRegistry(), clock, bus) as other, SkillCall(other) as call:
-            while call.execute(OTHERS_SKILL, WAIT_S).outcome is not Outcome.FINAL:
+        with open_blackboard(url, InterfaceRegistry(), clock, bus) as other, SkillerCall(other) as call:
+            while call.execute(OTHERS_SKILL, WAIT_S).outcome is not CallOutcome.FINAL:
                 pass
 
 
@@ -215,9 +215,9 @@ def test_a_skill_call_does_not_take_the_status_of_a_thief_for_its_own(transport,
         UsedSkiller("never used", 0, thief=thief) as skiller,
         reach(skiller, transport, tmp_path) as url,
         open_blackboard(url, InterfaceRegistry(), clock, EventBus(clock)) as board,
-        SkillCall(board) as call,
+        SkillerCall(board) as call,
     ):
         result = call.execute(ours, WAIT_S)
     assert skiller.executed == [ours]
-    assert result.outcome is Outcome.FAILED
+    assert result.outcome is CallOutcome.FAILED
     assert result.error == f"control of the Skiller was lost to {thief}"

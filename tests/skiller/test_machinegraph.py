@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.lua.engine import LuaEngine
-from cxbridge.skiller.machinegraph import Machine, State, Transition, parse_graph
+from cxbridge.skiller.machinegraph import Machine, MachineState, MachineTransition, parse_graph
 from tests.skiller.rig import Rig, write_skills
 from tests.skiller.test_graphs import MACHINES, SPACE
 
@@ -34,7 +34,7 @@ def test_the_states_and_where_it_is(engine: LuaEngine):
     machine = run(engine, "leaf", 2)
     states = {state.name: state for state in machine.states}
     assert machine.name == 'a "leaf"'
-    assert states["FIRST"] == State("FIRST", "FIRST", active=True, kind="start")
+    assert states["FIRST"] == MachineState("FIRST", "FIRST", active=True, kind="start")
     assert (states["SECOND"].note, states["three"].note) == ("the middle", "x")
     assert states["odd name"].node == "odd name"
     assert {name: state.kind for name, state in states.items() if state.kind} == {
@@ -47,8 +47,8 @@ def test_the_states_and_where_it_is(engine: LuaEngine):
 
 def test_the_transitions_and_the_way(engine: LuaEngine):
     machine = run(engine, "leaf", 3)
-    assert Transition("FIRST", "SECOND", "on in two lines", (1, 3)) in machine.transitions
-    assert Transition("SECOND", "FIRST", 'back to "FIRST"', (2,)) in machine.transitions
+    assert MachineTransition("FIRST", "SECOND", "on in two lines", (1, 3)) in machine.transitions
+    assert MachineTransition("SECOND", "FIRST", 'back to "FIRST"', (2,)) in machine.transitions
     assert [item.target for item in machine.way()] == ["SECOND", "FIRST", "SECOND"]
 
 
@@ -63,7 +63,7 @@ def test_machines_within_states(engine: LuaEngine):
 def test_who_uses_whom(engine: LuaEngine):
     machine = parse_graph(engine.overview("SKILL_DEP"))
     assert [state.name for state in machine.states] == ["leaf", "nest", "folded"]
-    assert machine.transitions == [Transition("nest", "leaf")]
+    assert machine.transitions == [MachineTransition("nest", "leaf")]
 
 
 def test_a_graph_that_is_cut_off_is_told(engine: LuaEngine):

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from cxbridge.errors import SkillError
 from cxbridge.skiller.luacalls import DEEPEST, ONLY_FAWKES, read_calls
 from cxbridge.skiller.quoting import escape
-from cxbridge.skiller.skillstring import SkillCall, parse_skill_call, parse_skill_string
+from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call, parse_skill_string
 from fuzz.luaoracle import as_lua_says, normal
 from tests.support import many
 
@@ -21,29 +21,32 @@ from tests.support import many
 @pytest.mark.parametrize(
     ("text", "call"),
     [
-        ("say{}", SkillCall("say")),
-        ("say()", SkillCall("say")),
-        ('say{text="Hello peggy", wait=true}', SkillCall("say", {"text": "Hello peggy", "wait": True})),
-        ("move(1, -2.5, 'x')", SkillCall("move", {1: 1, 2: -2.5, 3: "x"})),
-        ('go{"a"; b = nil, }', SkillCall("go", {1: "a", "b": None})),
-        ('go{["to-place"]="x", to={1, x=2}}', SkillCall("go", {"to-place": "x", "to": {1: 1, "x": 2}})),
-        ("go{0x10, 1e3, .5}", SkillCall("go", {1: 16, 2: 1000, 3: 0.5})),
-        (r'say"a\"b\n\65\\"', SkillCall("say", {1: 'a"b\nA\\'})),
-        ("go{ -- comment\n a=1}", SkillCall("go", {"a": 1})),
-        ('say{text="a, b=c; {d}"}', SkillCall("say", {"text": "a, b=c; {d}"})),
-        ('say[[a ]=] "b"]]', SkillCall("say", {1: 'a ]=] "b"'})),
-        ("say{[==[\ntwo\r\nlines]==]}", SkillCall("say", {1: "two\nlines"})),
-        ("say --[[ not\nthis ]] {text='x'} -- nor this", SkillCall("say", {"text": "x"})),
-        ("say{'a\\\nb', \"c\\\r\nd\"}", SkillCall("say", {1: "a\nb", 2: "c\nd"})),
-        (r"say{'\195\164', 'ä', '\255'}", SkillCall("say", {1: "ä", 2: "ä", 3: "\udcff"})),
-        ("go(nil, false, {1, {2, {}}})", SkillCall("go", {1: None, 2: False, 3: {1: 1, 2: {1: 2, 2: {}}}})),
-        ("go{- 5, [-1]=2, [3]=4}", SkillCall("go", {1: -5, -1: 2, 3: 4})),
-        ("go{1, [1]=2}", SkillCall("go", {1: 1})),
-        ("go{a=1, a=2}", SkillCall("go", {"a": 2})),
-        ("go{1e999, 0x20000000000001}", SkillCall("go", {1: math.inf, 2: 2.0**53})),
+        ("say{}", SkillStringCall("say")),
+        ("say()", SkillStringCall("say")),
+        ('say{text="Hello peggy", wait=true}', SkillStringCall("say", {"text": "Hello peggy", "wait": True})),
+        ("move(1, -2.5, 'x')", SkillStringCall("move", {1: 1, 2: -2.5, 3: "x"})),
+        ('go{"a"; b = nil, }', SkillStringCall("go", {1: "a", "b": None})),
+        ('go{["to-place"]="x", to={1, x=2}}', SkillStringCall("go", {"to-place": "x", "to": {1: 1, "x": 2}})),
+        ("go{0x10, 1e3, .5}", SkillStringCall("go", {1: 16, 2: 1000, 3: 0.5})),
+        (r'say"a\"b\n\65\\"', SkillStringCall("say", {1: 'a"b\nA\\'})),
+        ("go{ -- comment\n a=1}", SkillStringCall("go", {"a": 1})),
+        ('say{text="a, b=c; {d}"}', SkillStringCall("say", {"text": "a, b=c; {d}"})),
+        ('say[[a ]=] "b"]]', SkillStringCall("say", {1: 'a ]=] "b"'})),
+        ("say{[==[\ntwo\r\nlines]==]}", SkillStringCall("say", {1: "two\nlines"})),
+        ("say --[[ not\nthis ]] {text='x'} -- nor this", SkillStringCall("say", {"text": "x"})),
+        ("say{'a\\\nb', \"c\\\r\nd\"}", SkillStringCall("say", {1: "a\nb", 2: "c\nd"})),
+        (r"say{'\195\164', 'ä', '\255'}", SkillStringCall("say", {1: "ä", 2: "ä", 3: "\udcff"})),
+        (
+            "go(nil, false, {1, {2, {}}})",
+            SkillStringCall("go", {1: None, 2: False, 3: {1: 1, 2: {1: 2, 2: {}}}}),
+        ),
+        ("go{- 5, [-1]=2, [3]=4}", SkillStringCall("go", {1: -5, -1: 2, 3: 4})),
+        ("go{1, [1]=2}", SkillStringCall("go", {1: 1})),
+        ("go{a=1, a=2}", SkillStringCall("go", {"a": 2})),
+        ("go{1e999, 0x20000000000001}", SkillStringCall("go", {1: math.inf, 2: 2.0**53})),
     ],
 )
-def test_calls(text: str, call: SkillCall):
+def test_calls(text: str, call: SkillStringCall):
     assert parse_skill_call(text) == call
 
 
@@ -145,7 +148,7 @@ def write(value: Any) -> str:
 @given(names, st.dictionaries(names, values, max_size=5))
 def test_what_is_written_is_read_back(name: str, args: dict[str | int, Any]):
     text = f"{name}{{{', '.join(f'{key}={write(value)}' for key, value in args.items())}}}"
-    assert parse_skill_call(text) == SkillCall(name, args)
+    assert parse_skill_call(text) == SkillStringCall(name, args)
 
 
 PIECES = [

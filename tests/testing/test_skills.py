@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.clock import VirtualClock
 from cxbridge.skiller.simulation.estimators import Outcome
-from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.skills import FOREVER, ScriptedEstimator, SkillScript
 
@@ -25,7 +25,7 @@ def skills(clock):
 
 def outcome(skills, name, skiller="Skiller", **args):
     arguments: dict[str | int, Any] = dict(args.items())
-    return skills.begin(skiller, SkillCall(name, arguments))[0]
+    return skills.begin(skiller, SkillStringCall(name, arguments))[0]
 
 
 def test_a_skill_of_which_nothing_is_said_succeeds_after_a_second(skills):
@@ -109,7 +109,7 @@ def test_times_below_one_are_refused(skills):
 def test_the_effect_comes_once_at_the_end(skills):
     seen = []
     skills("pick").succeeds(after=2.0, then=lambda: seen.append("picked"))
-    estimator, call = ScriptedEstimator(skills, "Skiller"), SkillCall("pick", {})
+    estimator, call = ScriptedEstimator(skills, "Skiller"), SkillStringCall("pick", {})
     assert estimator.estimate(call) == Outcome(2.0)
     estimator.progress(call, 1.9)
     assert seen == []
@@ -122,7 +122,7 @@ def test_an_aborted_skill_has_no_effect(skills):
     seen = []
     skills("pick").succeeds(then=lambda: seen.append("picked"))
     estimator = ScriptedEstimator(skills, "Skiller")
-    first, second = SkillCall("pick", {}), SkillCall("pick", {})
+    first, second = SkillStringCall("pick", {}), SkillStringCall("pick", {})
     estimator.estimate(first)
     estimator.estimate(second)
     estimator.progress(second, 1.0)

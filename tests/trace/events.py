@@ -12,6 +12,8 @@ from cxbridge.events import (
     InterfaceWrite,
     Level,
     LogLine,
+    LoopTime,
+    NavGraphRead,
     PlanActionTransition,
     PlannerCall,
     RuleFired,
@@ -35,6 +37,8 @@ uids = st.builds("{}::{}".format, names, names)
 writes = st.builds(InterfaceWrite, times, uids, values)
 messages = st.builds(InterfaceMessage, times, uids, names, numbers, names, names, values)
 calls = st.builds(PlannerCall, times, *[names] * 4, texts, texts, names, numbers, numbers, texts, texts)
+loops = st.builds(LoopTime, times, numbers, numbers)
+graphs = st.builds(NavGraphRead, times, names, st.dictionaries(names, values), st.dictionaries(names, values))
 events: st.SearchStrategy[Event] = st.one_of(
-    log_lines, firings, facts, goals, actions, skills, writes, messages, calls
+    log_lines, firings, facts, goals, actions, skills, writes, messages, calls, loops, graphs
 )

@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from cxbridge.web.queue import MOST_WAITING, QueueClosedError, QueueFullError, RequestQueue
+from cxbridge.web.queue import MOST_WAITING, QueueClosedError, RequestQueue, RequestQueueFullError
 
 
 class Watch:
@@ -143,7 +143,7 @@ def test_not_too_many_may_wait():
     queue = RequestQueue(Watch())
     for _ in range(MOST_WAITING):
         queue.ask(lambda: None)
-    with pytest.raises(QueueFullError):
+    with pytest.raises(RequestQueueFullError):
         queue.ask(lambda: None)
 
 

@@ -17,8 +17,8 @@ from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.blackboard.fawkesnet.address import DEFAULT_PORT
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers, resolve_listening
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
-from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
+from cxbridge.blackboard.fawkesnet.components.blackboard import BlackBoardNetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.blackboard.fawkesnet.sockets import GONE_SECONDS, acknowledge, tune
@@ -81,7 +81,7 @@ class FawkesServer(BoardServer):
         port: int = DEFAULT_PORT,
         *,
         bus: EventBus | None = None,
-        components: Iterable[ServerComponent] = (),
+        components: Iterable[NetworkHandler] = (),
         allow: Iterable[str] = (),
         echo: bool = True,
         limits: ServerLimits = DEFAULT_LIMITS,
@@ -95,7 +95,9 @@ class FawkesServer(BoardServer):
         self._most_clients: Final = limits.most_clients
         self._gone_seconds: Final = limits.gone_seconds
         handler = bus.logger(HANDLER)
-        blackboard = BlackBoardComponent(board, handler, Complaints(handler.warn), echo=echo, rights=rights)
+        blackboard = BlackBoardNetworkHandler(
+            board, handler, Complaints(handler.warn), echo=echo, rights=rights
+        )
         self._components: Final = {int(one.COMPONENT): one for one in (blackboard, *components)}
         self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)

@@ -85,7 +85,7 @@ def _skills(agent: Agent) -> set[str] | None:
             name=item.name,
             mode=item.mode,
             limits=limits_of(context.config),
-            navgraph=context.navgraph.get(context.config, context.paths) if sees else None,
+            navgraph=context.navgraph.get(context.config, context.paths, context.bus) if sees else None,
         ) as skiller:
             found.update(skiller.skills)
     return found

@@ -7,7 +7,7 @@ which is a group of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("run", "daemon", "plan", "gateway"),
+    "Run": ("run", "check", "daemon", "plan", "gateway"),
     "Look": ("view", "monitor", "why", "env"),
     "Record and compare": ("trace", "coverage"),
     "Blackboard": ("bb", "interface"),

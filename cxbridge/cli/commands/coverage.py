@@ -43,7 +43,7 @@ class _Scenario:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Outputs:
+class _CoverageOutputs:
     """Where the result goes, and what it has to be."""
 
     lcov: Annotated[
@@ -77,7 +77,7 @@ def coverage(
     core: Annotated[bool, typer.Option("--core", help="Count the rules of the built-in core, too.")] = False,
     env: Annotated[str, typer.Option(metavar="NAME", help="The CLIPS environment.")] = _EXECUTIVE,
     *,
-    outputs: _Outputs,
+    outputs: _CoverageOutputs,
 ) -> int:
     """Tell which rules, goal classes and modes, actions and skills a set of recorded runs has used.
 
@@ -126,7 +126,7 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
     return agent, use
 
 
-def _write(outputs: _Outputs, found: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
+def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
     """Print the result, and write the files that were asked for."""
     from cxbridge.explain.coverage import report
     from cxbridge.explain.coverage.page import write_page

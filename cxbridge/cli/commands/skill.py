@@ -20,7 +20,7 @@ from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.blackboard.following import Deadline, InterfaceEvent
+    from cxbridge.blackboard.following import Deadline, InterfaceChange
 
 app = typer.Typer(name="skill", no_args_is_help=True)
 
@@ -55,12 +55,12 @@ def execute(
 
     Example: cxbridge skill exec 'say{text="hi"}'
     """
-    from cxbridge.skiller.client.calls import SkillCall
+    from cxbridge.skiller.client.calls import SkillerCall
 
     progress = _Progress(skill_string)
     with (
         connect(url, interface_dir) as board,
-        SkillCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+        SkillerCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)
@@ -198,7 +198,7 @@ def _print_lines(
 
     printed, before = 0, ""
     with Feed(board, OWNER) as feed:
-        news: InterfaceEvent | None = feed.now(feed.open(TYPE, skiller))
+        news: InterfaceChange | None = feed.now(feed.open(TYPE, skiller))
         while news is not None:
             line = _monitor_line(news, as_json=as_json)
             if line != before:
@@ -294,7 +294,7 @@ def graph(
     return 0
 
 
-def _monitor_line(news: InterfaceEvent, *, as_json: bool) -> str:
+def _monitor_line(news: InterfaceChange, *, as_json: bool) -> str:
     """Return what a Skiller does, for people or programs."""
     from cxbridge.interfaces.assignments import plain
 

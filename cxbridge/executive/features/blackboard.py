@@ -7,9 +7,10 @@ Facts: compat clips-functions, feature `blackboard`. Interfaces opened for readi
 from __future__ import annotations
 
 import itertools
-from dataclasses import dataclass, field
 from functools import partial
 from weakref import WeakKeyDictionary
+
+from msgspec import Struct, field
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.errors import NoWriterError
@@ -28,8 +29,7 @@ _INTERFACE = Symbol("blackboard-interface")
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
-@dataclass
-class _Context:
+class _BlackBoardContext(Struct):
     """What the feature holds for one environment."""
 
     env: ClipsEnvironment
@@ -74,14 +74,14 @@ class BlackBoardFeature(Feature):
         self._sender = sender
         self._board = board
         self._retract_early = retract_early
-        self._contexts: dict[str, _Context] = {}
+        self._contexts: dict[str, _BlackBoardContext] = {}
         self._defined: WeakKeyDictionary[ClipsEnvironment, set[str]] = WeakKeyDictionary()
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the templates and define the functions."""
         env.call("path-load", "blackboard.clp")
         defined = self._defined.setdefault(env, set())
-        context = _Context(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
+        context = _BlackBoardContext(env, env.bus.logger(f"BBCLIPS|{env.name}"), defined)
         self._contexts[env.name] = context
         self._define_interfaces(env, context)
         self._define_messages(env, context)
@@ -99,7 +99,7 @@ class BlackBoardFeature(Feature):
         """Define a function; a feature that derives may leave some out."""
         env.define(name, function, minimum, types=types)
 
-    def _define_interfaces(self, env: ClipsEnvironment, context: _Context) -> None:
+    def _define_interfaces(self, env: ClipsEnvironment, context: _BlackBoardContext) -> None:
         define = partial(self._define, env)
         for name in ("blackboard-open", "blackboard-open-reading"):
             define(name, lambda kind, id_: self._open(context, kind, id_, writing=False), 2, types="*;sy;sy")
@@ -118,7 +118,7 @@ class BlackBoardFeature(Feature):
         define("blackboard-set", lambda *args: self._set(context, *args), 3, types="*;sy;sy")
         define("blackboard-set-multifield", lambda *args: self._set(context, *args), 3, types="*;sy;sy;m")
 
-    def _define_messages(self, env: ClipsEnvironment, context: _Context) -> None:
+    def _define_messages(self, env: ClipsEnvironment, context: _BlackBoardContext) -> None:
         define = partial(self._define, env)
         define("blackboard-create-msg", lambda *args: self._create_msg(context, *args), 2, types="*;sy;sy")
         define("blackboard-list-msg-fields", lambda msg: self._list_msg_fields(context, msg), 1, types="*;e")
@@ -135,7 +135,7 @@ class BlackBoardFeature(Feature):
     def _enable_time_read(env: ClipsEnvironment) -> None:
         env.build("(defrule blackboard-read (declare (salience 1000)) (time $?) => (blackboard-read))")
 
-    def _define_type(self, context: _Context, interface: Interface) -> bool:
+    def _define_type(self, context: _BlackBoardContext, interface: Interface) -> bool:
         """Build the deftemplate of an interface type and what retracts its facts, once a type."""
         if interface.type in context.defined:
             return True
@@ -156,7 +156,7 @@ class BlackBoardFeature(Feature):
         context.log.debug(f"{kind}:\n{retract}")
         return True
 
-    def _preload(self, context: _Context, kind: str) -> None:
+    def _preload(self, context: _BlackBoardContext, kind: str) -> None:
         if kind in context.reading or kind in context.writing:
             return
         try:
@@ -168,7 +168,7 @@ class BlackBoardFeature(Feature):
             return
         context.reading[kind] = []
 
-    def _open(self, context: _Context, kind: str, identifier: str, *, writing: bool) -> None:
+    def _open(self, context: _BlackBoardContext, kind: str, identifier: str, *, writing: bool) -> None:
         opened = context.writing if writing else context.reading
         known = opened.get(kind)
         if known is not None and any(interface.id == identifier for interface in known):
@@ -197,7 +197,7 @@ class BlackBoardFeature(Feature):
         context.env.assert_fact(str(_INTERFACE), slots)
 
     @staticmethod
-    def _close(context: _Context, kind: str, identifier: str) -> None:
+    def _close(context: _BlackBoardContext, kind: str, identifier: str) -> None:
         for opened in (context.reading, context.writing):
             for interface in opened.get(kind, []):
                 if interface.id == identifier:
@@ -205,7 +205,7 @@ class BlackBoardFeature(Feature):
                     interface.close()
                     break
 
-    def _read(self, context: _Context) -> None:
+    def _read(self, context: _BlackBoardContext) -> None:
         """Read what is opened for reading; a refreshed one becomes a fact."""
         env = context.env
         for kind in sorted(context.reading):
@@ -217,7 +217,7 @@ class BlackBoardFeature(Feature):
                 env.assert_fact(kind, interface_facts.slots(interface))
 
     @staticmethod
-    def _write(context: _Context, uid: str) -> None:
+    def _write(context: _BlackBoardContext, uid: str) -> None:
         interface = context.writer(uid)
         if interface is not None:
             interface.write()
@@ -238,13 +238,13 @@ class BlackBoardFeature(Feature):
                 },
             )
 
-    def _set(self, context: _Context, uid: str, name: str, value: Value) -> None:
+    def _set(self, context: _BlackBoardContext, uid: str, name: str, value: Value) -> None:
         interface = context.writer(uid)
         if interface is not None:
             self._store(context, interface, name, value)
 
     @staticmethod
-    def _store(context: _Context, block: Interface | Message, name: str, value: Value) -> bool:
+    def _store(context: _BlackBoardContext, block: Interface | Message, name: str, value: Value) -> bool:
         """Set a field of an interface or message; whether it could be, else an error is logged."""
         try:
             interface_facts.store(block, name, value)
@@ -255,7 +255,7 @@ class BlackBoardFeature(Feature):
 
     # --- messages ---------------------------------------------------------------------------------------
 
-    def _create_msg(self, context: _Context, uid: str, message_type: str) -> Value:
+    def _create_msg(self, context: _BlackBoardContext, uid: str, message_type: str) -> Value:
         kind = uid.partition("::")[0]
         for interface in context.reading.get(kind, []):
             if interface.uid == uid:
@@ -274,7 +274,7 @@ class BlackBoardFeature(Feature):
         return ExternalAddress(0)
 
     @staticmethod
-    def _list_msg_fields(context: _Context, address: ExternalAddress) -> Value:
+    def _list_msg_fields(context: _BlackBoardContext, address: ExternalAddress) -> Value:
         entry = context.messages.get(address.handle)
         if entry is None:
             context.log.warn("Can't list message fields, the pointer is wrong.")
@@ -284,7 +284,9 @@ class BlackBoardFeature(Feature):
             context.log.info(f"Message has field {name}")
         return names
 
-    def _set_msg_field(self, context: _Context, address: ExternalAddress, name: str, value: Value) -> None:
+    def _set_msg_field(
+        self, context: _BlackBoardContext, address: ExternalAddress, name: str, value: Value
+    ) -> None:
         entry = context.messages.get(address.handle)
         if entry is None:
             context.log.warn("Can't set message field, the pointer is wrong.")
@@ -292,7 +294,7 @@ class BlackBoardFeature(Feature):
             context.log.warn("Can't set message field.")
 
     @staticmethod
-    def _send_msg(context: _Context, address: ExternalAddress) -> Value:
+    def _send_msg(context: _BlackBoardContext, address: ExternalAddress) -> Value:
         if address.handle == 0:
             context.log.warn("Can't send message, the pointer is wrong.")
             return 0

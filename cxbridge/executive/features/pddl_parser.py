@@ -13,7 +13,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 
 if TYPE_CHECKING:
-    from cxbridge.executive.pddl import Domain, FactRow
+    from cxbridge.executive.pddl import Domain, FactToAssert
 
 
 class PddlParserFeature(Feature):
@@ -70,7 +70,7 @@ class PddlParserFeature(Feature):
         env.define("parse-pddl-formula", formula, 2, types="*;sy;sy")
 
 
-def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactRow]) -> None:
+def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
     """Assert the rows in order; one that CLIPS refuses is logged, the others still come."""
     for row in rows:
         slots = {slot: _fields(value) for slot, value in row.slots.items()}

@@ -18,7 +18,7 @@ _FILES = CORE_DIR / "planner"
 _NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
 
 
-class _User(PlanningUser):
+class _PlannerUser(PlanningUser):
     """An environment that plans."""
 
     def __init__(
@@ -128,16 +128,16 @@ class _User(PlanningUser):
             self._log.error(f"Cannot assert the plan {call_id}: {error}")
 
 
-class PlannerFeature(PlanningFeature[_User]):
+class PlannerFeature(PlanningFeature[_PlannerUser]):
     """Gives ``planner-plan``, ``planner-plan-with`` and ``planner-cancel``."""
 
     name = "planner"
 
     def make_user(
         self, env: ClipsEnvironment, service: PlanningService, settings: PlannerSettings, domain_of: DomainOf
-    ) -> _User:
+    ) -> _PlannerUser:
         """Define the functions and the template of calls."""
-        user = _User(env, service, settings, domain_of)
+        user = _PlannerUser(env, service, settings, domain_of)
         env.load(_FILES / "calls.clp")
         env.define("planner-plan", user.plan, 2, types="*;sy;sy")
         env.define("planner-plan-with", user.plan, 4, types="*;sy;sy;sy;ld")

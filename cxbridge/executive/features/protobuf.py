@@ -79,11 +79,11 @@ class ProtobufFeature(Feature):
 
     def __init__(self, settings: ProtobufSettings | None = None) -> None:
         self._settings = settings or ProtobufSettings()
-        self._users: dict[str, _User] = {}
+        self._users: dict[str, _ProtobufUser] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Read the message types, define the functions and the templates."""
-        user = _User(env, self._settings)
+        user = _ProtobufUser(env, self._settings)
         self._users[env.name] = user
         user.define()
         env.load(_FILE)
@@ -99,7 +99,7 @@ class ProtobufFeature(Feature):
             user.network.close()
 
 
-class _User:
+class _ProtobufUser:
     """An environment that knows messages."""
 
     def __init__(self, env: ClipsEnvironment, settings: ProtobufSettings) -> None:

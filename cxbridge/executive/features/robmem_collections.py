@@ -6,7 +6,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.features.robmem_context import FAIL, SUCCESS, Context
+from cxbridge.executive.features.robmem_context import FAIL, SUCCESS, RobotMemoryContext
 from cxbridge.executive.features.robmem_handles import Cursor, Trigger, pointer_symbol
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Value
@@ -22,7 +22,9 @@ class CollectionFunctions:
     :param folder: finds a folder that rules name.
     """
 
-    def __init__(self, env: ClipsEnvironment, context: Context, folder: Callable[[str], Path]) -> None:
+    def __init__(
+        self, env: ClipsEnvironment, context: RobotMemoryContext, folder: Callable[[str], Path]
+    ) -> None:
         self._context = context
         self._store = context.store
         self._handles = context.handles

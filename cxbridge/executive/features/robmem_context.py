@@ -19,7 +19,7 @@ from cxbridge.executive.robmem.store import Change, Store
 _THREADS = 4
 
 
-class Context:
+class RobotMemoryContext:
     """One environment with a robot memory.
 
     Events and answers may come from any thread. They wait until the environment's next run begins, and are

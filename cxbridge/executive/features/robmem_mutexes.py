@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from cxbridge.executive.features.robmem_context import FAIL, OK, Context
+from cxbridge.executive.features.robmem_context import FAIL, OK, RobotMemoryContext
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.executive.robmem.mutexes import Mutexes
@@ -16,7 +16,7 @@ _EXPIRE = "expire-locks-async"
 class MutexFunctions:
     """Defines the functions in an environment."""
 
-    def __init__(self, env: ClipsEnvironment, context: Context) -> None:
+    def __init__(self, env: ClipsEnvironment, context: RobotMemoryContext) -> None:
         self._context = context
         memory = context.memory
         self._mutexes = mutexes = Mutexes(context.store, memory.settings.mutexes, memory.clock)

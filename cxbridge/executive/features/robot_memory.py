@@ -15,7 +15,7 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 
 if TYPE_CHECKING:
-    from cxbridge.executive.features.robmem_context import Context
+    from cxbridge.executive.features.robmem_context import RobotMemoryContext
     from cxbridge.executive.robmem.memory import RobotMemory
 
 LIBRARY = CORE_DIR / "cx" / "robot-memory.clp"
@@ -42,17 +42,17 @@ class RobotMemoryFeature(Feature):
         self._memory = memory
         self._library = library
         self._placeholders = dict(placeholders or {})
-        self._contexts: dict[str, Context] = {}
+        self._contexts: dict[str, RobotMemoryContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions and load the helpers."""
         # bson only for those who use it: start-up time is a feature
         from cxbridge.executive.features.robmem_collections import CollectionFunctions  # noqa: PLC0415
-        from cxbridge.executive.features.robmem_context import Context  # noqa: PLC0415
+        from cxbridge.executive.features.robmem_context import RobotMemoryContext  # noqa: PLC0415
         from cxbridge.executive.features.robmem_documents import DocumentFunctions  # noqa: PLC0415
         from cxbridge.executive.features.robmem_mutexes import MutexFunctions  # noqa: PLC0415
 
-        context = Context(env, self._memory)
+        context = RobotMemoryContext(env, self._memory)
         self._contexts[env.name] = context
         DocumentFunctions(env, context.handles, context.log)
         CollectionFunctions(env, context, self._folder)

@@ -14,7 +14,7 @@ from cxbridge.executive.host.facts.held import HeldFact
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 
 
-class Action(Protocol):
+class SkillAction(Protocol):
     """A skill that was asked for."""
 
     @property
@@ -86,15 +86,15 @@ class Skills(Protocol):
         """Who is there."""
 
     def ask(
-        self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[Action], None]
-    ) -> Action:
+        self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[SkillAction], None]
+    ) -> SkillAction:
         """Have a skill executed.
 
         :param on_change: called for each change.
         :raises SkillError: when it cannot be asked for.
         """
 
-    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Action], None]) -> Action:
+    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[SkillAction], None]) -> SkillAction:
         """Have a skill string with one call executed.
 
         :raises SkillError: when it cannot be read, or asked for.
@@ -105,18 +105,18 @@ class Skills(Protocol):
 
 
 @dataclass
-class _Context:
+class _SkillBoardContext:
     """What the feature holds for one environment."""
 
     env: ClipsEnvironment
     log: Logger
-    changed: dict[int, Action] = field(default_factory=dict)
+    changed: dict[int, SkillAction] = field(default_factory=dict)
     open: set[int] = field(default_factory=set)
     facts: dict[int, HeldFact] = field(default_factory=dict)
     version: int = -1
     executors: dict[str, tuple[Executor, HeldFact]] = field(default_factory=dict)
 
-    def note(self, action: Action) -> None:
+    def note(self, action: SkillAction) -> None:
         """Remember that an action has changed."""
         self.changed[action.number] = action
 
@@ -145,11 +145,11 @@ class SkillBoardFeature(Feature):
 
     def __init__(self, skills: Callable[[], Skills | None]) -> None:
         self._skills = skills
-        self._contexts: dict[str, _Context] = {}
+        self._contexts: dict[str, _SkillBoardContext] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Build the templates and the rule, define the functions."""
-        context = _Context(env, env.bus.logger(f"SkillBoardCLIPS|{env.name}"))
+        context = _SkillBoardContext(env, env.bus.logger(f"SkillBoardCLIPS|{env.name}"))
         self._contexts[env.name] = context
         define = env.define
         define("skill-board-request", lambda *args: self._request(context, *args), 4, types="*;sy;m;m;sy")
@@ -165,7 +165,12 @@ class SkillBoardFeature(Feature):
             self._cancel(number)
 
     def _request(
-        self, context: _Context, skill: str, names: tuple[Value, ...], values: tuple[Value, ...], agent: str
+        self,
+        context: _SkillBoardContext,
+        skill: str,
+        names: tuple[Value, ...],
+        values: tuple[Value, ...],
+        agent: str,
     ) -> int:
         if len(names) != len(values):
             context.log.error(f"{skill} has {len(names)} names of parameters, but {len(values)} values")
@@ -173,10 +178,10 @@ class SkillBoardFeature(Feature):
         parameters = {str(name): _plain(value) for name, value in zip(names, values, strict=True)}
         return self._ask(context, lambda skills: skills.ask(str(skill), parameters, str(agent), context.note))
 
-    def _call(self, context: _Context, skill_string: str, agent: str) -> int:
+    def _call(self, context: _SkillBoardContext, skill_string: str, agent: str) -> int:
         return self._ask(context, lambda skills: skills.ask_for(str(skill_string), str(agent), context.note))
 
-    def _ask(self, context: _Context, ask: Callable[[Skills], Action]) -> int:
+    def _ask(self, context: _SkillBoardContext, ask: Callable[[Skills], SkillAction]) -> int:
         skills = self._skills()
         if skills is None:
             context.log.error("there is no skill board now")
@@ -196,7 +201,7 @@ class SkillBoardFeature(Feature):
 
     # -- facts
 
-    def _read(self, context: _Context) -> None:
+    def _read(self, context: _SkillBoardContext) -> None:
         """Bring the facts up to date."""
         changed, context.changed = context.changed, {}
         for number, action in changed.items():
@@ -208,7 +213,7 @@ class SkillBoardFeature(Feature):
             self._tell_executors(context, () if skills is None else skills.executors)
 
     @staticmethod
-    def _tell_action(context: _Context, number: int, action: Action) -> None:
+    def _tell_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
         env = context.env
         old = context.facts.pop(number, None)
         if old is not None:
@@ -235,7 +240,7 @@ class SkillBoardFeature(Feature):
             context.facts[number] = made
 
     @staticmethod
-    def _tell_executors(context: _Context, executors: Iterable[Executor]) -> None:
+    def _tell_executors(context: _SkillBoardContext, executors: Iterable[Executor]) -> None:
         env, known = context.env, context.executors
         there = {executor.id: executor for executor in executors}
         for name, (said, fact) in list(known.items()):

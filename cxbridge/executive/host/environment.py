@@ -22,7 +22,7 @@ from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
-from cxbridge.executive.host.loading import Loader, is_readable_file
+from cxbridge.executive.host.loading import ClipsLoader, is_readable_file
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
@@ -72,7 +72,7 @@ class ClipsEnvironment:
         self.loggers = LoggerStack(self.log.log, component)
         self.output = OutputRouter(self.env, self.loggers.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
-        self.loader = Loader(self.env, self.output, self.log, self._is_core_file, name)
+        self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._failed)
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
@@ -377,9 +377,7 @@ class ClipsEnvironment:
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
-        self.output.speak()
-        if self.output.pending:
-            self.output.flush()
+        self.output.end_run()
 
     def hold(self) -> None:
         """End the :meth:`fire` that is under way, after the rule that fires now."""

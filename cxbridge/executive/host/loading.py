@@ -9,16 +9,17 @@ import os
 import re
 import tempfile
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from clips._clips import lib
+from msgspec import Struct
 
+from cxbridge.clipstext.syntax import CONSTRUCT, blank, top_level
 from cxbridge.events import Level, Logger
-from cxbridge.executive.host.capi import CData, encode
+from cxbridge.executive.host.capi import NULL, CData, encode
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
-from cxbridge.executive.host.source import Source, find_excess, prepare
+from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
 
 _MESSAGE = re.compile(r"\[([A-Z]+\d+)\] (?:(?P<file>[^\n]*?), Line (?P<line>\d+): )?(?P<text>[^\n]*)")
 _BROKEN = re.compile(r"ERROR:\n\((def\w+) (?:\w+::)?([^\s()]+)")
@@ -38,8 +39,7 @@ _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
 }
 
 
-@dataclass(frozen=True, slots=True)
-class Diagnostic:
+class Diagnostic(Struct, frozen=True):
     """Something wrong with a CLIPS file.
 
     :param file: path of the file.
@@ -69,7 +69,7 @@ def is_readable_file(path: str) -> bool:
         return False
 
 
-class Loader:
+class ClipsLoader:
     """Loads files into one environment and remembers what was wrong with them.
 
     :param env: the environment's pointer.
@@ -124,7 +124,9 @@ class Loader:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = prepare(text, rewrite_modify=not native, is_known=self.is_function)
+        source = (
+            prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
+        )
         self.files.append(path)
         if not native:
             give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
@@ -134,9 +136,10 @@ class Loader:
         self._loading.append(file)
         try:
             # what to load is the same for constructs, and to look for the end of a command takes CLIPS long
-            as_commands = batch and not (native and _COMMAND.search(text) is None)
-            fine = self._call(file, source, lib.BatchStar if as_commands else lib.Load)
-            fine = fine or batch != as_commands  # a batch goes on after a broken construct
+            has_commands = batch and not (native and _COMMAND.search(text) is None)
+            load = (self._batch_parts if native else lib.BatchStar) if has_commands else lib.Load
+            fine = self._call(file, source, load)
+            fine = fine or batch != has_commands  # a batch goes on after a broken construct
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
@@ -163,7 +166,7 @@ class Loader:
         """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self._env, encode(name)))
 
-    def _call(self, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+    def _call(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read the file, or its rewritten text from a temporary one."""
         if not source.changed:
             return self._read(file, file, source, load)
@@ -175,7 +178,9 @@ class Loader:
         finally:
             Path(name).unlink()
 
-    def _read(self, name: str, file: str, source: Source, load: Callable[[CData, bytes], object]) -> bool:
+    def _read(
+        self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
+    ) -> bool:
         outer = self._output.begin_errors()
         try:
             result = load(self._env, encode(name))
@@ -183,9 +188,21 @@ class Loader:
             errors = self._output.end_errors(outer)
         if errors.strip():
             self._diagnose(errors, name, file, source)
-        return bool(result) if load is lib.BatchStar else result == lib.LE_NO_ERROR
+        return result == lib.LE_NO_ERROR if load is lib.Load else bool(result)
 
-    def _diagnose(self, errors: str, name: str, file: str, source: Source) -> None:
+    @staticmethod
+    def _batch_parts(env: CData, name: bytes) -> bool:
+        """Do what ``BatchStar`` does; that takes the square of a part's length to find where it ends."""
+        text = Path(os.fsdecode(name)).read_bytes().decode("utf-8", "surrogateescape")
+        for start, end in top_level(blank(text)):
+            part = encode(text[start:end])
+            if CONSTRUCT.match(text, start):
+                lib.Build(env, part)
+            else:
+                lib.Eval(env, part, NULL)
+        return True
+
+    def _diagnose(self, errors: str, name: str, file: str, source: ClipsSource) -> None:
         """Turn what CLIPS printed on stderr into diagnostics."""
         lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
         starts = [match.start() for match in _MESSAGE.finditer(errors)]
@@ -205,7 +222,7 @@ class Loader:
         self.diagnostics.append(diagnostic)
         self._log.log(level, str(diagnostic))
 
-    def _warn_of_redefinitions(self, source: Source) -> None:
+    def _warn_of_redefinitions(self, source: ClipsSource) -> None:
         """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
         seen: set[tuple[str, str]] = set()
         for construct in source.constructs:

@@ -7,8 +7,10 @@ one that replaces keeps the lines that it takes from those below, one that accom
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
 from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
@@ -35,8 +37,7 @@ ORDER: Final = tuple(Level)
 """The levels, least first."""
 
 
-@dataclass(frozen=True, slots=True)
-class ClipsLogger:
+class ClipsLogger(Struct, frozen=True):
     """Gets lines of an environment.
 
     :param name: one of its own in the environment.

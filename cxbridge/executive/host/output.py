@@ -117,10 +117,11 @@ class OutputRouter:
         before, self._sink = self._sink, sink
         return before
 
-    @property
-    def pending(self) -> bool:
-        """Whether there is a line that nobody has ended."""
-        return bool(self._open)
+    def end_run(self) -> None:
+        """Drop no message any more, and end the lines that are open: the rules have run."""
+        self.speak()
+        if self._open:
+            self.flush()
 
     def flush(self) -> None:
         """Hand on lines that nobody ended."""

@@ -20,10 +20,10 @@ Going to CLIPS a list is a multifield, too, and a bool one of the symbols TRUE a
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Any
 
 from clips._clips import ffi, lib
+from msgspec import Struct
 
 from cxbridge.clipstext.values import (
     FALSE,
@@ -58,8 +58,7 @@ __all__ = [
 _INT64_MAX = 2**63 - 1
 
 
-@dataclass(frozen=True, slots=True)
-class FactAddress:
+class FactAddress(Struct, frozen=True):
     """A fact; valid as long as the fact is, which is no longer than the call it came with.
 
     :param pointer: ``Fact *``.
@@ -71,8 +70,7 @@ class FactAddress:
         return f"<Fact-{lib.FactIndex(self.pointer)}>"
 
 
-@dataclass(frozen=True, slots=True)
-class InstanceAddress:
+class InstanceAddress(Struct, frozen=True):
     """An instance of COOL; valid as long as the instance is.
 
     :param pointer: ``Instance *``.
@@ -84,8 +82,7 @@ class InstanceAddress:
         return f"<Instance-{decode(lib.InstanceName(self.pointer))}>"
 
 
-@dataclass(frozen=True, slots=True)
-class ExternalAddress:
+class ExternalAddress(Struct, frozen=True):
     """Something of Python's that CLIPS carries around, e.g. a message.
 
     :param handle: a number that the owner of the thing knows it by; 0 is nothing.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from cxbridge.executive.pddl.ast import Domain, Formula, names_of
 from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
-from cxbridge.executive.pddl.facts import FactRow, domain_facts, formula_facts
+from cxbridge.executive.pddl.facts import FactToAssert, domain_facts, formula_facts
 from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
 from cxbridge.executive.pddl.printer import format_domain, format_formula
 from cxbridge.executive.pddl.problems import (
@@ -17,7 +17,7 @@ from cxbridge.executive.pddl.problems import (
 
 __all__ = [
     "Domain",
-    "FactRow",
+    "FactToAssert",
     "Formula",
     "PddlSemanticError",
     "PddlSyntaxError",

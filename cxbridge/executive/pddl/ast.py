@@ -7,8 +7,11 @@ facts for (quantifiers, conditional effects, numbers): planners understand it.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
-from typing import NamedTuple
+from functools import cache
+from operator import attrgetter
+from typing import Any, Final, NamedTuple
+
+from msgspec import Struct
 
 
 class Position(NamedTuple):
@@ -18,8 +21,28 @@ class Position(NamedTuple):
     column: int = 1
 
 
-@dataclass(frozen=True, slots=True)
-class TypedNames:
+_UNSAID: Final = ("position", "file")
+"""Where a node was read: it does not count when nodes are compared."""
+
+
+@cache
+def _compared_fields(node_class: type[Node]) -> attrgetter[Any]:
+    """Return what reads the fields that nodes of this class are compared by."""
+    return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNSAID))
+
+
+class Node(Struct, frozen=True):
+    """Nodes are equal when they say the same, wherever they were read."""
+
+    def __eq__(self, other: object) -> bool:
+        said = _compared_fields(type(self))
+        return type(self) is type(other) and bool(said(self) == said(other))
+
+    def __hash__(self) -> int:
+        return hash(_compared_fields(type(self))(self))
+
+
+class TypedNames(Node, frozen=True):
     """Names that share a type: ``a b - c``, or ``a b - (either c d)``.
 
     :param names: the names, variables without their question mark.
@@ -28,7 +51,7 @@ class TypedNames:
 
     names: tuple[str, ...]
     types: tuple[str, ...] = ()
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
 TypedList = tuple[TypedNames, ...]
@@ -50,153 +73,137 @@ def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
 # ---- terms
 
 
-@dataclass(frozen=True, slots=True)
-class Variable:
+class Variable(Node, frozen=True):
     """A variable, without its question mark."""
 
     name: str
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Constant:
+class Constant(Node, frozen=True):
     """A constant or a number, as written."""
 
     name: str
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Call:
+class FunctionTerm(Node, frozen=True):
     """The value of a function or of an arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
     function: str
     arguments: tuple[Term, ...]
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-Term = Variable | Constant | Call
+Term = Variable | Constant | FunctionTerm
 
 
 # ---- formulas
 
 
-@dataclass(frozen=True, slots=True)
-class Atom:
+class Atom(Node, frozen=True):
     """A predicate with its arguments."""
 
     predicate: str
     arguments: tuple[Term, ...]
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class And:
+class And(Node, frozen=True):
     """A conjunction; an empty one is true."""
 
     parts: tuple[Formula, ...]
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Or:
+class Or(Node, frozen=True):
     """A disjunction."""
 
     parts: tuple[Formula, ...]
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Not:
+class Not(Node, frozen=True):
     """A negation."""
 
     part: Formula
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Imply:
+class Imply(Node, frozen=True):
     """An implication."""
 
     condition: Formula
     consequence: Formula
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Comparison:
+class TermComparison(Node, frozen=True):
     """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
 
     operator: str
     left: Term
     right: Term
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Timed:
+class Timed(Node, frozen=True):
     """A formula at a time of a durative action: ``at start``, ``at end`` or ``over all``."""
 
     when: str
     part: Formula
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Quantified:
+class Quantified(Node, frozen=True):
     """A formula ``exists`` or ``forall`` objects."""
 
     quantifier: str
     variables: TypedList
     part: Formula
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class When:
+class When(Node, frozen=True):
     """A conditional effect."""
 
     condition: Formula
     effect: Formula
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class NumericChange:
+class NumericChange(Node, frozen=True):
     """An effect on a number: increase, decrease, assign, scale-up or scale-down."""
 
     operator: str
     target: Term
     amount: Term
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-Formula = Atom | And | Or | Not | Imply | Comparison | Timed | Quantified | When | NumericChange
+Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | When | NumericChange
 
 
 # ---- domains
 
 
-@dataclass(frozen=True, slots=True)
-class Predicate:
+class Predicate(Node, frozen=True):
     """The declaration of a predicate."""
 
     name: str
     parameters: TypedList
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Function:
+class Function(Node, frozen=True):
     """The declaration of a numeric function."""
 
     name: str
     parameters: TypedList
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Action:
+class ActionSchema(Node, frozen=True):
     """An action.
 
     :param durative: whether it is written ``:durative-action``.
@@ -215,11 +222,10 @@ class Action:
     duration: Formula | None = None
     conditional_breakup: Formula | None = None
     temporal_breakup: Formula | None = None
-    position: Position = field(default=Position(), compare=False, repr=False)
+    position: Position = Position()
 
 
-@dataclass(frozen=True, slots=True)
-class Domain:
+class Domain(Node, frozen=True):
     """A planning domain.
 
     :param requirements: the requirements, without their colon.
@@ -232,5 +238,5 @@ class Domain:
     constants: TypedList = ()
     predicates: tuple[Predicate, ...] = ()
     functions: tuple[Function, ...] = ()
-    actions: tuple[Action, ...] = ()
-    file: str = field(default="", compare=False)
+    actions: tuple[ActionSchema, ...] = ()
+    file: str = ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from cxbridge.executive.pddl.ast import Action, Domain, Function, Position, Predicate
+from cxbridge.executive.pddl.ast import ActionSchema, Domain, Function, Position, Predicate
 from cxbridge.executive.pddl.brackets import Group, Item, Word
 from cxbridge.executive.pddl.formulas import FormulaParser
 
@@ -52,7 +52,7 @@ class DomainParser(FormulaParser):
 
     def _sections(self, items: tuple[Item, ...]) -> dict[str, Any]:
         fields: dict[str, Any] = {}
-        actions: list[Action] = []
+        actions: list[ActionSchema] = []
         for item in items:
             if not isinstance(item, Group) or not item.head.startswith(":"):
                 if actions and self.fawkes_compat:
@@ -127,7 +127,7 @@ class DomainParser(FormulaParser):
 
     # ---- actions
 
-    def action(self, section: Group) -> Action:
+    def action(self, section: Group) -> ActionSchema:
         """Return the action that a section holds."""
         if len(section.items) < 2:  # noqa: PLR2004
             raise self.error("this action has no name", section.position)
@@ -142,7 +142,9 @@ class DomainParser(FormulaParser):
             fields[key] = self._action_value(key, value)
         if self.fawkes_compat:
             self._need_keys(name, fields, section.position)
-        return Action(name, **fields, durative=section.head == ":durative-action", position=section.position)
+        return ActionSchema(
+            name, **fields, durative=section.head == ":durative-action", position=section.position
+        )
 
     def _action_key(self, item: Item, action: str, fields: dict[str, Any]) -> tuple[str, str]:
         """Return the keyword of a part of an action, and the field it belongs to."""

@@ -7,17 +7,17 @@ can collide (ten parts, operators that end in a digit); agents match on them, so
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+
+from msgspec import Struct
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
-    Action,
+    ActionSchema,
     And,
     Atom,
-    Call,
-    Comparison,
     Domain,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
@@ -26,6 +26,7 @@ from cxbridge.executive.pddl.ast import (
     Predicate,
     Quantified,
     Term,
+    TermComparison,
     Timed,
     TypedList,
     Variable,
@@ -47,8 +48,7 @@ NO_CONSTANT = "nil"
 """The constant of a parameter that is a variable."""
 
 
-@dataclass(frozen=True, slots=True)
-class FactRow:
+class FactToAssert(Struct, frozen=True):
     """A fact to assert.
 
     :param template: its deftemplate.
@@ -69,7 +69,9 @@ def _slot_text(value: SlotValue) -> str:
     return value if isinstance(value, str) else " ".join(value)
 
 
-def domain_facts(domain: Domain, *, fawkes_compat: bool = False, warn: Warn | None = None) -> list[FactRow]:
+def domain_facts(
+    domain: Domain, *, fawkes_compat: bool = False, warn: Warn | None = None
+) -> list[FactToAssert]:
     """Return the facts of a domain, in the order in which Fawkes asserts them.
 
     Constants, functions, durations and requirements have no facts.
@@ -81,7 +83,7 @@ def domain_facts(domain: Domain, *, fawkes_compat: bool = False, warn: Warn | No
     return _FactMaker(domain.file, compat=fawkes_compat, warn=warn).domain(domain)
 
 
-def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactRow]:
+def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[FactToAssert]:
     """Return the facts of a condition; they are ``part-of`` the parent, and their ids start with its.
 
     :raises PddlError: for a formula that facts cannot say (quantifiers, numbers).
@@ -102,21 +104,21 @@ class _FactMaker:
         if self._warn is not None:
             self._warn(self._error(message, position))
 
-    def domain(self, domain: Domain) -> list[FactRow]:
+    def domain(self, domain: Domain) -> list[FactToAssert]:
         facts = []
         for name, super_type in pairs_of(domain.types):
             slots: dict[str, SlotValue] = {"name": name}
             if super_type:
                 slots["super-type"] = super_type
-            facts.append(FactRow("domain-object-type", slots))
+            facts.append(FactToAssert("domain-object-type", slots))
         facts += [self._predicate(predicate) for predicate in domain.predicates]
         for action in domain.actions:
             facts += self._action(action)
         return facts
 
-    def _predicate(self, predicate: Predicate) -> FactRow:
+    def _predicate(self, predicate: Predicate) -> FactToAssert:
         names, types = self._parameters(predicate.parameters)
-        return FactRow(
+        return FactToAssert(
             "domain-predicate",
             {
                 "name": predicate.name,
@@ -140,7 +142,7 @@ class _FactMaker:
             types += [type_] * len(group.names)
         return names_of(parameters), tuple(types)
 
-    def _action(self, action: Action) -> Iterator[FactRow]:
+    def _action(self, action: ActionSchema) -> Iterator[FactToAssert]:
         pairs = list(pairs_of(action.parameters))
         for name, type_ in pairs:
             slots: dict[str, SlotValue] = {"name": name, "operator": action.name}
@@ -149,9 +151,9 @@ class _FactMaker:
             elif self._compat:
                 self._drop(f"parameter ?{name} of {action.name} has no type: no fact", action.position)
                 continue
-            yield FactRow("domain-operator-parameter", slots)
+            yield FactToAssert("domain-operator-parameter", slots)
         names = tuple(name for name, _ in pairs) if self._compat else names_of(action.parameters)
-        yield FactRow("domain-operator", {"name": action.name, "param-names": names})
+        yield FactToAssert("domain-operator", {"name": action.name, "param-names": names})
         if action.condition is not None:
             yield from self.condition(action.condition, action.name, 1, root=True)
         if action.effect is not None:
@@ -161,7 +163,7 @@ class _FactMaker:
 
     def condition(
         self, formula: Formula, parent: str, counter: int, *, root: bool = False
-    ) -> Iterator[FactRow]:
+    ) -> Iterator[FactToAssert]:
         """Yield the facts of the part with this counter of the parent."""
         id_ = f"{parent}{counter}"
         match formula:
@@ -177,7 +179,7 @@ class _FactMaker:
                 yield from self._connective("disjunction", (Not(first), second), parent, id_)
             case Atom(predicate=predicate, arguments=terms):
                 yield from self._atom(predicate, terms, parent, id_, formula.position, root=root)
-            case Comparison(operator=operator, left=left, right=right):
+            case TermComparison(operator=operator, left=left, right=right):
                 predicate = EQUALITY if operator == "=" else operator
                 yield from self._atom(predicate, (left, right), parent, id_, formula.position, root=root)
             case Quantified(quantifier=quantifier):
@@ -189,8 +191,10 @@ class _FactMaker:
             case When() | NumericChange():
                 raise self._error("an effect cannot be a condition", formula.position)
 
-    def _connective(self, kind: str, parts: tuple[Formula, ...], parent: str, id_: str) -> Iterator[FactRow]:
-        yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": kind})
+    def _connective(
+        self, kind: str, parts: tuple[Formula, ...], parent: str, id_: str
+    ) -> Iterator[FactToAssert]:
+        yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": kind})
         for index, part in enumerate(parts, start=1):
             yield from self.condition(part, id_, index)
 
@@ -203,14 +207,14 @@ class _FactMaker:
         position: Position,
         *,
         root: bool,
-    ) -> Iterator[FactRow]:
+    ) -> Iterator[FactToAssert]:
         if root:  # a condition of one atom is wrapped into a conjunction
-            yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
+            yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "conjunction"})
             parent, id_ = id_, f"{id_}1"
         names, constants = self._arguments(terms, position)
-        yield FactRow("pddl-formula", {"id": id_, "part-of": parent, "type": "atom"})
+        yield FactToAssert("pddl-formula", {"id": id_, "part-of": parent, "type": "atom"})
         slots: dict[str, SlotValue] = {"id": f"{id_}-atom", "part-of": id_, "predicate": predicate}
-        yield FactRow("pddl-predicate", {**slots, "param-names": names, "param-constants": constants})
+        yield FactToAssert("pddl-predicate", {**slots, "param-names": names, "param-constants": constants})
 
     def _arguments(
         self, terms: tuple[Term, ...], position: Position
@@ -221,7 +225,7 @@ class _FactMaker:
             if isinstance(term, Variable):
                 names.append(term.name)
                 constants.append(NO_CONSTANT)
-            elif isinstance(term, Call):
+            elif isinstance(term, FunctionTerm):
                 raise self._error(
                     "a number or nested predicate cannot be made into facts",
                     position,
@@ -234,7 +238,7 @@ class _FactMaker:
 
     # ---- effects
 
-    def _effect(self, formula: Formula, action: str, *, positive: bool) -> Iterator[FactRow]:
+    def _effect(self, formula: Formula, action: str, *, positive: bool) -> Iterator[FactToAssert]:
         match formula:
             case And(parts=parts):
                 for part in parts:
@@ -247,7 +251,7 @@ class _FactMaker:
                 names, constants = self._arguments(terms, formula.position)
                 slots: dict[str, SlotValue] = {"part-of": action, "predicate": predicate}
                 slots |= {"param-names": names, "param-constants": constants}
-                yield FactRow("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
+                yield FactToAssert("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
             case NumericChange(operator=operator):
                 self._drop(f"'{operator}' has no fact: only planners count", formula.position)
             case Quantified(quantifier=quantifier):

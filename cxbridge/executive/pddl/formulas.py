@@ -8,10 +8,9 @@ from typing import Final
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
@@ -19,6 +18,7 @@ from cxbridge.executive.pddl.ast import (
     Position,
     Quantified,
     Term,
+    TermComparison,
     Timed,
     TypedList,
     TypedNames,
@@ -132,7 +132,7 @@ class FormulaParser:
         if head in _COMPARISONS or (effect and head in _CHANGES):
             left, right = (self.term(each) for each in self._two(item, "arguments"))
             if head in _COMPARISONS:
-                return Comparison(head, left, right, position)
+                return TermComparison(head, left, right, position)
             return NumericChange(head, left, right, position)
         timed = self._timed(item)
         if timed is not None:
@@ -197,7 +197,7 @@ class FormulaParser:
         if isinstance(item, Group):
             if not item.head:
                 raise self.error("a function is expected", item.position)
-            return Call(item.head, tuple(self.term(each) for each in item.items[1:]), item.position)
+            return FunctionTerm(item.head, tuple(self.term(each) for each in item.items[1:]), item.position)
         if item.text.startswith("?"):
             if len(item.text) == 1:
                 raise self.error("this variable has no name", item.position, "write it right after the '?'")

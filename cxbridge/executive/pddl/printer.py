@@ -5,19 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from cxbridge.executive.pddl.ast import (
-    Action,
+    ActionSchema,
     And,
     Atom,
-    Call,
-    Comparison,
     Domain,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
     Quantified,
     Term,
+    TermComparison,
     Timed,
     TypedList,
     Variable,
@@ -47,7 +47,7 @@ def _parts(formula: Formula) -> Iterator[str]:
             yield from (head, format_formula(part))
         case Quantified(quantifier=head, variables=variables, part=part):
             yield from (head, f"({format_typed(variables, '?')})", format_formula(part))
-        case Comparison(operator=head, left=left, right=right):
+        case TermComparison(operator=head, left=left, right=right):
             yield from (head, format_term(left), format_term(right))
         case NumericChange(operator=head, target=left, amount=right):
             yield from (head, format_term(left), format_term(right))
@@ -69,7 +69,7 @@ def format_domain(domain: Domain) -> str:
     return "\n".join([*lines, ")"]) + "\n"
 
 
-def _action(action: Action) -> str:
+def _action(action: ActionSchema) -> str:
     lines = [
         f"  (:{'durative-' if action.durative else ''}action {action.name}",
         f"    :parameters ({format_typed(action.parameters, '?')})",
@@ -101,6 +101,6 @@ def format_typed(typed: TypedList, prefix: str = "") -> str:
 
 def format_term(term: Term) -> str:
     """Return a term as PDDL."""
-    if isinstance(term, Call):
+    if isinstance(term, FunctionTerm):
         return _list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name

@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Final
+
+from msgspec import field
+from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Domain,
     Formula,
+    FunctionTerm,
+    Node,
     Position,
     Term,
+    TermComparison,
     TypedList,
     TypedNames,
     names_of,
@@ -31,8 +34,7 @@ from cxbridge.executive.pddl.semantics import DomainChecker
 _SECTIONS: Final = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
 
 
-@dataclass(frozen=True, slots=True)
-class Problem:
+class Problem(Node, frozen=True):
     """A planning problem.
 
     :param domain: the name of its domain.
@@ -48,10 +50,10 @@ class Problem:
     domain: str
     objects: TypedList = ()
     init: tuple[Atom, ...] = ()
-    numbers: tuple[tuple[Call, float], ...] = ()
+    numbers: tuple[tuple[FunctionTerm, float], ...] = ()
     goal: Formula = field(default_factory=lambda: And(()))
     metric: tuple[str, Term] | None = None
-    file: str = field(default="", compare=False)
+    file: str = ""
 
 
 def load_problem(path: str | Path, domain: Domain) -> Problem:
@@ -102,7 +104,7 @@ def problem_of_facts(
         for predicate, arguments in dict.fromkeys((name, tuple(values)) for name, values in facts)
     )
     durative = any(action.durative for action in domain.actions)
-    metric = ("minimize", Call("total-time", ())) if durative else None
+    metric = ("minimize", FunctionTerm("total-time", ())) if durative else None
     problem = Problem(name, domain.name, groups, atoms, goal=goal, metric=metric)
     check_problem(domain, problem)
     return problem
@@ -130,7 +132,7 @@ def check_problem(domain: Domain, problem: Problem) -> None:
     for atom in problem.init:
         checker.check_formula(atom)
     for call, _value in problem.numbers:
-        checker.check_formula(Comparison("=", call, Constant("0"), call.position))
+        checker.check_formula(TermComparison("=", call, Constant("0"), call.position))
     checker.check_formula(problem.goal)
 
 
@@ -202,16 +204,16 @@ class _ProblemParser(FormulaParser):
             raise self.error(f"({section.head} ...) takes one formula", section.position)
         return section.items[1]
 
-    def _init(self, section: Group | None) -> tuple[tuple[Atom, ...], tuple[tuple[Call, float], ...]]:
+    def _init(self, section: Group | None) -> tuple[tuple[Atom, ...], tuple[tuple[FunctionTerm, float], ...]]:
         atoms: dict[Atom, None] = {}
-        numbers: list[tuple[Call, float]] = []
+        numbers: list[tuple[FunctionTerm, float]] = []
         for item in section.items[1:] if section else ():
             formula = self.condition(item)
             match formula:
                 case Atom():
                     self._refuse_variables(formula)
                     atoms[formula] = None
-                case Comparison(operator="=", left=Call() as call, right=Constant(name=text)):
+                case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=text)):
                     numbers.append((call, self._number(text, item)))
                 case _:
                     raise self.error(

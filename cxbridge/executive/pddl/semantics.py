@@ -11,14 +11,13 @@ import re
 from typing import Final
 
 from cxbridge.executive.pddl.ast import (
-    Action,
+    ActionSchema,
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Domain,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
@@ -26,6 +25,7 @@ from cxbridge.executive.pddl.ast import (
     Position,
     Quantified,
     Term,
+    TermComparison,
     Timed,
     TypedList,
     Variable,
@@ -131,7 +131,7 @@ class DomainChecker:
                     "add :typing to (:requirements ...)",
                 )
 
-    def _action(self, action: Action) -> None:
+    def _action(self, action: ActionSchema) -> None:
         if self._typed:
             self._parameter_types(action.parameters)
         scope = {name: group.types for group in action.parameters for name in group.names}
@@ -179,7 +179,7 @@ class DomainChecker:
             case Imply(condition=first, consequence=second) | When(condition=first, effect=second):
                 self._formula(first, scope)
                 self._formula(second, scope)
-            case Comparison(left=left, right=right) | NumericChange(target=left, amount=right):
+            case TermComparison(left=left, right=right) | NumericChange(target=left, amount=right):
                 self._number(left, scope)
                 self._number(right, scope)
 
@@ -207,7 +207,7 @@ class DomainChecker:
                 )
 
     def _types_of(self, term: Term, scope: Scope) -> tuple[str, ...]:
-        if isinstance(term, Call):
+        if isinstance(term, FunctionTerm):
             raise self._error("Unexpected nested predicate.", term.position)
         known = scope if isinstance(term, Variable) else self._constants
         if term.name in known:
@@ -245,7 +245,7 @@ class DomainChecker:
 
     def _number(self, term: Term, scope: Scope) -> None:
         """Check a side of a comparison, or of a change of a number."""
-        if isinstance(term, Call):
+        if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
             if function is None and term.function not in _ARITHMETIC:
                 raise self._error(

@@ -24,7 +24,7 @@ from cxbridge.executive.planning.engines.registry import AUTO, NAMES, make_plann
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.executive.planning.templates import Template
+from cxbridge.executive.planning.templates import PlannerTemplate
 from cxbridge.executive.robmem.store import Store
 
 _GENERATOR: Final = "/plugins/pddl-robot-memory"
@@ -124,7 +124,7 @@ class PddlRobotMemory:
         try:
             described = read_text(self._template_file, "problem template")
             self._bus.emit_source("pddl", "", str(self._template_file), described.encode(), kind="template")
-            template = Template(described, str(self._template_file))
+            template = PlannerTemplate(described, str(self._template_file))
             for warning in template.warnings:
                 self._log.error(warning)
             text = template.fill(self._find_documents, {"GOAL": self._goal or _NO_GOAL})

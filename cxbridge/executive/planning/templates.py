@@ -41,7 +41,7 @@ class _Field:
     name: str
 
 
-class Template:
+class PlannerTemplate:
     """A template.
 
     :param text: its text.

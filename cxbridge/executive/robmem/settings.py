@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
@@ -17,8 +18,7 @@ _CLIENTS = "/plugins/mongodb/clients"
 _DEFAULT_SETS = ("robot-memory-distributed", "robot-memory-local")
 
 
-@dataclass(frozen=True)
-class Settings:
+class Settings(Struct, frozen=True):
     """What the configuration says about the robot memory.
 
     :param backend: ``embedded`` or ``mongodb``.

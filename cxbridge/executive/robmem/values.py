@@ -31,14 +31,14 @@ _LEAST_LEVEL = 8
 """Bytes of BSON that a level takes at least: type, name, size and end."""
 
 
-class _Missing:
+class _MissingField:
     """Stands where a document has no value."""
 
     def __repr__(self) -> str:
         return "MISSING"
 
 
-MISSING = _Missing()
+MISSING = _MissingField()
 
 
 def encode(document: Mapping[str, Any]) -> bytes:
@@ -149,7 +149,7 @@ _TYPES: tuple[tuple[type, int, str, Callable[[Any], Any]], ...] = (
     # subtypes precede their types: they are looked for in this order
     (MinKey, -1, "minKey", _zero),
     (type(None), 5, "null", _zero),
-    (_Missing, 5, "null", _zero),
+    (_MissingField, 5, "null", _zero),
     (bool, 40, "bool", _itself),
     (Int64, NUMBERS, "long", _itself),
     (int, NUMBERS, "int", _itself),

@@ -16,7 +16,7 @@ from cxbridge.clipstext.syntax import SyntaxNode, definitions
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
 from cxbridge.explain.rules.constructs import TextFile
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.sources import Source, building_steps, sources_of
+from cxbridge.trace.sources import RunSource, building_steps, sources_of
 
 MODES: Final = (
     "FORMULATED",
@@ -88,7 +88,7 @@ class AgentSources:
                 self.rules[found.name] = RuleLines(found.name, file.name, lines)
             self.classes.update(_classes(found.node))
 
-    def add_source(self, source: Source | SourceRead, *, core: bool) -> None:
+    def add_source(self, source: RunSource | SourceRead, *, core: bool) -> None:
         """Add what a run was made of.
 
         :param core: whether the files of the built-in core count.

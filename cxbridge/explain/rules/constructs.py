@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
 from cxbridge.errors import ClipsError
 from cxbridge.explain.rules.parse import dependencies, parse_rule
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Template
+from cxbridge.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
 _MULTI = ("multislot", "multifield")
 _SINGLE = ("slot", "field")
@@ -32,7 +32,7 @@ class Constructs:
     """
 
     def __init__(self, files: Iterable[TextFile]) -> None:
-        self.templates: dict[str, Template] = {}
+        self.templates: dict[str, FactTemplate] = {}
         self._rules: dict[str, str] = {}
         self._places: dict[str, tuple[str, int]] = {}
         self._functions: dict[str, str] = {}
@@ -48,7 +48,7 @@ class Constructs:
                 self._rules[name] = node.text
                 self._places[name] = (file, found.line)
             case "deftemplate":
-                self.templates[name] = Template(name, tuple(_slots(node.arguments[1:])))
+                self.templates[name] = FactTemplate(name, tuple(_slots(node.arguments[1:])))
             case "deffunction":
                 self._functions[name] = node.text
             case "defglobal":

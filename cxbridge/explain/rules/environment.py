@@ -14,7 +14,7 @@ from cxbridge.events import Level
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.facts.copying import FactCopier, Template, template_of
+from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.values import FactAddress
 from cxbridge.explain.rules import snapshot as model
 from cxbridge.explain.rules.parse import dependencies, parse_rule, patterns
@@ -97,7 +97,7 @@ def _function(env: ClipsEnvironment, name: str) -> str | None:
     return "" if form == NULL else decode(form)
 
 
-def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, Template]:
+def _templates(env: ClipsEnvironment, names: set[str] | None) -> Mapping[str, FactTemplate]:
     """Return the deftemplates of these names that exist; all for None."""
     found = {}
     pointer = lib.GetNextDeftemplate(env.env, NULL)

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_values
 from cxbridge.clipstext.values import NIL, Value
 from cxbridge.events import FactChange
-from cxbridge.explain.rules.snapshot import FactRow, Template
+from cxbridge.explain.rules.snapshot import FactRow, FactTemplate
 from cxbridge.history.transitions import unquote
 
 _FIELDS = ""
@@ -15,8 +15,8 @@ _FIELDS = ""
 
 
 def rows_of(
-    changes: Iterable[FactChange], templates: Mapping[str, Template]
-) -> tuple[dict[str, Template], list[FactRow]]:
+    changes: Iterable[FactChange], templates: Mapping[str, FactTemplate]
+) -> tuple[dict[str, FactTemplate], list[FactRow]]:
     """Return facts, and their templates: the known ones, and for others what the facts look like.
 
     Facts that cannot be read are left out.
@@ -33,12 +33,12 @@ def rows_of(
     all_templates = dict(templates)
     for name, flags in seen.items():
         flags.pop(_FIELDS, None)
-        all_templates.setdefault(name, Template(name, tuple(flags.items()) or None))
+        all_templates.setdefault(name, FactTemplate(name, tuple(flags.items()) or None))
     rows = (_row(change, slots, all_templates[change.template]) for change, slots in parsed)
     return all_templates, sorted(filter(None, rows), key=lambda row: row.index)
 
 
-def _slots(change: FactChange, template: Template | None) -> Mapping[str, tuple[Value, ...]] | None:
+def _slots(change: FactChange, template: FactTemplate | None) -> Mapping[str, tuple[Value, ...]] | None:
     """Return the values of a fact by slot; None when it cannot be read."""
     if template is None or template.slots is not None:
         try:
@@ -52,13 +52,15 @@ def _slots(change: FactChange, template: Template | None) -> Mapping[str, tuple[
     return {_FIELDS: parse_values(change.text[1 + len(change.template) : -1].strip())}
 
 
-def _values(text: str, slot: str, template: Template | None) -> tuple[Value, ...]:
+def _values(text: str, slot: str, template: FactTemplate | None) -> tuple[Value, ...]:
     """Return the values of a slot; in one that has a single value all quotes but two belong to it."""
     single = template is not None and (slot, False) in (template.slots or ())
     return (unquote(text),) if single and unquote(text) != text else parse_values(text)
 
 
-def _row(change: FactChange, slots: Mapping[str, tuple[Value, ...]], template: Template) -> FactRow | None:
+def _row(
+    change: FactChange, slots: Mapping[str, tuple[Value, ...]], template: FactTemplate
+) -> FactRow | None:
     if template.slots is None:
         return FactRow(change.index, template.name, (slots.get(_FIELDS, ()),))
     if _FIELDS in slots:

@@ -12,10 +12,10 @@ from typing import Final
 
 from cxbridge.clipstext.facts import IMPLIED, fact_text
 from cxbridge.clipstext.values import FactRef, Value, show_alone
-from cxbridge.executive.host.facts.copying import FactRow, Template
+from cxbridge.executive.host.facts.copying import FactRow, FactTemplate
 from cxbridge.executive.host.loading import Diagnostic
 
-__all__ = ["MAX_FACTS", "FactRef", "FactRow", "Rulebook", "Snapshot", "Template", "Waiting"]
+__all__ = ["MAX_FACTS", "FactRef", "FactRow", "FactTemplate", "Rulebook", "Snapshot", "Waiting"]
 
 MAX_FACTS: Final = 50_000
 """Facts of a rule's templates that are copied; with more there are only CLIPS' own counts."""
@@ -54,7 +54,7 @@ class Snapshot:
     env: str
     time_us: int
     text: str
-    templates: Mapping[str, Template]
+    templates: Mapping[str, FactTemplate]
     facts: tuple[FactRow, ...]
     functions: tuple[str, ...] = ()
     globals: Mapping[str, Value] = field(default_factory=dict)

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
 from typing import Final
+
+from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
@@ -19,8 +20,7 @@ class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error 
     """The file has so many mistakes that it is not read on."""
 
 
-@dataclass
-class Findings:
+class Findings(Struct):
     """The mistakes of one file.
 
     :param file: the file's name for messages, None when there is no file.
@@ -135,8 +135,7 @@ class Findings:
                 )
 
 
-@dataclass
-class Scope:
+class Scope(Struct):
     """Names that must differ from each other.
 
     :param findings: where a name that comes twice is noted.

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-from dataclasses import dataclass
 from pathlib import Path
+
+from msgspec import Struct
 
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.layout import place_fields
@@ -38,8 +39,7 @@ from cxbridge.interfaces.xml.findings import Findings, Scope, TooManyFindings
 from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
-@dataclass(frozen=True)
-class CheckResult:
+class CheckResult(Struct, frozen=True):
     """What a look at a definition found.
 
     :param schema: the schema; None when there are errors.

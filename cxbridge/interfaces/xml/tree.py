@@ -9,9 +9,10 @@ from __future__ import annotations
 
 import codecs
 import re
-from dataclasses import dataclass, field
 from typing import Any, Final
 from xml.parsers import expat
+
+from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
 
@@ -29,8 +30,7 @@ _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
 _START_TAG = re.compile(rb"""<[^\s>/]+(?:[^>"']|"[^"]*"|'[^']*')*>""")
 
 
-@dataclass
-class Element:
+class Element(Struct):
     """An element, with the place of its start tag and of its attributes (line and column count from 1)."""
 
     name: str

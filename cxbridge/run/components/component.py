@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from typing import TYPE_CHECKING, Any, ClassVar, Final
+
+from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.plugins import installed_entry_points
@@ -82,8 +83,7 @@ class Component:
         return ""
 
 
-@dataclass(frozen=True, slots=True)
-class ComponentEntry:
+class ComponentEntry(Struct, frozen=True):
     """A row of a table of components.
 
     :param target: ``module:Class``; imported when the component is needed.
@@ -101,8 +101,7 @@ class ComponentEntry:
         return loaded
 
 
-@dataclass(frozen=True, slots=True)
-class InstalledComponent:
+class InstalledComponent(Struct, frozen=True):
     """A component that an installed package brings along."""
 
     entry: EntryPoint

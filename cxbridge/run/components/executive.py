@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from msgspec.structs import replace
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError

@@ -10,7 +10,7 @@ from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
 
 
-class SkillBoard(Component):
+class SkillBoardComponent(Component):
     """Finds executors for skills.
 
     :param settings: those of a recording; None: those of the configuration.

@@ -54,7 +54,9 @@ ENVIRONMENT: Final = (
     ComponentEntry("speech", f"{_PACKAGE}.speech:Speech", _speaks),
     ComponentEntry("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
     ComponentEntry(
-        "skill-board", f"{_PACKAGE}.skill_board:SkillBoard", lambda context: context.skill_board is not None
+        "skill-board",
+        f"{_PACKAGE}.skill_board:SkillBoardComponent",
+        lambda context: context.skill_board is not None,
     ),
 )
 """The executive's environment; the recording has its place in a replay."""

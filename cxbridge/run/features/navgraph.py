@@ -12,4 +12,4 @@ def make(context: RunContext) -> Feature:
     """Make the feature."""
     from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
 
-    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths))
+    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths, context.bus))

@@ -23,7 +23,7 @@ from cxbridge.trace.formats.base import Run
 _OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
 
 
-class AgentRun(Run):
+class RecordedAgentRun(Run):
     """The events of one agent.
 
     :param run: the recording of all.
@@ -56,7 +56,7 @@ def recordings_of(whole: Recordings, agent: str) -> Recordings:
     """
     scans = []
     for each in whole.scans:
-        own = take_all(AgentRun(each.run, agent))
+        own = take_all(RecordedAgentRun(each.run, agent))
         own.shift_us, own.metadata, own.begin_us = each.shift_us, each.metadata, each.begin_us
         scans.append(own)
     if not any(scan.transitions or scan.samples for scan in scans):

@@ -52,13 +52,13 @@ class Divergence:
         )
 
 
-class Recorded(Protocol):
+class RecordedCommand(Protocol):
     """Something that was commanded at some time."""
 
     time_us: int
 
 
-R = TypeVar("R", bound=Recorded)
+R = TypeVar("R", bound=RecordedCommand)
 
 
 class Expectation(Generic[R]):

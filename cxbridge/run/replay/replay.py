@@ -13,7 +13,7 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.skill_board import SkillBoard
+from cxbridge.run.components.skill_board import SkillBoardComponent
 from cxbridge.run.components.skillers import Skillers
 from cxbridge.run.context import RunContext
 from cxbridge.run.replay.agents import recordings_of
@@ -126,7 +126,7 @@ class Replay:
         kept = () if settings is None else tuple(a for a in settings.agents if a.name in agents)
         yield self._play_skillers(context, {agent.skiller for agent in kept})
         if settings is not None:
-            skill_board = SkillBoard(context, replace(settings, agents=kept, in_process=False))
+            skill_board = SkillBoardComponent(context, replace(settings, agents=kept, in_process=False))
             yield skill_board
             for script in executors:
                 skill_board.service.add(self._executor(context, script))

@@ -25,7 +25,7 @@ _BUSY: Final = "BUSY"
 _CANCELLED: Final = "CANCELLED"
 
 
-class Kind(Enum):
+class CommandKind(Enum):
     """A command to a Skiller; the value is its name for people."""
 
     EXEC = "ExecSkill"
@@ -43,18 +43,18 @@ class Command:
     :param later: the writes that followed: microseconds after the first, and values.
     """
 
-    kind: Kind
+    kind: CommandKind
     text: str
     time_us: int
     values: Values
     later: list[tuple[int, Values]] = field(default_factory=list)
 
-    def is_for(self, kind: Kind, text: str) -> bool:
+    def is_for(self, kind: CommandKind, text: str) -> bool:
         """Whether this is the same command; gensym ids and UUIDs do not count."""
         return self.kind is kind and anonymous(self.text) == anonymous(text)
 
     def __str__(self) -> str:
-        return f"{self.kind.value} '{self.text}'" if self.kind is Kind.EXEC else self.kind.value
+        return f"{self.kind.value} '{self.text}'" if self.kind is CommandKind.EXEC else self.kind.value
 
 
 @dataclass(slots=True)
@@ -79,7 +79,7 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
         if kind is not None:
             command = Command(kind, values["skill_string"], write.time_us, values)
             script.commands.append(command)
-            if kind is not Kind.CONTROL:
+            if kind is not CommandKind.CONTROL:
                 begun = command
         elif values["exclusive_controller"] != last["exclusive_controller"]:
             pass  # control has ended: who ends it in the run makes the same write
@@ -91,7 +91,7 @@ def skiller_script(writes: Iterable[InterfaceWrite]) -> SkillerScript:
     return script
 
 
-def _kind(last: Values, values: Values, *, first: bool) -> Kind | None:
+def _kind(last: Values, values: Values, *, first: bool) -> CommandKind | None:
     """Return what made a Skiller write; None when it did so by itself, or lost its controller."""
     skill, controller = values["skill_string"], values["exclusive_controller"]
     acquired = controller and controller != last["exclusive_controller"]
@@ -99,10 +99,10 @@ def _kind(last: Values, values: Values, *, first: bool) -> Kind | None:
     if skill and values["msgid"] and not leftover:
         again = values["status"] == "S_RUNNING" and last["status"] in _ENDS
         if values["msgid"] != last["msgid"] or skill != last["skill_string"] or again:
-            return Kind.EXEC
+            return CommandKind.EXEC
     if not skill and last["skill_string"]:
-        return Kind.STOP
-    return Kind.CONTROL if acquired else None
+        return CommandKind.STOP
+    return CommandKind.CONTROL if acquired else None
 
 
 def writes_of_statuses(skiller: str, statuses: Iterable[SkillStatus]) -> list[InterfaceWrite]:

@@ -10,7 +10,7 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Message
 from cxbridge.run.replay.divergence import Divergence, Expectation
-from cxbridge.run.replay.script import Command, Kind, SkillerScript, Values
+from cxbridge.run.replay.script import Command, CommandKind, SkillerScript, Values
 from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch
 
@@ -49,8 +49,8 @@ class RecordedSkiller(SkillerBackend):
         )
         self._control = ExclusiveControl(self._interface, self._log)
         self._before = deque(script.before)
-        self._controls = deque(command for command in script.commands if command.kind is Kind.CONTROL)
-        commands = [command for command in script.commands if command.kind is not Kind.CONTROL]
+        self._controls = deque(command for command in script.commands if command.kind is CommandKind.CONTROL)
+        commands = [command for command in script.commands if command.kind is not CommandKind.CONTROL]
         self.expected = Expectation(
             f"SkillerInterface::{name}", commands, start_us, whole=whole, report=report
         )
@@ -107,9 +107,9 @@ class RecordedSkiller(SkillerBackend):
         self._interface.write()
 
     def _obey(self, message: Any, now_us: int) -> None:
-        kind = Kind.EXEC if message.type == "ExecSkillMessage" else Kind.STOP
-        text = message.skill_string if kind is Kind.EXEC else ""
-        if kind is Kind.STOP and not self._interface.skill_string:
+        kind = CommandKind.EXEC if message.type == "ExecSkillMessage" else CommandKind.STOP
+        text = message.skill_string if kind is CommandKind.EXEC else ""
+        if kind is CommandKind.STOP and not self._interface.skill_string:
             return  # there was nothing to stop, so nothing was written
         expected = self.expected.next
         if expected is None or not expected.is_for(kind, text):
@@ -121,7 +121,7 @@ class RecordedSkiller(SkillerBackend):
         self._begun = expected
         self._before.clear()
         self._interface.skill_string = text
-        self._interface.msgid = message.id if kind is Kind.EXEC else 0
+        self._interface.msgid = message.id if kind is CommandKind.EXEC else 0
         self._due = deque((now_us + after_us, values) for after_us, values in expected.later)
         self._write(expected.values)
 

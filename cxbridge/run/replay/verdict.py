@@ -109,14 +109,14 @@ def _cut(mine: Run, theirs: Run, view: View, order: Order) -> tuple[Run, Run]:
         )
     if order is Order.PARTIAL:
         count = min(count, _count(mine, types))
-    return Part(mine, count, types), Part(theirs, count, types)
+    return RunHead(mine, count, types), RunHead(theirs, count, types)
 
 
 def _count(run: Run, types: tuple[type[Event], ...]) -> int:
     return sum(isinstance(event, types) for event in run)
 
 
-class Part(Run):
+class RunHead(Run):
     """The transitions of a run up to the last of so many.
 
     :param run: all of it.

@@ -8,7 +8,7 @@ from enum import Enum
 from typing import Any, Self, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.errors import BlackBoardError, SkillerError
 from cxbridge.interfaces.instance import Interface
@@ -19,13 +19,13 @@ CONTROL_S = 5.0
 """Seconds in which a Skiller must have answered who has control."""
 
 T = TypeVar("T")
-_Steps: TypeAlias = Generator[Deadline | None, InterfaceEvent | None, T]
+_Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, T]
 """Takes news: yields how long it waits for them, None for as long as its caller does."""
 
 _RUNNING, _FINAL, _FAILED = "S_RUNNING", "S_FINAL", "S_FAILED"
 
 
-class Outcome(Enum):
+class CallOutcome(Enum):
     """What became of a skill string; the value is the exit status."""
 
     FINAL = 0
@@ -41,12 +41,12 @@ class SkillResult:
     :param msgid: id of the message that asked for it; 0 when it was never sent.
     """
 
-    outcome: Outcome
+    outcome: CallOutcome
     error: str
     msgid: int
 
 
-class SkillCall:
+class SkillerCall:
     """Executes skill strings under exclusive control. A context manager: gives control back.
 
     :param skiller: id of the Skiller's interface.
@@ -83,7 +83,7 @@ class SkillCall:
         result = self._drive(self._attempt(skill_string), Deadline(timeout_s))
         if result is None:
             self.stop()
-            return SkillResult(Outcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
+            return SkillResult(CallOutcome.TIMED_OUT, f"not over after {timeout_s:g} s", self._msgid)
         return result
 
     def poll(self, skill_string: str) -> Generator[None, None, SkillResult]:
@@ -158,7 +158,7 @@ class SkillCall:
     def _attempt(self, skill_string: str) -> _Steps[SkillResult]:
         refusal = yield from self._acquire()
         if refusal:
-            return SkillResult(Outcome.FAILED, refusal, 0)
+            return SkillResult(CallOutcome.FAILED, refusal, 0)
         skip_stale_ids(self._interface, controls=True)
         before = self._feed.now(self._interface)
         self._msgid = self._send("ExecSkillMessage", skill_string=skill_string)
@@ -170,7 +170,7 @@ class SkillCall:
     def _acquire(self) -> _Steps[str]:
         """Get control; return why not, empty when it was granted."""
         us = str(self._interface.serial)
-        news: InterfaceEvent | None = self._feed.now(self._interface)
+        news: InterfaceChange | None = self._feed.now(self._interface)
         assert news is not None
         holder = news.values["exclusive_controller"]
         if holder and holder != us and not self._steal:
@@ -182,7 +182,7 @@ class SkillCall:
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
 
-    def _wait(self, msgid: int, skill_string: str, before: InterfaceEvent) -> _Steps[SkillResult]:
+    def _wait(self, msgid: int, skill_string: str, before: InterfaceChange) -> _Steps[SkillResult]:
         """Wait until the skill string of a message is over.
 
         Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
@@ -198,33 +198,33 @@ class SkillCall:
             values = news.values
             status = getattr(values["status"], "name", str(values["status"]))
             if news.kind == "writer removed":
-                return SkillResult(Outcome.FAILED, "the Skiller is gone", msgid)
+                return SkillResult(CallOutcome.FAILED, "the Skiller is gone", msgid)
             if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
                 continue
             if (controller := values["exclusive_controller"]) != us:
                 self._in_control = False
                 lost = f"control of the Skiller was lost to {controller or 'nobody'}"
-                return SkillResult(Outcome.FAILED, lost, msgid)
+                return SkillResult(CallOutcome.FAILED, lost, msgid)
             other = values["skill_string"]
             replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
             if values["msgid"] != msgid or replaced:
                 if taken or replaced:
                     reason = f"it was replaced by '{other}'" if other else "it was stopped"
-                    return SkillResult(Outcome.FAILED, reason, msgid)
+                    return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             taken = True
             if status != told:
                 told = status
                 self._tell(status, values["error"])
             if status == _FINAL:
-                return SkillResult(Outcome.FINAL, "", msgid)
+                return SkillResult(CallOutcome.FINAL, "", msgid)
             if status != _RUNNING:
                 reason = values["error"] or (
                     "the Skiller gives no reason"
                     if status == _FAILED
                     else "it called no skill, or was stopped"
                 )
-                return SkillResult(Outcome.FAILED, reason, msgid)
+                return SkillResult(CallOutcome.FAILED, reason, msgid)
 
 
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
@@ -237,7 +237,7 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
         interface = feed.open("SkillerDebugInterface", skiller)
         if not interface.has_writer:
             return _skills_on_board(board, skiller)
-        news: InterfaceEvent | None = feed.now(interface)
+        news: InterfaceChange | None = feed.now(interface)
         assert news is not None
         before = news.values["graph_fsm"]
         deadline = Deadline(timeout_s)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, LocalBlackBoard
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
@@ -89,8 +89,8 @@ def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
 
 def _wait(
     feed: Feed, interface: Interface, wanted: dict[str, Any], deadline: Deadline
-) -> InterfaceEvent | None:
-    news: InterfaceEvent | None = feed.now(interface)
+) -> InterfaceChange | None:
+    news: InterfaceChange | None = feed.now(interface)
     while news is not None and any(_plain(news.values[name]) != value for name, value in wanted.items()):
         news = feed.next(deadline)
     return news

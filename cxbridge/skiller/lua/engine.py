@@ -4,9 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+
+from msgspec import Struct
+from msgspec.structs import asdict
 
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
@@ -28,8 +30,7 @@ if TYPE_CHECKING:
 MEBIBYTE = 1024 * 1024
 
 
-@dataclass(frozen=True, slots=True)
-class Limits:
+class Limits(Struct, frozen=True):
     """What the Lua of one engine may use.
 
     :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
@@ -48,8 +49,7 @@ class Limits:
     memory_per_loop: int = 4 * MEBIBYTE
 
 
-@dataclass(frozen=True, slots=True)
-class Tick:
+class Tick(Struct, frozen=True):
     """What running a skill string once came to.
 
     :param error: what Lua said, with a traceback; empty when it ran through.
@@ -132,7 +132,12 @@ class LuaEngine:
     def _use(self, state: LuaState, access: BoardAccess) -> None:
         self._state = state
         self._board_access = access
-        self._call = state.call
+        self._has_callbacks: bool | None = None
+
+    def _call(self, name: str, *args: Any) -> tuple[Any, ...]:
+        """Call a function of the runner; what skills do in it may add or remove callbacks."""
+        self._has_callbacks = None
+        return self._state.call(name, *args)
 
     def reload(self) -> None:
         """Load the skills again as their files are now; the interfaces that they go on using stay open.
@@ -242,7 +247,9 @@ class LuaEngine:
     @property
     def has_callbacks(self) -> bool:
         """Whether skills asked to be called in every loop, also when none runs."""
-        return bool(self._call("has_callbacks")[0])
+        if self._has_callbacks is None:
+            self._has_callbacks = bool(self._state.call("has_callbacks")[0])
+        return self._has_callbacks
 
     def run_idle(self) -> str:
         """Do a loop without a skill string: the callbacks of skills.

@@ -5,8 +5,9 @@ See docs/lua-engine.md#bounds.
 
 from __future__ import annotations
 
-from dataclasses import asdict
 from typing import TYPE_CHECKING, Any, Final
+
+from msgspec.structs import asdict
 
 from cxbridge.errors import ConfigError
 from cxbridge.skiller.lua.engine import MEBIBYTE, Limits

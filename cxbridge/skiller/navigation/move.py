@@ -8,7 +8,7 @@ from typing import Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, SkillError
-from cxbridge.navgraph import Node, load_navgraph
+from cxbridge.navgraph import Node, emit_navgraph, load_navgraph
 from cxbridge.navgraph.graph import property_as_float
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
@@ -45,7 +45,8 @@ class Move(SkillExecutor):
         self._pose: Any = None
 
     def start(self) -> None:
-        """Publish where the robot is."""
+        """Publish where the robot is, and emit its graph."""
+        emit_navgraph(self.log.bus, self.graph)
         name = self.setting("pose", f"Pose-{self.agent}")
         self._pose = self.board.open_for_writing("Position3DInterface", name, owner=f"{self.agent}, move")
         self._pose.frame = self.setting("frame", "map")

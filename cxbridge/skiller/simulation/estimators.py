@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -49,10 +49,10 @@ class Estimator(ABC):
     priority: int = 0
 
     @abstractmethod
-    def estimate(self, call: SkillCall) -> Outcome | None:
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
         """Return how the skill ends; None when this estimator cannot tell. Called when the skill begins."""
 
-    def progress(self, call: SkillCall, seconds: float) -> None:  # noqa: B027 - most have nothing to do
+    def progress(self, call: SkillStringCall, seconds: float) -> None:  # noqa: B027 - most have nothing to do
         """Do what a skill does meanwhile, in every loop; for skills that this estimator answered for.
 
         :param seconds: since it began; at its end its duration.
@@ -77,7 +77,7 @@ class SkillPattern:
     seconds: float | None = None
     key: str = ""
 
-    def matches(self, call: SkillCall) -> bool:
+    def matches(self, call: SkillStringCall) -> bool:
         """Whether the call is one of those."""
         return call.name == self.name and all(
             key in call.args and re.fullmatch(pattern, as_text(call.args[key])) is not None
@@ -86,7 +86,7 @@ class SkillPattern:
 
 
 @dataclass(frozen=True, slots=True)
-class Selection:
+class SkillSelection:
     """The settings of all estimators: which skills they answer for, and how fast.
 
     :param whitelist: skills that it answers for, the first that matches counts; empty: all.
@@ -100,7 +100,7 @@ class Selection:
     priority: int = 0
 
     @classmethod
-    def from_config(cls, config: Configuration, prefix: str) -> Selection:
+    def from_config(cls, config: Configuration, prefix: str) -> SkillSelection:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
         :raises SkillerError: when a speed, a duration or an argument's pattern makes no sense.
@@ -116,15 +116,15 @@ class Selection:
             priority=config.get_int(f"{prefix}/priority") if has_priority else 0,
         )
 
-    def entry(self, call: SkillCall) -> SkillPattern | None:
+    def entry(self, call: SkillStringCall) -> SkillPattern | None:
         """Return the first entry of the whitelist that matches."""
         return next((entry for entry in self.whitelist if entry.matches(call)), None)
 
-    def refuses(self, call: SkillCall) -> bool:
+    def refuses(self, call: SkillStringCall) -> bool:
         """Whether the skill is on the blacklist."""
         return any(entry.matches(call) for entry in self.blacklist)
 
-    def allows(self, call: SkillCall) -> bool:
+    def allows(self, call: SkillStringCall) -> bool:
         """Whether it is not on the blacklist, and on the whitelist if that has entries."""
         return not self.refuses(call) and (not self.whitelist or self.entry(call) is not None)
 
@@ -180,11 +180,11 @@ class StaticEstimator(Estimator):
     def from_config(
         cls, config: Configuration, prefix: str = STATIC_PREFIX, mode: Mode = "strict"
     ) -> StaticEstimator:
-        """Read ``exec-time`` and what :class:`Selection` has below ``prefix``.
+        """Read ``exec-time`` and what :class:`SkillSelection` has below ``prefix``.
 
         :raises SkillerError: as :meth:`Selection.from_config`.
         """
-        chosen = Selection.from_config(config, prefix)
+        chosen = SkillSelection.from_config(config, prefix)
         return cls(
             whitelist=chosen.whitelist,
             blacklist=chosen.blacklist,
@@ -194,9 +194,9 @@ class StaticEstimator(Estimator):
             mode=mode,
         )
 
-    def estimate(self, call: SkillCall) -> Outcome | None:
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
         """Return the duration of the first entry that matches, the default otherwise."""
-        chosen = Selection(self.whitelist, self.blacklist)
+        chosen = SkillSelection(self.whitelist, self.blacklist)
         if self.mode == "strict" and chosen.refuses(call):
             return None
         entry = chosen.entry(call)

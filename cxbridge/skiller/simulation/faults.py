@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.simulation.estimators import Outcome, SkillPattern, read_pattern, wrong
-from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class Failure:
     after: float = 1.0
     _count: int = field(default=0, init=False)
 
-    def strikes(self, call: SkillCall, rng: random.Random) -> bool:
+    def strikes(self, call: SkillStringCall, rng: random.Random) -> bool:
         """Whether this call fails; counts it."""
         if not self.pattern.matches(call):
             return False
@@ -69,7 +69,7 @@ class FailureInjector:
         """
         return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 
-    def apply(self, call: SkillCall, outcome: Outcome) -> Outcome:
+    def apply(self, call: SkillStringCall, outcome: Outcome) -> Outcome:
         """Return how the skill ends: as it would, or badly."""
         struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
         if not struck:

@@ -8,8 +8,15 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Node
-from cxbridge.skiller.simulation.estimators import PREFIX, Estimator, Outcome, Property, Selection, as_text
-from cxbridge.skiller.skillstring import SkillCall
+from cxbridge.skiller.simulation.estimators import (
+    PREFIX,
+    Estimator,
+    Outcome,
+    Property,
+    SkillSelection,
+    as_text,
+)
+from cxbridge.skiller.skillstring import SkillStringCall
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -28,7 +35,7 @@ _AMCL = "/plugins/amcl"
 class _Drive:
     """A skill that drives, and the nodes that it comes by."""
 
-    call: SkillCall
+    call: SkillStringCall
     nodes: tuple[Node, ...]
 
     def pose(self, metres: float) -> tuple[float, float, float]:
@@ -57,14 +64,14 @@ class NavGraphEstimator(Estimator):
     def __init__(
         self,
         graph: NavGraph,
-        selection: Selection | None = None,
+        selection: SkillSelection | None = None,
         *,
         target: Property[str] | None = None,
         start: Property[str] | None = None,
         pose: tuple[float, float] = (0.0, 0.0),
         interface: Any = None,
     ) -> None:
-        self.selection = selection or Selection()
+        self.selection = selection or SkillSelection()
         self.priority = self.selection.priority
         self._graph = graph
         self._target = target or Property("place")
@@ -82,7 +89,7 @@ class NavGraphEstimator(Estimator):
         :raises SkillerError: as :meth:`Selection.from_config`.
         :raises BlackBoardError: when somebody else writes the pose.
         """
-        selection = Selection.from_config(config, prefix)
+        selection = SkillSelection.from_config(config, prefix)
         interface: Any = None
         if config.get_bool(f"{prefix}/pose-update", default=True):
             name = config.get_str(f"{_AMCL}/pose_interface_id", default="Pose")
@@ -105,7 +112,7 @@ class NavGraphEstimator(Estimator):
         """Where the robot is: x and y in metres, heading in radians."""
         return self._pose
 
-    def estimate(self, call: SkillCall) -> Outcome | None:
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
         """Return how long the way takes; None when the target is not a node that can be reached."""
         if not self.selection.allows(call):
             return None
@@ -123,7 +130,7 @@ class NavGraphEstimator(Estimator):
         self._drive = _Drive(call, path.nodes)
         return Outcome(path.cost / self.selection.speed)
 
-    def progress(self, call: SkillCall, seconds: float) -> None:
+    def progress(self, call: SkillStringCall, seconds: float) -> None:
         """Go on along the way, and tell the pose."""
         if self._drive is not None and self._drive.call is call:
             self._tell(self._drive.pose(seconds * self.selection.speed))

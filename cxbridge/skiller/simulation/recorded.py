@@ -15,12 +15,12 @@ from cxbridge.skiller.simulation.estimators import (
     Estimator,
     Outcome,
     Property,
-    Selection,
     SkillPattern,
+    SkillSelection,
     as_text,
     wrong,
 )
-from cxbridge.skiller.skillstring import SkillCall, parse_skill_call
+from cxbridge.skiller.skillstring import SkillStringCall, parse_skill_call
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -66,18 +66,18 @@ class LookupEstimator(Estimator):
     def __init__(
         self,
         samples: Iterable[Sample],
-        selection: Selection | None = None,
+        selection: SkillSelection | None = None,
         *,
         fully_match_args: Property[bool] | None = None,
         include_failures: Property[bool] | None = None,
         rng: random.Random | None = None,
     ) -> None:
-        self.selection = selection or Selection()
+        self.selection = selection or SkillSelection()
         self.priority = self.selection.priority
         self._fully_match = fully_match_args or Property(default=True)
         self._failures = include_failures or Property(default=False)
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
-        self._known: dict[str, list[tuple[SkillCall, Sample]]] = {}
+        self._known: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
             try:
                 call = parse_skill_call(sample.skill_string)
@@ -109,13 +109,13 @@ class LookupEstimator(Estimator):
             samples += found
         return cls(
             samples,
-            Selection.from_config(config, prefix),
+            SkillSelection.from_config(config, prefix),
             fully_match_args=Property.from_config(config, prefix, "fully-match-args", config.get_bool, True),
             include_failures=Property.from_config(config, prefix, "include-failures", config.get_bool, False),
             rng=rng,
         )
 
-    def estimate(self, call: SkillCall) -> Outcome | None:
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
         """Draw an execution of this skill; None when there is none."""
         if not self.selection.allows(call):
             return None
@@ -131,7 +131,7 @@ class LookupEstimator(Estimator):
         drawn = self._rng.choice(matches)
         return Outcome(drawn.seconds / self.selection.speed, drawn.status, drawn.error)
 
-    def _fits(self, known: SkillCall, call: SkillCall, entry: SkillPattern | None) -> bool:
+    def _fits(self, known: SkillStringCall, call: SkillStringCall, entry: SkillPattern | None) -> bool:
         """Whether a recorded call is one like ``call``."""
         recorded = {key: as_text(value) for key, value in known.args.items()}
         if self._fully_match.of(entry):

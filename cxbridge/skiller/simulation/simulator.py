@@ -17,7 +17,7 @@ from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
 from cxbridge.skiller.simulation.estimators import Estimator, Outcome, StaticEstimator
 from cxbridge.skiller.simulation.faults import FailureInjector
-from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_string
+from cxbridge.skiller.skillstring import SkillStringCall, parse_as_fawkes, parse_skill_string
 from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
@@ -31,7 +31,7 @@ LOG_COMPONENT = "SkillerSimulatorExecutionThread"
 class _Part:
     """A call of a skill string, and who knows how it ends."""
 
-    call: SkillCall
+    call: SkillStringCall
     estimator: Estimator
     outcome: Outcome
 
@@ -190,10 +190,10 @@ class SkillerSimulator(SkillerBackend):
         self._end_us = self._start_us + round(self._outcome.seconds * MICROSECONDS)
         self._log.info(f"Executing '{text}', will take {self._outcome.seconds:.2f} seconds")
 
-    def _parse(self, text: str) -> list[SkillCall]:
+    def _parse(self, text: str) -> list[SkillStringCall]:
         return parse_skill_string(text) if self.mode == "strict" else [parse_as_fawkes(text)]
 
-    def _estimate(self, call: SkillCall) -> _Part:
+    def _estimate(self, call: SkillStringCall) -> _Part:
         """Return how a call ends, as the first estimator that can tell says, unless it is made to fail."""
         for estimator in self._estimators:
             outcome = estimator.estimate(call)

@@ -91,7 +91,7 @@ class _TotalComparison:
             comparison.rows = [AlignedRow(one, other, not one.here) for one, other in lines]
         return comparison
 
-    def _read(self) -> Divergence | None:
+    def _read(self) -> TailDivergence | None:
         """Read both runs side by side; return their tails when they differ."""
         ours, theirs = iter(self._ours), iter(self._theirs)
         window: deque[tuple[Token, Token, int]] = deque(maxlen=WINDOW)
@@ -116,7 +116,7 @@ class _TotalComparison:
         while one is not None or other is not None:
             tails.add(one, other)
             one, other = next(ours, None), next(theirs, None)
-        return Divergence(tails, len(window))
+        return TailDivergence(tails, len(window))
 
     def _keep_contexts(self, at_a: int | None, at_b: int | None) -> None:
         """Keep what led to the first difference."""
@@ -140,7 +140,7 @@ class _TotalComparison:
         ours, theirs = (Side(token.number, describe(token.event)) for token in (one, other))
         self._differences.append(Difference(what, subject_of(one.event), ours, theirs, kind))
 
-    def _report(self, divergence: Divergence, comparison: Comparison) -> None:
+    def _report(self, divergence: TailDivergence, comparison: Comparison) -> None:
         """Put what became of the tails into a comparison."""
         ours, theirs = self._ours, self._theirs
         first = not self._differences
@@ -165,7 +165,7 @@ def _number(token: Token | None, last: Token | None) -> int | None:
     return None if token is None else token.number
 
 
-class Divergence:
+class TailDivergence:
     """The tails of two runs.
 
     :param same: so many events at their begin are the same: the last ones before the first difference.

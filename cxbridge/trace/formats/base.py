@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from heapq import merge
 from pathlib import Path
 from types import TracebackType
 from typing import IO, Any, Final, Self
+
+from msgspec import Struct
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event
@@ -19,8 +20,7 @@ MAX_NOTES = 100
 """So many notes are kept of a run; a mistake on every line is known by then."""
 
 
-@dataclass(frozen=True, slots=True)
-class Attachment:
+class Attachment(Struct, frozen=True):
     """A file that travels with a run: a configuration, a .clp, a PDDL, an interface definition.
 
     :param name: its path, relative to where the run found it.
@@ -34,8 +34,7 @@ class Attachment:
     time_us: int = 0
 
 
-@dataclass(frozen=True, slots=True)
-class StoredFile:
+class StoredFile(Struct, frozen=True):
     """An attachment of a recorded run that is not read yet.
 
     :param size: in bytes.
@@ -199,8 +198,7 @@ class StreamWriter(RunWriter):
                 self._file.close()
 
 
-@dataclass(frozen=True, slots=True)
-class Format:
+class Format(Struct, frozen=True):
     """A format of recorded runs that can be read. The class is named, not imported, until a file needs it.
 
     :param name: as ``trace info`` shows it.
@@ -216,8 +214,7 @@ class Format:
     reader: str
 
 
-@dataclass(frozen=True, slots=True)
-class CopyFormat:
+class CopyFormat(Struct, frozen=True):
     """A format that runs can be copied to.
 
     :param name: as ``trace convert --to`` takes it.

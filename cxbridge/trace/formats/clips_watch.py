@@ -39,7 +39,7 @@ class ClipsWatch(Run):
 
     def __iter__(self) -> Iterator[Event]:
         """Yield firings and fact changes, after a fact the transition that it means, and lines of a log."""
-        facts = _Facts()
+        facts = _WatchedFacts()
         for line, text, whole in self._entries():
             if not whole:
                 self.note(f"line {line}: the file ends within this entry")
@@ -83,7 +83,7 @@ class ClipsWatch(Run):
             yield first, "\n".join(lines), whole
 
 
-class _Facts:
+class _WatchedFacts:
     """The facts there are: CLIPS 6.4 shows of a modified one only the slots that changed."""
 
     def __init__(self) -> None:

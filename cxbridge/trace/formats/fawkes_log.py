@@ -37,7 +37,7 @@ _DAY_US = 24 * 3600 * MICROSECONDS
 
 
 @dataclass(slots=True)
-class _Entry:
+class _LogEntry:
     """One entry of the log: its first line, and those that follow without a stamp."""
 
     line: int
@@ -116,16 +116,16 @@ class FawkesLog(Run):
         if kept is not None:
             yield kept
 
-    def _entries(self) -> Iterator[_Entry]:
+    def _entries(self) -> Iterator[_LogEntry]:
         """Put lines together to entries: a line without a stamp goes on with the entry before it."""
-        entry: _Entry | None = None
+        entry: _LogEntry | None = None
         match_entry, match_stamp = _ENTRY.match, _STAMP.match
         for number, text, whole in read_lines(self.path):
             match = match_entry(text)
             if match or match_stamp(text):
                 if entry:
                     yield entry
-                entry = _Entry(number, text, match, [], len(text), whole)
+                entry = _LogEntry(number, text, match, [], len(text), whole)
             elif entry is None:
                 self.note(f"line {number}: text before the first entry, left out")
             else:

@@ -36,7 +36,7 @@ class ReplaySelection:
         return not self.patterns or any(pattern.matches(parse_uid(uid)) for pattern in self.patterns)
 
 
-class Move(NamedTuple):
+class ReplayMove(NamedTuple):
     """One thing to do.
 
     :param at_us: when, microseconds since the first event of the run.
@@ -111,7 +111,7 @@ def survey(run: Run, selection: ReplaySelection) -> Survey:
     return found
 
 
-def moves(run: Run, selection: ReplaySelection) -> Iterator[Move]:
+def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     """Yield what to do, in the order of the file; first, what the interfaces held at the start.
 
     :raises TraceError: when the run cannot be read.
@@ -138,7 +138,7 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[Move]:
             continue
         if not began:
             began = True
-            yield from (Move(start_us, last) for last in held.values())
-        yield Move(at_us, event)
+            yield from (ReplayMove(start_us, last) for last in held.values())
+        yield ReplayMove(at_us, event)
     if not began:
-        yield from (Move(start_us, last) for last in held.values())
+        yield from (ReplayMove(start_us, last) for last in held.values())

@@ -13,7 +13,7 @@ from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError, Trac
 from cxbridge.events import InterfaceMessage, InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.trace.replay.blocks import BlockMaker, make_message
-from cxbridge.trace.replay.moves import Move, Survey
+from cxbridge.trace.replay.moves import ReplayMove, Survey
 from cxbridge.trace.replay.pace import Pace
 
 OWNER: Final = "cxbridge replay"
@@ -74,9 +74,9 @@ class ReplayPlayer:
 
     def play(
         self,
-        moves: Iterable[Move],
+        moves: Iterable[ReplayMove],
         pace: Pace,
-        announce: Callable[[Move], None] = lambda _move: None,
+        announce: Callable[[ReplayMove], None] = lambda _move: None,
     ) -> bool:
         """Make all moves; return whether it came to the end of them.
 

@@ -13,7 +13,7 @@ from cxbridge.history.keeping import Kept
 
 
 @dataclass(frozen=True, slots=True)
-class Limits(HistoryLimits):
+class ReportLimits(HistoryLimits):
     """How much of a run a page keeps; what is beyond is counted and reported.
 
     :param log: lines of each level: the first and the last ones.

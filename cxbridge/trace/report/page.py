@@ -16,7 +16,7 @@ from cxbridge.trace.html.look import goal_look, plain_looks
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, legend, notes, pairs, table
 from cxbridge.trace.html.text import html
-from cxbridge.trace.report.model import Limits, RunModel
+from cxbridge.trace.report.model import ReportLimits, RunModel
 from cxbridge.trace.report.reading import LONGEST_VALUE, read
 
 SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
@@ -25,7 +25,7 @@ ATTACHED_ALL = 2 * 1024 * 1024
 """How many bytes of one attached file, and of all of them, the page shows; larger ones are only named."""
 
 
-def report(run: Run, title: str = "", limits: Limits | None = None) -> str:
+def report(run: Run, title: str = "", limits: ReportLimits | None = None) -> str:
     """Return a page about a run.
 
     :param title: what is above it; the name of the run for none.

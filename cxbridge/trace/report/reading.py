@@ -18,7 +18,7 @@ from cxbridge.history.builder import RunHistory
 from cxbridge.history.keeping import Kept, cut
 from cxbridge.trace.codec import plain_values
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.report.model import InterfaceCount, Limits, RuleCount, RunModel
+from cxbridge.trace.report.model import InterfaceCount, ReportLimits, RuleCount, RunModel
 
 FACT_POINTS = 2000
 """How many points the curve of facts has at most."""
@@ -27,7 +27,7 @@ LONGEST_VALUE = 400
 """How many characters of a field's value are kept."""
 
 
-def read(run: Run, limits: Limits | None = None) -> RunModel:
+def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
     """Read a run, and return what a page shows of it.
 
     :raises TraceError: when it cannot be read.
@@ -37,18 +37,18 @@ def read(run: Run, limits: Limits | None = None) -> RunModel:
     return model
 
 
-def read_events(events: Iterable[Event], limits: Limits | None = None) -> RunModel:
+def read_events(events: Iterable[Event], limits: ReportLimits | None = None) -> RunModel:
     """Return what a page shows of events."""
-    reader = _Reader(limits or Limits())
+    reader = _ReportReader(limits or ReportLimits())
     for event in events:
         reader.take(event)
     return reader.finish()
 
 
-class _Reader:
+class _ReportReader:
     """Takes events in recorded order."""
 
-    def __init__(self, limits: Limits) -> None:
+    def __init__(self, limits: ReportLimits) -> None:
         self._log = {level.value: Kept[tuple[int, int, int, str]](limits.log) for level in Level}
         self._history = RunHistory(limits)
         self._model = RunModel(

@@ -12,13 +12,13 @@ from cxbridge.errors import TraceError
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.report.model import Limits, RunModel
+from cxbridge.trace.report.model import ReportLimits, RunModel
 from cxbridge.trace.report.reading import LONGEST_VALUE, read
 from cxbridge.trace.timeline.events import Events, Track, Tracks
 from cxbridge.trace.timeline.goals import OPEN, GoalTracks, add_goals
 from cxbridge.trace.timeline.skiller_writes import SkillerWrites
 
-LIMITS = Limits(
+LIMITS = ReportLimits(
     goals=100_000,
     actions=300_000,
     calls=100_000,

@@ -12,7 +12,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import plain_values
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 
 OWNER: Final = "BlackboardRestApi"
 _EPOCH_S: Final = 1_000_000_000
@@ -36,7 +36,7 @@ def _owners(info: InterfaceInfo) -> dict[str, Any]:
     return {**writer, "readers": list(info.readers)}
 
 
-def _info(call: Call, info: InterfaceInfo) -> dict[str, Any]:
+def _info(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
     fields: list[dict[str, Any]] = []
     messages: list[dict[str, Any]] = []
     try:
@@ -58,7 +58,7 @@ def _info(call: Call, info: InterfaceInfo) -> dict[str, Any]:
     }
 
 
-def find(call: Call) -> InterfaceInfo | None:
+def find(call: ApiCall) -> InterfaceInfo | None:
     """Return the interface that the path names.
 
     :raises ApiError: when the path is a pattern.
@@ -71,18 +71,18 @@ def find(call: Call) -> InterfaceInfo | None:
     return next((info for info in infos if (info.type, info.id) == wanted), None)
 
 
-def _list(call: Call) -> list[dict[str, Any]]:
+def _list(call: ApiCall) -> list[dict[str, Any]]:
     return [_info(call, info) for info in call.host.board.list_all()]
 
 
-def _one(call: Call) -> dict[str, Any]:
+def _one(call: ApiCall) -> dict[str, Any]:
     info = find(call)
     if info is None:
         raise ApiError(404, f"Interface {call.path['type']}:{call.path['id']} not found")
     return _info(call, info)
 
 
-def _data(call: Call) -> dict[str, Any]:
+def _data(call: ApiCall) -> dict[str, Any]:
     info = find(call)
     if info is None:
         uid = f"{call.path['type']}::{call.path['id']}"
@@ -93,7 +93,7 @@ def _data(call: Call) -> dict[str, Any]:
         raise ApiError(404, f"Failed to open {info.uid}: {error.message}") from error
 
 
-def data_models(call: Call, infos: Iterable[InterfaceInfo]) -> list[dict[str, Any]]:
+def data_models(call: ApiCall, infos: Iterable[InterfaceInfo]) -> list[dict[str, Any]]:
     """Return the values of interfaces; those of which there is no definition here are left out."""
     models = []
     for info in infos:
@@ -102,7 +102,7 @@ def data_models(call: Call, infos: Iterable[InterfaceInfo]) -> list[dict[str, An
     return models
 
 
-def _data_model(call: Call, info: InterfaceInfo) -> dict[str, Any]:
+def _data_model(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
     """Return the values of an interface.
 
     :raises CxbridgeError: when it cannot be opened.
@@ -146,7 +146,7 @@ def _stamp(time_us: int) -> str:
 # -- the graph
 
 
-def _graph(call: Call) -> dict[str, Any]:
+def _graph(call: ApiCall) -> dict[str, Any]:
     infos = sorted(call.host.board.list_all(), key=lambda info: (info.type, info.id))
     return {"kind": "TransformsGraph", "apiVersion": API_VERSION, "dotgraph": graph(infos)}
 

@@ -6,35 +6,35 @@ from collections.abc import Generator
 from typing import Any, Final
 
 from cxbridge.clipstext.facts import fact_text
-from cxbridge.executive.host.facts.copying import FactCopy, FactRow, Template
-from cxbridge.web.endpoint import API_VERSION, Call, Endpoint, Query
+from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
+from cxbridge.web.endpoint import API_VERSION, ApiCall, Endpoint, Query
 from cxbridge.web.fawkes.slots import copy, texts
-from cxbridge.web.paging import Part, matches
+from cxbridge.web.paging import ListPart, matches
 
 _LONGEST: Final = 16_382
 """Characters of a fact that is formatted."""
 
 
-def _environments(call: Call) -> list[dict[str, Any]]:
+def _environments(call: ApiCall) -> list[dict[str, Any]]:
     return [
         {"kind": "Environment", "apiVersion": API_VERSION, "name": name}
         for name in sorted(call.host.environments())
     ]
 
 
-def _copy(call: Call) -> Generator[None, None, FactCopy]:
+def _copy(call: ApiCall) -> Generator[None, None, FactCopy]:
     pattern = call.query.get("template", "")
     return copy(call, call.path["env"], lambda name: matches(name, pattern), 404, call.window)
 
 
-def _facts(call: Call) -> Any:
+def _facts(call: ApiCall) -> Any:
     formatted = call.query.get("formatted") == "true"
     templates = call.facts.templates
     models = [_model(templates[row.template], row, formatted=formatted) for row in call.facts.rows]
-    return models if call.window.search else Part(models, call.facts.total)
+    return models if call.window.search else ListPart(models, call.facts.total)
 
 
-def _model(template: Template, row: FactRow, *, formatted: bool) -> dict[str, Any]:
+def _model(template: FactTemplate, row: FactRow, *, formatted: bool) -> dict[str, Any]:
     model: dict[str, Any] = {
         "kind": "Fact",
         "apiVersion": API_VERSION,

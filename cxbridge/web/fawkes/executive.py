@@ -7,7 +7,7 @@ from functools import partial
 from typing import Any, Final
 
 from cxbridge.executive.host.facts.copying import FactCopy
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 from cxbridge.web.fawkes import formulas
 from cxbridge.web.fawkes.slots import (
     ENVIRONMENT,
@@ -21,7 +21,7 @@ from cxbridge.web.fawkes.slots import (
     text,
     texts,
 )
-from cxbridge.web.paging import Part
+from cxbridge.web.paging import ListPart
 
 Model = dict[str, Any]
 Make = Callable[[Slots], Model]
@@ -36,7 +36,7 @@ def _model(kind: str, **members: Any) -> Model:
     return {"kind": kind, "apiVersion": API_VERSION, **named}
 
 
-def _readable(call: Call, what: str, found: Iterable[Slots], make: Make) -> list[Model]:
+def _readable(call: ApiCall, what: str, found: Iterable[Slots], make: Make) -> list[Model]:
     """Return the models of facts; those that cannot be read are left out, and reported."""
     models = []
     for slots in found:
@@ -50,7 +50,7 @@ def _readable(call: Call, what: str, found: Iterable[Slots], make: Make) -> list
 # -- goals
 
 
-def _plans_of_goals(call: Call) -> dict[str, list[str]]:
+def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
     plans: dict[str, list[str]] = {}
     for slots in facts(call, "plan"):
         try:
@@ -82,11 +82,11 @@ def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
     )
 
 
-def _goals(call: Call) -> list[Model]:
+def _goals(call: ApiCall) -> list[Model]:
     return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
 
 
-def _one_goal(call: Call) -> Model:
+def _one_goal(call: ApiCall) -> Model:
     wanted = call.path["id"]
     found = (slots for slots in facts(call, "goal") if slots.get("id") == wanted)
     for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
@@ -97,7 +97,7 @@ def _one_goal(call: Call) -> Model:
 # -- the domain
 
 
-def _operators(call: Call) -> list[Model]:
+def _operators(call: ApiCall) -> list[Model]:
     params: dict[str, list[Model]] = {}
     for slots in facts(call, "domain-operator-parameter"):
         param = {"name": text(slots, "name"), "type": text(slots, "type")}
@@ -147,7 +147,7 @@ def _plan(actions: dict[tuple[str, str], list[Model]], slots: Slots) -> Model:
     )
 
 
-def _action(call: Call, known: formulas.Known, slots: Slots) -> Model:
+def _action(call: ApiCall, known: formulas.Known, slots: Slots) -> Model:
     name = text(slots, "action-name")
     model = _model(
         "PlanAction",
@@ -171,7 +171,7 @@ def _action(call: Call, known: formulas.Known, slots: Slots) -> Model:
     return model
 
 
-def _plans(call: Call) -> list[Model]:
+def _plans(call: ApiCall) -> list[Model]:
     known = formulas.Known.of(call)
     actions: dict[tuple[str, str], list[Model]] = {}
 
@@ -185,7 +185,7 @@ def _plans(call: Call) -> list[Model]:
     return sorted(plans, key=lambda plan: (plan["goal-id"], plan["id"]))
 
 
-def _one_plan(call: Call) -> Model:
+def _one_plan(call: ApiCall) -> Model:
     goal_id, plan_id = call.path["goal_id"], call.path["id"]
     for plan in _plans(call):
         if (plan["goal-id"], plan["id"]) == (goal_id, plan_id):
@@ -246,18 +246,18 @@ def _grounded_predicate(slots: Slots) -> Model:
 
 
 def _listing(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
-    def copy_part(call: Call) -> Generator[None, None, FactCopy]:
+    def copy_part(call: ApiCall) -> Generator[None, None, FactCopy]:
         return copy(call, ENVIRONMENT, template.__eq__, window=call.window)
 
-    def handler(call: Call) -> Any:
+    def handler(call: ApiCall) -> Any:
         models = _readable(call, what, facts(call, template), make)
-        return models if call.window.search else Part(models, call.facts.total)
+        return models if call.window.search else ListPart(models, call.facts.total)
 
     return _get(path, kind, f"All facts {template}.", handler, (template,), many=True, copy=copy_part)
 
 
 def _single(path: str, kind: str, template: str, what: str, make: Make) -> Endpoint:
-    def handler(call: Call) -> Model:
+    def handler(call: ApiCall) -> Model:
         wanted = call.path["id"]
         if not call.exact:  # there it is refused whether there is one or not
             found = (slots for slots in facts(call, template) if slots.get("id") == wanted)
@@ -273,7 +273,7 @@ def _get(
     path: str,
     kind: str,
     about: str,
-    handler: Callable[[Call], Any],
+    handler: Callable[[ApiCall], Any],
     templates: tuple[str, ...],
     *,
     many: bool = False,

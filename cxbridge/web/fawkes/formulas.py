@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge.web.endpoint import API_VERSION, Call
+from cxbridge.web.endpoint import API_VERSION, ApiCall
 from cxbridge.web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
 
 TEMPLATES: Final = (
@@ -36,7 +36,7 @@ class Known:
     satisfied: Mapping[tuple[str, str], bool]
 
     @classmethod
-    def of(cls, call: Call) -> Known:
+    def of(cls, call: ApiCall) -> Known:
         """Read the facts of the executive."""
         nodes: dict[str, list[tuple[bool, Slots]]] = {}
         satisfied: dict[tuple[str, str], bool] = {}

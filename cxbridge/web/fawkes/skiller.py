@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query, Text, Where
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query, Text, Where
 
 if TYPE_CHECKING:
     from cxbridge.web.host import WebHost
@@ -36,7 +36,7 @@ something else in between, as for the list of skills, the machine of its last sk
 
 
 @contextmanager
-def _opened(call: Call, *types: str) -> Iterator[list[Any]]:
+def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
     """Open interfaces of the Skiller that is asked for, which must be there.
 
     :raises ApiError: when it is not.
@@ -78,7 +78,7 @@ def _show(debug: Any, what: str) -> None:
         raise ApiError(408, f"Did not receive '{what}' in time from skiller")
 
 
-def _last_graph(call: Call, debug: Any) -> str:
+def _last_graph(call: ApiCall, debug: Any) -> str:
     """Return the machine of the skill that runs or ran last, and remember it. Under the lock."""
     known = _last_graphs.setdefault(call.host, {})
     if debug.graph_fsm == "ACTIVE" and debug.graph:
@@ -92,7 +92,7 @@ def _ask(debug: Any, what: str) -> None:
     debug.msgq_enqueue(message)
 
 
-def _skills(call: Call) -> list[dict[str, Any]]:
+def _skills(call: ApiCall) -> list[dict[str, Any]]:
     with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
         before = debug.graph_fsm
         _last_graph(call, debug)
@@ -102,7 +102,7 @@ def _skills(call: Call) -> list[dict[str, Any]]:
     return [{"kind": "SkillInfo", "apiVersion": API_VERSION, "name": name} for name in names]
 
 
-def _skill(call: Call) -> dict[str, Any]:
+def _skill(call: ApiCall) -> dict[str, Any]:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
     with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
         _last_graph(call, debug)
@@ -122,12 +122,12 @@ def _skill(call: Call) -> dict[str, Any]:
     return model
 
 
-def _check_control(call: Call, skiller: Any) -> None:
+def _check_control(call: ApiCall, skiller: Any) -> None:
     if call.exact or skiller.exclusive_controller:
         raise ApiError(409, "Another thread is exclusive controller")
 
 
-def _call(call: Call) -> dict[str, Any]:
+def _call(call: ApiCall) -> dict[str, Any]:
     text = call.body.get("skill_string")
     if not isinstance(text, str):
         raise ApiError(400, "Request lacks skill string")
@@ -142,7 +142,7 @@ def _call(call: Call) -> dict[str, Any]:
     return {"kind": "Skill", "apiVersion": API_VERSION, "name": _ACTIVE, "msg_id": msgid}
 
 
-def _stop(call: Call) -> Text:
+def _stop(call: ApiCall) -> Text:
     if call.path["id"] != _ACTIVE:
         raise ApiError(400, "Only the 'active' skill can be stopped")
     with _opened(call, "SkillerInterface") as (skiller,):

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from cxbridge.executive.host.facts.copying import FactCopier, FactCopy
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.web.endpoint import ApiError, Call
+from cxbridge.web.endpoint import ApiCall, ApiError
 from cxbridge.web.paging import Window
 
 if TYPE_CHECKING:
@@ -22,7 +22,7 @@ class SlotError(Exception):
     """A slot has no value, or none of the kind that is wanted."""
 
 
-def environment(call: Call, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
+def environment(call: ApiCall, name: str = ENVIRONMENT, status: int = 503) -> ClipsEnvironment:
     """Return a CLIPS environment.
 
     :raises ApiError: when there is none of that name.
@@ -36,7 +36,7 @@ def environment(call: Call, name: str = ENVIRONMENT, status: int = 503) -> Clips
 
 
 def copy(
-    call: Call,
+    call: ApiCall,
     name: str,
     wanted: Callable[[str], bool],
     status: int = 503,
@@ -62,7 +62,7 @@ def copy(
             raise ApiError(503, f"The CLIPS environment '{name}' was made again meanwhile")
 
 
-def facts(call: Call, template: str) -> Iterator[Slots]:
+def facts(call: ApiCall, template: str) -> Iterator[Slots]:
     """Yield the slots of the facts of a deftemplate that were copied, in their order."""
     return call.facts.of(template)
 

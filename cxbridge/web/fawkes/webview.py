@@ -9,7 +9,7 @@ from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import told
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge.web.endpoint import API_VERSION, ApiError, Call, Endpoint, Query
+from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
 
 _CONVERSIONS: Final = {
     ConfigType.UINT: to_uint,
@@ -48,7 +48,7 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
     return tree
 
 
-def _config(call: Call) -> dict[str, Any]:
+def _config(call: ApiCall) -> dict[str, Any]:
     tree = config_tree(call.host.config, call.query.get("query", ""))
     return {"kind": "ConfigTree", "apiVersion": API_VERSION, "config": tree}
 
@@ -56,7 +56,7 @@ def _config(call: Call) -> dict[str, Any]:
 # -- plugins
 
 
-def _plugins(call: Call) -> list[dict[str, Any]]:
+def _plugins(call: ApiCall) -> list[dict[str, Any]]:
     return [
         {
             "kind": "Plugin",
@@ -71,14 +71,14 @@ def _plugins(call: Call) -> list[dict[str, Any]]:
     ]
 
 
-def _plugin(call: Call) -> dict[str, Any]:
+def _plugin(call: ApiCall) -> dict[str, Any]:
     for plugin in _plugins(call):
         if plugin["name"] == call.path["name"]:
             return plugin
     raise ApiError(404, f"Plugin '{call.path['name']}' is unknown")
 
 
-def _set_plugin(call: Call) -> dict[str, Any]:
+def _set_plugin(call: ApiCall) -> dict[str, Any]:
     name, wanted = call.path["name"], call.body.get("desired_state")
     model = {"kind": "PluginOpResponse", "apiVersion": API_VERSION, "name": name}
 
@@ -99,19 +99,19 @@ def _set_plugin(call: Call) -> dict[str, Any]:
 # -- backends, images, transforms
 
 
-def _backends(_call: Call) -> list[dict[str, Any]]:
+def _backends(_call: ApiCall) -> list[dict[str, Any]]:
     return []
 
 
-def _images(_call: Call) -> list[dict[str, Any]]:
+def _images(_call: ApiCall) -> list[dict[str, Any]]:
     return []
 
 
-def _image(call: Call) -> Any:
+def _image(call: ApiCall) -> Any:
     raise ApiError(404, "Stream not found" if "." in call.path["id"] else "Invalid stream ID")
 
 
-def _transforms(call: Call) -> dict[str, Any]:
+def _transforms(call: ApiCall) -> dict[str, Any]:
     frames = call.host.frames()
     lines = ["digraph { graph [fontsize=14];", "  node [fontsize=12 shape=box];"]
     for child, parent in frames.items():

@@ -6,12 +6,12 @@ import socket
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from dataclasses import replace
 from queue import SimpleQueue
 from typing import Any
 from uuid import UUID
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.blackboard import Listener, LocalBlackBoard, errors
 from cxbridge.blackboard.fawkesnet import open_fawkes

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 from cxbridge.blackboard import Listener
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet.allowed_peers import AllowedPeers
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
@@ -360,7 +360,7 @@ def test_failures_of_ours_are_logged_and_end_nothing(served, monkeypatch):
     assert all(isinstance(line, LogLine) for line in served.lines)
 
 
-class LastWords(ServerComponent):
+class LastWords(NetworkHandler):
     """A component that answers its first message when the client has gone."""
 
     COMPONENT = ComponentId.NETWORK_LOGGER

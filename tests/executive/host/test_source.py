@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.executive.host.source import Construct, prepare
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.host.source import Construct, prepare, prepare_core
 
 
 def rewritten(text: str) -> str:
@@ -101,3 +104,9 @@ def test_the_core_says_of_goals_that_it_means_the_modify_of_6_30():
     core = prepare(text, rewrite_modify=False)
     assert re.sub(" +", " ", core.text) == "(modify ?a (x 1)) (cx-modify ?g mode (create$ A) error (create$))"
     assert re.sub(" +", " ", rewritten("(cx-modify-goal ?g (mode A))")) == "(cx-modify ?g mode (create$ A))"
+
+
+@pytest.mark.parametrize("file", sorted(CORE_DIR.rglob("*.clp")), ids=lambda file: file.stem)
+def test_a_file_of_the_core_is_read_as_any_other(file: Path) -> None:
+    text = file.read_text()
+    assert prepare_core(text) == prepare(text, rewrite_modify=False)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import PddlSyntaxError, parse_domain
-from cxbridge.executive.pddl.ast import Comparison, Constant, TypedNames, Variable, names_of, pairs_of
+from cxbridge.executive.pddl.ast import Constant, TermComparison, TypedNames, Variable, names_of, pairs_of
 from tests.executive.pddl.texts import GARDEN, action, domain
 
 
@@ -39,7 +39,7 @@ def test_durative_action() -> None:
         :conditional-breakup (ready) :temporal-breakup (ready))"""
     go = parse_domain(domain(text)).actions[0]
     assert go.durative
-    assert go.duration == Comparison("=", Variable("duration"), Constant("5"))
+    assert go.duration == TermComparison("=", Variable("duration"), Constant("5"))
     assert go.conditional_breakup is not None
     assert go.temporal_breakup is not None
 

@@ -9,7 +9,7 @@ import pytest
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import (
-    FactRow,
+    FactToAssert,
     domain_facts,
     formula_facts,
     load_domain,
@@ -53,7 +53,7 @@ def condition_facts(text: str) -> list[str]:
     return [str(row) for row in formula_facts(parse_formula(text), "op")]
 
 
-def effect_facts(text: str, **options: bool) -> list[FactRow]:
+def effect_facts(text: str, **options: bool) -> list[FactToAssert]:
     rows = domain_facts(parse_domain(domain(action(effect=text))), **options)  # type: ignore[arg-type]
     return [row for row in rows if row.template == "domain-effect"]
 
@@ -67,9 +67,9 @@ def test_worked_example(fawkes_compat: bool) -> None:
 
 def test_a_formula_of_one_atom_is_wrapped() -> None:
     assert formula_facts(parse_formula("(dry rose1)"), "q7") == [
-        FactRow("pddl-formula", {"id": "q71", "part-of": "q7", "type": "conjunction"}),
-        FactRow("pddl-formula", {"id": "q711", "part-of": "q71", "type": "atom"}),
-        FactRow(
+        FactToAssert("pddl-formula", {"id": "q71", "part-of": "q7", "type": "conjunction"}),
+        FactToAssert("pddl-formula", {"id": "q711", "part-of": "q71", "type": "atom"}),
+        FactToAssert(
             "pddl-predicate",
             {
                 "id": "q711-atom",

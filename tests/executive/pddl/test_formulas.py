@@ -8,15 +8,15 @@ from cxbridge.executive.pddl import PddlSyntaxError, parse_domain, parse_formula
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Formula,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
     Quantified,
+    TermComparison,
     Timed,
     TypedNames,
     Variable,
@@ -41,8 +41,8 @@ def effect(text: str) -> Formula | None:
         ("(or (q))", Or((Q,))),
         ("(not (q))", Not(Q)),
         ("(imply (q) (p ?x k))", Imply(Q, P)),
-        ("(= ?x k)", Comparison("=", Variable("x"), Constant("k"))),
-        ("(<= (f ?x) 3.5)", Comparison("<=", Call("f", (Variable("x"),)), Constant("3.5"))),
+        ("(= ?x k)", TermComparison("=", Variable("x"), Constant("k"))),
+        ("(<= (f ?x) 3.5)", TermComparison("<=", FunctionTerm("f", (Variable("x"),)), Constant("3.5"))),
         ("(at start (q))", Timed("at start", Q)),
         ("(over   all\n(q))", Timed("over all", Q)),
         ("(exists (?x ?y - t ?z) (q))", Quantified("exists", TYPED, Q)),
@@ -63,7 +63,7 @@ def test_conditions(text: str, formula: Formula) -> None:
 def test_effects() -> None:
     assert effect("(when (ready) (not (ready)))") == When(Atom("ready", ()), Not(Atom("ready", ())))
     assert effect("(increase (total-cost) (dist ?p ?p))") == NumericChange(
-        "increase", Call("total-cost", ()), Call("dist", (Variable("p"), Variable("p")))
+        "increase", FunctionTerm("total-cost", ()), FunctionTerm("dist", (Variable("p"), Variable("p")))
     )
 
 

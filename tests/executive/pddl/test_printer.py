@@ -7,21 +7,21 @@ from hypothesis import strategies as st
 
 from cxbridge.executive.pddl import format_domain, format_formula, parse_formula
 from cxbridge.executive.pddl.ast import (
-    Action,
+    ActionSchema,
     And,
     Atom,
-    Call,
-    Comparison,
     Constant,
     Domain,
     Formula,
     Function,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
     Predicate,
     Quantified,
+    TermComparison,
     Timed,
     TypedList,
     TypedNames,
@@ -39,11 +39,11 @@ VARIABLES = NAMES.map(Variable)
 CONSTANTS = (NAMES | st.sampled_from(["3", "-1.5", "start"])).map(Constant)
 TERMS = st.recursive(
     VARIABLES | CONSTANTS,
-    lambda inner: st.builds(Call, NAMES, st.lists(inner, max_size=2).map(tuple)),
+    lambda inner: st.builds(FunctionTerm, NAMES, st.lists(inner, max_size=2).map(tuple)),
     max_leaves=3,
 )
 ATOMS = st.builds(Atom, NAMES, st.lists(TERMS, max_size=3).map(tuple))
-COMPARISONS = st.builds(Comparison, st.sampled_from(["=", "<", ">", "<=", ">="]), TERMS, TERMS)
+COMPARISONS = st.builds(TermComparison, st.sampled_from(["=", "<", ">", "<=", ">="]), TERMS, TERMS)
 TYPES = st.lists(NAMES, max_size=2).map(tuple)
 
 
@@ -77,7 +77,13 @@ CONDITIONS: st.SearchStrategy[Formula] = formulas(ATOMS | COMPARISONS, effects=F
 CHANGES = st.builds(NumericChange, st.sampled_from(["increase", "assign", "scale-up"]), TERMS, TERMS)
 EFFECTS: st.SearchStrategy[Formula] = formulas(ATOMS | CHANGES, effects=True)
 ACTIONS = st.builds(
-    Action, NAMES, TYPED, st.none() | CONDITIONS, st.none() | EFFECTS, st.booleans(), st.none() | COMPARISONS
+    ActionSchema,
+    NAMES,
+    TYPED,
+    st.none() | CONDITIONS,
+    st.none() | EFFECTS,
+    st.booleans(),
+    st.none() | COMPARISONS,
 )
 DOMAINS = st.builds(
     Domain,

@@ -7,11 +7,11 @@ from itertools import product
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Comparison,
     Imply,
     Not,
     Or,
     Quantified,
+    TermComparison,
     Variable,
     When,
     names_of,
@@ -60,7 +60,7 @@ class World:
                 return not self.holds(part, state, binding)
             case Imply(condition=first, consequence=second):
                 return not self.holds(first, state, binding) or self.holds(second, state, binding)
-            case Comparison(left=left, right=right):
+            case TermComparison(left=left, right=right):
                 return self.object(left, binding) == self.object(right, binding)
             case Quantified(quantifier=quantifier, variables=variables, part=part):
                 each = (self.holds(part, state, {**binding, **more}) for more in self.choices(variables))

@@ -10,7 +10,7 @@ from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
 from cxbridge.explain.rules.environment import take
 from cxbridge.explain.rules.recorded_facts import rows_of
-from cxbridge.explain.rules.snapshot import FactRef, Template
+from cxbridge.explain.rules.snapshot import FactRef, FactTemplate
 from tests.explain.worlds import world
 
 WORDS = st.text("abcXYZ-_09/ ", max_size=8)
@@ -58,7 +58,7 @@ def test_templates_that_nobody_knows_are_made_of_their_facts():
         change(4, "(p)"),
     ]
     templates, rows = rows_of(changes, {})
-    assert templates["t"] == Template("t", (("a", False), ("b", True)))
+    assert templates["t"] == FactTemplate("t", (("a", False), ("b", True)))
     assert templates["o"].slots is None
     assert [row.values for row in rows] == [
         (1, (Symbol("x"), Symbol("y"))),
@@ -73,5 +73,5 @@ def test_a_fact_address():
 
 
 def test_a_fact_that_is_cut_off_is_left_out():
-    known = {"t": Template("t", (("a", False),))}
+    known = {"t": FactTemplate("t", (("a", False),))}
     assert rows_of([change(1, "(t (a 1"), change(2, "(t (a 2))")], known)[1][0].index == 2

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite
-from cxbridge.run.replay.script import Kind, SkillerScript, executor_script, skiller_script
+from cxbridge.run.replay.script import CommandKind, SkillerScript, executor_script, skiller_script
 
 UID = "SkillerInterface::Skiller"
 
@@ -31,7 +31,7 @@ def script(*writes: tuple[str, int, str, str]) -> SkillerScript:
     )
 
 
-def told(found: SkillerScript) -> list[tuple[Kind, str, list[Any]]]:
+def told(found: SkillerScript) -> list[tuple[CommandKind, str, list[Any]]]:
     return [
         (each.kind, each.text, [(after, values["status"]) for after, values in each.later])
         for each in found.commands
@@ -48,25 +48,25 @@ def test_control_then_skills_with_what_became_of_them() -> None:
         ("b{}", 3, "S_FAILED", ""),
     )
     assert told(found) == [
-        (Kind.CONTROL, "", []),
-        (Kind.EXEC, "a{}", [(1000, "S_FINAL")]),
-        (Kind.EXEC, "b{}", [(1000, "S_FAILED")]),
+        (CommandKind.CONTROL, "", []),
+        (CommandKind.EXEC, "a{}", [(1000, "S_FINAL")]),
+        (CommandKind.EXEC, "b{}", [(1000, "S_FAILED")]),
     ]
 
 
 def test_the_same_skill_again_is_another_command() -> None:
     found = script(("a{}", 2, "S_RUNNING", "us"), ("a{}", 2, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "you"))
-    assert [each.kind for each in found.commands] == [Kind.EXEC, Kind.EXEC]
+    assert [each.kind for each in found.commands] == [CommandKind.EXEC, CommandKind.EXEC]
 
 
 def test_a_stopped_skill() -> None:
     found = script(("a{}", 2, "S_RUNNING", ""), ("", 0, "S_INACTIVE", ""))
-    assert told(found) == [(Kind.EXEC, "a{}", []), (Kind.STOP, "", [])]
+    assert told(found) == [(CommandKind.EXEC, "a{}", []), (CommandKind.STOP, "", [])]
 
 
 def test_what_is_left_of_an_earlier_run_is_no_command() -> None:
     found = script(("old{}", 9, "S_FINAL", "us"), ("a{}", 2, "S_RUNNING", "us"))
-    assert told(found) == [(Kind.CONTROL, "old{}", []), (Kind.EXEC, "a{}", [])]
+    assert told(found) == [(CommandKind.CONTROL, "old{}", []), (CommandKind.EXEC, "a{}", [])]
     assert [values["status"] for _, values in script(("old{}", 9, "S_FINAL", "")).before] == ["S_FINAL"]
 
 

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
-from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.interfaces import InterfaceRegistry
@@ -47,7 +47,7 @@ def settle(board: Any, **wanted: Any) -> None:
     """Wait until the interface shows what is wanted."""
     deadline = Deadline(20)
     with Feed(board, "test") as feed:
-        news: InterfaceEvent | None = feed.now(feed.open("SkillerDebugInterface", "Skiller"))
+        news: InterfaceChange | None = feed.now(feed.open("SkillerDebugInterface", "Skiller"))
         while news is not None and {name: plain(news.values[name]) for name in wanted} != wanted:
             news = feed.next(deadline)
     assert news is not None

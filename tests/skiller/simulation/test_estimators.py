@@ -17,15 +17,15 @@ from cxbridge.skiller.simulation.estimators import (
     Estimator,
     Outcome,
     Property,
-    Selection,
     SkillPattern,
+    SkillSelection,
     StaticEstimator,
 )
 from cxbridge.skiller.simulation.faults import Failure, FailureInjector
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.recorded import LookupEstimator, Sample
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from cxbridge.skiller.skillstring import SkillCall, parse_as_fawkes, parse_skill_call
+from cxbridge.skiller.skillstring import SkillStringCall, parse_as_fawkes, parse_skill_call
 from cxbridge.skiller.status import Status
 from tests.skiller.rig import Rig
 from tests.support import ROOT
@@ -40,10 +40,10 @@ class Fixed(Estimator):
         self.seen: list[float] = []
         self.closed = False
 
-    def estimate(self, call: SkillCall) -> Outcome | None:
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
         return None if call.name == "unknown" else Outcome(self.seconds)
 
-    def progress(self, call: SkillCall, seconds: float) -> None:
+    def progress(self, call: SkillStringCall, seconds: float) -> None:
         self.seen.append(seconds)
 
     def close(self) -> None:
@@ -101,16 +101,19 @@ def test_calls_in_a_row_end_with_the_last_one_or_with_the_first_failure():
 @pytest.mark.parametrize(
     ("selection", "allowed"),
     [
-        (Selection(), True),
-        (Selection(whitelist=[SkillPattern("other")]), False),
-        (Selection(whitelist=[SkillPattern("say", {"text": "hi.*"})]), True),
-        (Selection(whitelist=[SkillPattern("say", {"text": "hi"})]), False),  # the whole value
-        (Selection(whitelist=[SkillPattern("say", {"more": ".*"})]), False),  # no such argument
-        (Selection(blacklist=[SkillPattern("say")]), False),
-        (Selection(whitelist=[SkillPattern("say")], blacklist=[SkillPattern("say", {"text": "x"})]), True),
+        (SkillSelection(), True),
+        (SkillSelection(whitelist=[SkillPattern("other")]), False),
+        (SkillSelection(whitelist=[SkillPattern("say", {"text": "hi.*"})]), True),
+        (SkillSelection(whitelist=[SkillPattern("say", {"text": "hi"})]), False),  # the whole value
+        (SkillSelection(whitelist=[SkillPattern("say", {"more": ".*"})]), False),  # no such argument
+        (SkillSelection(blacklist=[SkillPattern("say")]), False),
+        (
+            SkillSelection(whitelist=[SkillPattern("say")], blacklist=[SkillPattern("say", {"text": "x"})]),
+            True,
+        ),
     ],
 )
-def test_white_and_black_lists(selection: Selection, allowed: bool):
+def test_white_and_black_lists(selection: SkillSelection, allowed: bool):
     assert selection.allows(parse_skill_call('say{text="hi you"}')) is allowed
 
 
@@ -143,7 +146,7 @@ def test_an_entry_without_a_time_has_the_default_one_but_not_in_fawkes():
     ],
 )
 def test_fawkes_mode_sees_the_last_two_arguments(text: str, args: dict[str | int, str]):
-    assert parse_as_fawkes(text) == SkillCall("say", args)
+    assert parse_as_fawkes(text) == SkillStringCall("say", args)
 
 
 @pytest.mark.parametrize("text", ["say(1)", "say{} say{}x", "say", "", "a b{}"])
@@ -191,7 +194,7 @@ def test_lookup_includes_failures_when_told_to():
 
 def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
     entry = SkillPattern("pick", {"what": "c.*"}, key="cups")
-    chosen = Selection(whitelist=[entry], speed=2.0)
+    chosen = SkillSelection(whitelist=[entry], speed=2.0)
     estimator = LookupEstimator(PICKS, chosen, fully_match_args=Property(True, {"cups": False}))
     assert set(draws(estimator, 'pick{what="cap", from="Z"}')) == {Outcome(1.0), Outcome(2.0)}
     assert set(draws(estimator, 'pick{what="pot"}')) == {None}

@@ -25,7 +25,7 @@ from cxbridge.events import (
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.html.page import asset
 from cxbridge.trace.report import page as page_module
-from cxbridge.trace.report.model import Limits
+from cxbridge.trace.report.model import ReportLimits
 from cxbridge.trace.report.page import SCRIPTS, report
 from tests.trace.events import events
 from tests.trace.html.browser import Shown, needs_browser, show
@@ -91,7 +91,7 @@ def test_every_event_is_in_the_data():
 
 def test_a_gap_in_the_log_is_a_row():
     lines = [LogLine(number, Level.INFO, "c", str(number)) for number in range(10)]
-    data = data_of(report(MemoryRun(lines), limits=Limits(log=4)))
+    data = data_of(report(MemoryRun(lines), limits=ReportLimits(log=4)))
     assert [row[4] if len(row) > 4 else row[2:] for row in data["log"]] == ["0", "1", [6, "I"], "8", "9"]
 
 

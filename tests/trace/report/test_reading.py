@@ -17,12 +17,12 @@ from cxbridge.events import (
 )
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.report.model import Limits
+from cxbridge.trace.report.model import ReportLimits
 from cxbridge.trace.report.reading import FACT_POINTS, read
 from tests.trace.events import events
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, action, family, recording
 
-SMALL = Limits(goals=2, actions=1, calls=1, transitions=3, log=2, writes=2, firings=2)
+SMALL = ReportLimits(goals=2, actions=1, calls=1, transitions=3, log=2, writes=2, firings=2)
 
 
 def test_rules_are_counted_with_first_and_last():

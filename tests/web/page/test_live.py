@@ -35,7 +35,7 @@ def test_the_test_scenario_is_watched_from_begin_to_end(tab):
         tab.wait_for_selector("#why-text >> text=gen14")
         tab.wait_for_selector("#goal .detail-head >> text=COMPLETED")
         assert tab.locator("#goal .action").filter(has_text="FINAL").count() == 5
-        tab.click("text=gone too")
+        tab.get_by_role("checkbox", name="gone too").check()
         tab.wait_for_selector("[role=treeitem] >> text=FINALLY-SUCCEED-gen29")
         wait_for(tab, lambda: tab.locator(".row.later").count() == tab.get_by_role("treeitem").count() >= 20)
         history = tab.locator("#goal .history").inner_text()
@@ -72,7 +72,7 @@ def test_a_breakpoint_stops_the_rules_and_steps_go_on_from_there(tab):
         tab.wait_for_selector(".toast.bad")
         tab.get_by_role("button", name="remove rule:time-retract").click()
         tab.wait_for_selector("#breakpoints:not(:has(li))", state="attached")
-        tab.click("#go-on")
+        tab.click("#debug-continue")
         tab.wait_for_selector("#stopped >> text=The rules run")
 
 
@@ -94,7 +94,7 @@ def test_a_skiller_of_somebody_else_is_left_alone(tab):
     with serving(config=SCENARIO) as (_, client, _lines):
         tab.goto(f"{client.url}/#/skills")
         tab.wait_for_selector("#calls li")
-        tab.wait_for_selector("#held >> text=Another one controls this Skiller")
+        tab.wait_for_selector("#held >> text=Executive controls this Skiller")
         assert tab.get_by_role("button", name="Call", exact=True).is_disabled()
 
 
@@ -158,7 +158,11 @@ def test_each_skiller_of_two_robots_can_be_looked_at_and_the_graph_names_them(ta
         tab.goto(f"{client.url}/#/skills")
         tab.select_option("#skiller", "robot1")
         tab.wait_for_selector("#calls li >> text=move{to=")
-        tab.wait_for_selector("text=robot1 has no SkillerDebugInterface")
+        tab.wait_for_selector("#executors tr:has-text('robot2') >> text=robot2-camera")
+        tab.wait_for_selector("[role=option]:has-text('inspect') >> text=robot1-camera")
+        tab.wait_for_selector("#skill-now dd >> text=executive")
+        tab.click("[role=option] >> text=inspect")
+        tab.wait_for_selector("#skill-form label >> text=place")
         tab.select_option("#skiller", "Skiller")
         tab.wait_for_selector("[role=option] >> text=say")
         tab.fill("#skill-string", "wait{seconds=0.5}")
@@ -202,7 +206,7 @@ def test_a_recording_is_opened_and_scrubbed(tab, recording):
             tab.click("#open-recording")
         chooser.value.set_files(recording)
         tab.wait_for_selector("#state >> text=RECORDING")
-        tab.wait_for_selector("text=No goals now")
+        tab.wait_for_selector("#run .detail-head >> text=completed")
         tab.locator("#moment").fill("100")
         tab.wait_for_selector("[role=treeitem] >> text=gen14")
         tab.click("[role=treeitem] >> text=gen14")

@@ -9,7 +9,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
 
 
-class ServerComponent(ABC):
+class NetworkHandler(ABC):
     """Answers the frames for one component.
 
     All methods are called in the server's thread.

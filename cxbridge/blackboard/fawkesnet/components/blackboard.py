@@ -14,7 +14,7 @@ from cxbridge.blackboard.errors import (
     VersionMismatchError,
     WriterActiveError,
 )
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
@@ -68,7 +68,7 @@ class _Births(Observer):
         self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
 
 
-class BlackBoardComponent(ServerComponent):
+class BlackBoardNetworkHandler(NetworkHandler):
     """Serves a blackboard.
 
     :param board: the blackboard.

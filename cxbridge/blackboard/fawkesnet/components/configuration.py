@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.messages.configuration import (
     DEFAULT_SETS,
@@ -28,7 +28,7 @@ from cxbridge.config.secrets import told
 from cxbridge.errors import BlackBoardError, ConfigError
 
 
-class ConfigurationComponent(ServerComponent):
+class ConfigurationComponent(NetworkHandler):
     """Answers with values except secrets, sets them for this run, resets them, and notifies subscribers.
 
     :param config: the configuration; it is changed in the server's thread.

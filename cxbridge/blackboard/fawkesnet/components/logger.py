@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import ClassVar, Final
 
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.logger import LogMessage, LogSubscription, unpack_log
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
@@ -13,7 +13,7 @@ from cxbridge.events import Event, EventBus, LogLine
 from cxbridge.printing import indented, one_line
 
 
-class NetworkLogger(ServerComponent):
+class NetworkLogger(NetworkHandler):
     """Sends every log line to the clients that subscribed, from whichever thread it comes.
 
     :param bus: whose log lines; it is listened to only while there are subscribers.

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import ClassVar, Final, Protocol
 
-from cxbridge.blackboard.fawkesnet.components.base import ServerComponent
+from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.messages.plugins import PluginKind, PluginMessage
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
@@ -54,7 +54,7 @@ class PluginHost(Protocol):
         """
 
 
-class PluginManager(ServerComponent):
+class PluginManager(NetworkHandler):
     """Lists plugins, loads and unloads them, and tells watchers.
 
     Loading happens in a thread of its own, one after the other: it may take long.

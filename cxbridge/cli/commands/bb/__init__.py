@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
 
     from cxbridge.blackboard import BlackBoard, InterfaceInfo
-    from cxbridge.blackboard.following import Feed, InterfaceEvent
+    from cxbridge.blackboard.following import Feed, InterfaceChange
     from cxbridge.interfaces.instance import Interface
 
 app = typer.Typer(name="bb", no_args_is_help=True)
@@ -210,7 +210,7 @@ def send(
     return 0
 
 
-def _answered(feed: Feed, before: InterfaceEvent, msgid: int, deadline: Any) -> bool:
+def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) -> bool:
     """Wait for the answer to a message and print it; whether it came."""
     while (news := feed.next(deadline)) is not None:
         stale = news.values == before.values and news.time_us <= before.time_us
@@ -289,7 +289,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
         say(f"  {name.ljust(width)}  {shown(value)}")
 
 
-def _print_news(news: InterfaceEvent, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
+def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
     """Print a line for news, if there is something new in it; tell whether there was."""
     from cxbridge.interfaces.assignments import shown_fields
 

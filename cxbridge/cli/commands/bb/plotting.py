@@ -20,7 +20,7 @@ from cxbridge.cli.console import say
 from cxbridge.printing import one_line, terminal_of
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard.following import Deadline, Feed, InterfaceEvent
+    from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 
 _FRAME_S: Final = 0.1
 _MOST_POINTS: Final = 100_000
@@ -102,7 +102,7 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
 
 
 def _writes(
-    feed: Feed, now: InterfaceEvent, deadline: Deadline
+    feed: Feed, now: InterfaceChange, deadline: Deadline
 ) -> Iterator[tuple[float, Mapping[str, Any] | None]]:
     """Yield seconds and the values of each write, until the deadline; None when nothing came for a while."""
     from cxbridge.blackboard.following import Deadline

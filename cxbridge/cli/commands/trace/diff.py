@@ -39,15 +39,14 @@ class _Method:
         tuple[str, ...], typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
     ] = ()
     time_tolerance: Annotated[
-        float | None,
-        typer.Option(min=0, metavar="S", help="times count, with a tolerance of so many seconds"),
+        float | None, typer.Option(min=0, metavar="S", help="times count, but for so many seconds")
     ] = None
     time_from: Annotated[
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
     ] = "thread"
 
     def plain(self, baseline: Path | None) -> dict[str, Any]:
-        """Return the options that say how it is compared, as JSON has them."""
+        """Return the options that say how it is compared, as JSON tells them."""
         return {
             "only": [*self.only],
             "ignore": [*self.ignore],
@@ -71,8 +70,8 @@ class _Accepted:
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Outputs:
-    """What is reported, and where."""
+class _DiffOutputs:
+    """What is told, and where."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
@@ -87,7 +86,7 @@ def diff(
     b: Annotated[list[Path], typer.Argument(metavar="B...", help="the run to compare it with, or several")],
     method: _Method,
     accepted: _Accepted,
-    outputs: _Outputs,
+    outputs: _DiffOutputs,
 ) -> None:
     """Compare two recorded runs: exit status 0 when they are the same, 1 when they differ, 2 when unreadable.
 
@@ -154,7 +153,7 @@ def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
     return [str(entry) for entry in accept(comparison, entries)]
 
 
-def _tell(report: ComparisonReport, unused: list[str], outputs: _Outputs, method: dict[str, Any]) -> None:
+def _tell(report: ComparisonReport, unused: list[str], outputs: _DiffOutputs, method: dict[str, Any]) -> None:
     """Print the outcome, and write the files that were asked for.
 
     :param method: the options that say how it is compared.

@@ -15,7 +15,7 @@ from cxbridge.services.options import ReplayOptions
 
 if TYPE_CHECKING:
     from cxbridge.services.replay import ReplayReport
-    from cxbridge.trace.replay.moves import Move
+    from cxbridge.trace.replay.moves import ReplayMove
 
 LOST = 4
 """Exit status when the connection was lost."""
@@ -79,7 +79,7 @@ def _show(report: ReplayReport) -> None:
     sys.stderr.flush()
 
 
-def _announce(move: Move) -> None:
+def _announce(move: ReplayMove) -> None:
     """Tell what the next key will write."""
     from cxbridge.trace.listing import describe
 

@@ -11,10 +11,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import Final
 
 from clips._clips import lib
+from msgspec import Struct
 
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.clipstext.values import quoted
@@ -39,8 +39,7 @@ def constant_values(text: str) -> str:
     return " ".join(_constants(list(_tokens(text)), text))
 
 
-@dataclass(frozen=True, slots=True)
-class ConstantFact:
+class ConstantFact(Struct, frozen=True):
     """A fact of constants.
 
     :param slots: their names; empty: it has none, but fields.

@@ -7,10 +7,10 @@ between a glance and a pause.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
 from typing import Final
 
 from clips._clips import ffi, lib
+from msgspec import Struct, field
 
 from cxbridge.clipstext.facts import IMPLIED
 from cxbridge.clipstext.values import FactRef
@@ -27,8 +27,7 @@ _WORD_BYTES: Final = ffi.sizeof("intptr_t")
 _POINTER: Final = ffi.typeof("void *")
 
 
-@dataclass(frozen=True, slots=True)
-class Template:
+class FactTemplate(Struct, frozen=True):
     """A deftemplate.
 
     :param slots: names, and whether many values fit; None for ordered facts.
@@ -47,8 +46,7 @@ class Template:
         return dict(zip(self.names, row.values, strict=True))
 
 
-@dataclass(frozen=True, slots=True)
-class FactRow:
+class FactRow(Struct, frozen=True):
     """A fact.
 
     :param values: of its slots in their order; an ordered fact has one, a tuple.
@@ -59,14 +57,13 @@ class FactRow:
     values: tuple[Value, ...]
 
 
-@dataclass(slots=True)
-class FactCopy:
+class FactCopy(Struct):
     """Facts in the order of CLIPS' list, and their deftemplates.
 
     :param total: how many there are, those too that were not to be copied.
     """
 
-    templates: dict[str, Template] = field(default_factory=dict)
+    templates: dict[str, FactTemplate] = field(default_factory=dict)
     rows: list[FactRow] = field(default_factory=list)
     total: int = 0
 
@@ -77,13 +74,13 @@ class FactCopy:
                 yield self.templates[template].slots_of(row)
 
 
-def template_of(pointer: CData) -> Template:
+def template_of(pointer: CData) -> FactTemplate:
     """Return what there is to know about a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
     slots = tuple((name, bool(lib.DeftemplateSlotMultiP(pointer, encode(name)))) for name in names)
-    return Template(decode(lib.DeftemplateName(pointer)), None if names == [IMPLIED] else slots)
+    return FactTemplate(decode(lib.DeftemplateName(pointer)), None if names == [IMPLIED] else slots)
 
 
 class FactCopier:
@@ -113,7 +110,7 @@ class FactCopier:
         self._end = end
         self._seen: dict[int, Value] = {}
         self._item = ffi.new("CLIPSValue *")
-        self._known: dict[CData, tuple[Template, int] | None] = {}
+        self._known: dict[CData, tuple[FactTemplate, int] | None] = {}
         self._first = contents_offset() // _WORD_BYTES
         self.copy = FactCopy()
         """What was copied so far."""

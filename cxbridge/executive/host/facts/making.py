@@ -143,12 +143,11 @@ class NumberFact:
         deftemplate = lib.FindDeftemplate(env, self._relation)
         if deftemplate == NULL:
             return False
-        lib.MBReset(builder)
         for number in numbers:
             make = lib.CreateInteger if isinstance(number, int) else lib.CreateFloat
             item.value = make(env, number)
             lib.MBAppend(builder, item)
-        self._fields.value = lib.MBCreate(builder)
+        self._fields.value = lib.MBCreate(builder)  # and the builder is empty again
         new = EXTRA.CreateFact(deftemplate)
         if not EXTRA.PutFactSlot(new, NULL, self._fields):
             EXTRA.ReturnFact(env, new)

@@ -14,13 +14,13 @@ from cxbridge.executive.pddl import Formula
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
-    Call,
-    Comparison,
+    FunctionTerm,
     Imply,
     Not,
     Or,
     Quantified,
     Term,
+    TermComparison,
     TypedList,
     Variable,
 )
@@ -83,7 +83,7 @@ class Evaluator:
                 return FALSE if negated else TRUE
             case Atom():
                 return self._atom(formula, binding, negated=negated)
-            case Comparison(left=left, right=right):
+            case TermComparison(left=left, right=right):
                 return TRUE if (bound(left, binding) == bound(right, binding)) != negated else FALSE
             case Not(part=part):
                 return self.alternatives(part, binding, negated=not negated)
@@ -118,7 +118,7 @@ class Evaluator:
 
 def bound(term: Term, binding: Binding) -> str:
     """Return the object that a term stands for."""
-    if isinstance(term, Call):
+    if isinstance(term, FunctionTerm):
         raise PlanningError(f"({term.function} ...) is a number, not an object")
     return binding[term.name] if isinstance(term, Variable) else term.name
 

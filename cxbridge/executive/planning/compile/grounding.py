@@ -19,7 +19,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Formula, Problem
-from cxbridge.executive.pddl.ast import Action, And, Atom
+from cxbridge.executive.pddl.ast import ActionSchema, And, Atom
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge.executive.planning.compile.effects import Case, cases, changed_predicates
 from cxbridge.executive.planning.compile.join import FactIndex, Schema
@@ -136,7 +136,7 @@ class _Grounder:
                 self._seen.add((number, choice))
                 self._bind(action, choice, dict(zip(names, choice, strict=True)))
 
-    def _bind(self, action: Action, choice: tuple[str, ...], binding: dict[str, str]) -> None:
+    def _bind(self, action: ActionSchema, choice: tuple[str, ...], binding: dict[str, str]) -> None:
         for conjunction in self._evaluator.alternatives(action.condition, binding):
             for case in cases(self._evaluator, conjunction, action.effect, binding):
                 self._add(_Bound(GroundAction(action.name, choice), case))

@@ -24,7 +24,7 @@ _TIMED: Final = re.compile(
 )
 
 
-class Command(NamedTuple):
+class PlannerCommand(NamedTuple):
     """How to call a program and read its answer.
 
     :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files.
@@ -44,7 +44,7 @@ class Command(NamedTuple):
 _POPF_NEEDS: Final = frozenset({Need.TIME, Need.NUMBERS, Need.COSTS, Need.EQUALITY})
 
 COMMANDS: Final = {
-    "ff": Command(
+    "ff": PlannerCommand(
         "ff",
         ("-o", "{domain}", "-f", "{problem}"),
         "found legal plan as follows",
@@ -52,7 +52,7 @@ COMMANDS: Final = {
         _STEP,
         CLASSICAL - {Need.COSTS},
     ),
-    "fd": Command(
+    "fd": PlannerCommand(
         "fast-downward",
         ("{domain}", "{problem}"),
         "Solution found",
@@ -60,10 +60,10 @@ COMMANDS: Final = {
         _FD_STEP,
         CLASSICAL,
     ),
-    "popf": Command(
+    "popf": PlannerCommand(
         "popf", ("{domain}", "{problem}"), "Solution Found", re.compile("unsolvable"), _TIMED, _POPF_NEEDS
     ),
-    "optic": Command(
+    "optic": PlannerCommand(
         "optic-clp",
         ("{domain}", "{problem}"),
         "Solution Found",

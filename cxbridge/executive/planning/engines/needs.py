@@ -8,13 +8,13 @@ from enum import Enum
 from cxbridge.executive.pddl import Domain, Formula, Problem
 from cxbridge.executive.pddl.ast import (
     And,
-    Call,
-    Comparison,
+    FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
     Quantified,
+    TermComparison,
     Timed,
     When,
 )
@@ -73,7 +73,7 @@ def _needs(  # noqa: C901, PLR0912  a case for each kind of formula
             yield from _needs(condition, effect=effect)
             yield from _needs(part, effect=effect)
         case Not(part=part):
-            if not effect and not isinstance(part, Comparison):
+            if not effect and not isinstance(part, TermComparison):
                 yield Need.NEGATION
             yield from _needs(part, effect=effect)
         case Quantified(part=part):
@@ -86,11 +86,13 @@ def _needs(  # noqa: C901, PLR0912  a case for each kind of formula
         case Timed(part=part):
             yield Need.TIME
             yield from _needs(part, effect=effect)
-        case Comparison(operator=operator, left=left, right=right):
-            numeric = operator != "=" or isinstance(left, Call) or isinstance(right, Call)
+        case TermComparison(operator=operator, left=left, right=right):
+            numeric = operator != "=" or isinstance(left, FunctionTerm) or isinstance(right, FunctionTerm)
             yield Need.NUMBERS if numeric else Need.EQUALITY
         case NumericChange(operator=operator, target=target):
-            cost = operator == "increase" and isinstance(target, Call) and target.function == TOTAL_COST
+            cost = (
+                operator == "increase" and isinstance(target, FunctionTerm) and target.function == TOTAL_COST
+            )
             yield Need.COSTS if cost else Need.NUMBERS
         case _:
             return

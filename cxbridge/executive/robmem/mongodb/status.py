@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from msgspec import Struct
 
 
-@dataclass(frozen=True, slots=True)
-class SetStatus:
+class SetStatus(Struct, frozen=True):
     """How a replica set stands, in the words of MongoDBManagedReplicaSetInterface.
 
     :param member: what the server is that we work with.

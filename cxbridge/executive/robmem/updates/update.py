@@ -48,7 +48,7 @@ class Changed:
         return bool(self.fields or self.removed)
 
 
-class _Step(NamedTuple):
+class _UpdateStep(NamedTuple):
     """What one operator does at one path.
 
     :param modify: makes the new value of the old one.
@@ -119,7 +119,7 @@ class Update:
 # --- reading an update ------------------------------------------------------------------------------------
 
 
-def _steps(name: str, fields: Any) -> Iterator[_Step]:
+def _steps(name: str, fields: Any) -> Iterator[_UpdateStep]:
     if name not in _KNOWN and name not in _SPECIAL:
         known = ", ".join(sorted((*_KNOWN, *_SPECIAL)))
         raise QueryError(f"there is no operator '{name}' in updates here", hint=f"known are {known}")
@@ -131,11 +131,11 @@ def _steps(name: str, fields: Any) -> Iterator[_Step]:
             if not isinstance(operand, str):
                 raise QueryError(f"$rename of '{path}' takes the new path as text")
             _check_path(name, operand)
-            yield _Step(name, operand, lambda _old, _moment: KEEP, source=path)
+            yield _UpdateStep(name, operand, lambda _old, _moment: KEEP, source=path)
         elif name == "$setOnInsert":
-            yield _Step(name, path, OPERATORS["$set"](path, operand), only_inserting=True)
+            yield _UpdateStep(name, path, OPERATORS["$set"](path, operand), only_inserting=True)
         else:
-            yield _Step(name, path, _KNOWN[name](path, operand))
+            yield _UpdateStep(name, path, _KNOWN[name](path, operand))
 
 
 def _check_path(name: str, path: str) -> None:
@@ -154,7 +154,7 @@ def _check_path(name: str, path: str) -> None:
             raise QueryError(f"{name}: '{path}': fields of documents do not begin with a dollar")
 
 
-def _is_simple(step: _Step) -> bool:
+def _is_simple(step: _UpdateStep) -> bool:
     """Whether a step changes one field of the document itself."""
     return step.path.isidentifier() and not step.source
 
@@ -164,7 +164,7 @@ def _is_within(path: str, other: str) -> bool:
     return path == other or path.startswith(f"{other}.")
 
 
-def _refuse_conflicts(steps: list[_Step]) -> None:
+def _refuse_conflicts(steps: list[_UpdateStep]) -> None:
     """Raise an error when two steps change the same place, or one a place within another's."""
     paths = [path for step in steps for path in (step.source, step.path) if path]
     ends: set[str] = set()
@@ -178,7 +178,7 @@ def _refuse_conflicts(steps: list[_Step]) -> None:
         ways |= prefixes
 
 
-def _place(step: _Step) -> list[tuple[int, str]]:
+def _place(step: _UpdateStep) -> list[tuple[int, str]]:
     """Return where a step comes among others: indexes as numbers, names as text."""
     indexes = [(part, array_index(part)) for part in step.path.split(".")]
     return [(_NAMES, part) if index is None else (index, "") for part, index in indexes]
@@ -187,7 +187,7 @@ def _place(step: _Step) -> list[tuple[int, str]]:
 # --- applying it ------------------------------------------------------------------------------------------
 
 
-def _take(step: _Step, result: Changed, moment: Moment) -> None:
+def _take(step: _UpdateStep, result: Changed, moment: Moment) -> None:
     """Do one step, and note what it changes."""
     if step.source:
         _rename(step, result)
@@ -215,7 +215,7 @@ def _take(step: _Step, result: Changed, moment: Moment) -> None:
         result.fields[step.path] = new
 
 
-def _rename(step: _Step, result: Changed) -> None:
+def _rename(step: _UpdateStep, result: Changed) -> None:
     source, target = step.source.split("."), step.path.split(".")
     for parts, path in ((source, step.source), (target, step.path)):
         at: Any = result.document

@@ -1,65 +1,45 @@
-"""Writes a run as mcap with the log a second time, in the form that Foxglove's Log panel shows."""
+"""Writes a run as mcap with the messages that Foxglove's panels show beside the events."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from cxbridge.events import Event, Level, LogLine
+from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import dump
 from cxbridge.trace.formats.mcap.writer import McapWriter
-
-TOPIC = "/foxglove/log"
-"""The topic of the second log. Readers of runs go by the schema's name, and pass it over."""
-
-SCHEMA = "foxglove.Log"
-"""The name by which Foxglove knows a log line."""
-
-LEVELS = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
-"""Foxglove's numbers of the levels."""
-
-_WHOLE = {"type": "integer", "minimum": 0}
-_TEXT = {"type": "string"}
-_FIELDS = {
-    "timestamp": {"type": "object", "title": "time", "properties": {"sec": _WHOLE, "nsec": _WHOLE}},
-    "level": _WHOLE,
-    "message": _TEXT,
-    "name": _TEXT,
-    "file": _TEXT,
-    "line": _WHOLE,
-}
+from cxbridge.trace.foxglove.messages import foxglove_messages
+from cxbridge.trace.foxglove.schemas import json_schema, schema_name
 
 
 class FoxgloveWriter(McapWriter):
-    """An mcap file as :class:`McapWriter` makes it, and a channel more."""
+    """An mcap file as :class:`McapWriter` makes it, and more channels.
 
-    _log: int | None = None
+    :param path: the file; one that is there is replaced.
+    """
+
+    def __init__(self, path: Path) -> None:
+        super().__init__(path)
+        self._panel_channels: dict[str, int] = {}
+        self._panel_schemas: dict[str, int] = {}
 
     def _messages(self, events: Iterable[Event]) -> Iterator[tuple[int, int, bytes]]:
-        """Yield events as messages; a log line is two."""
+        """Yield events as messages, and what Foxglove shows of them."""
         for event in events:
             yield from super()._messages((event,))
-            if isinstance(event, LogLine):
-                yield self._line(event)
+            for message in foxglove_messages(event):
+                data = dump(message.data).encode("utf-8", "backslashreplace")
+                yield self._channel(message.topic, message.schema), event.time_us * 1000, data
 
-    def _line(self, event: LogLine) -> tuple[int, int, bytes]:
-        """Return a log line as Foxglove wants it."""
-        seconds, microseconds = divmod(max(event.time_us, 0), 1_000_000)
-        line = {
-            "timestamp": {"sec": seconds, "nsec": microseconds * 1000},
-            "level": LEVELS[event.level],
-            "message": event.text,
-            "name": event.component,
-            "file": "",
-            "line": 0,
-        }
-        data = dump(line).encode("utf-8", "backslashreplace")
-        if self._log is None:
-            schema = {"title": SCHEMA, "type": "object", "properties": _FIELDS, "required": list(_FIELDS)}
-            number = self._mcap.add_schema(SCHEMA, "jsonschema", dump(schema).encode())
-            self._log = self._mcap.add_channel(TOPIC, "json", number)
-        return self._log, event.time_us * 1000, data
+    def _channel(self, topic: str, schema: str) -> int:
+        """Return the channel of a topic; it is added when it is new, with its schema."""
+        if topic not in self._panel_channels:
+            if schema not in self._panel_schemas:
+                text = dump(json_schema(schema)).encode()
+                self._panel_schemas[schema] = self._mcap.add_schema(schema_name(schema), "jsonschema", text)
+            self._panel_channels[topic] = self._mcap.add_channel(topic, "json", self._panel_schemas[schema])
+        return self._panel_channels[topic]
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:

@@ -6,8 +6,9 @@ import os
 import struct
 import zlib
 from collections.abc import Iterator
-from dataclasses import dataclass
 from typing import IO, Final
+
+from msgspec import Struct
 
 MAGIC: Final = b"\x89MCAP0\r\n"
 """The first eight bytes of an mcap file, and the last eight of a finished one."""
@@ -35,8 +36,7 @@ class DamageError(ValueError):
     """The file ends too early, or holds what cannot be."""
 
 
-@dataclass(frozen=True, slots=True)
-class Record:
+class Record(Struct, frozen=True):
     """Where a record is in the file.
 
     :param kind: one of the constants above.
@@ -142,8 +142,7 @@ class Fields:
         return piece
 
 
-@dataclass(frozen=True, slots=True)
-class StoredAttachment:
+class StoredAttachment(Struct, frozen=True):
     """An attachment, without its bytes.
 
     :param time_ns: nanoseconds since the epoch.

@@ -10,7 +10,8 @@ import { Stream } from "./stream.js";
 const ALWAYS = ["goal", "plan-action", "skill", "log", "message"];
 const STATUS_MS = 2000,
   GOALS_MS = 30000,
-  SOON_MS = 1000;
+  SOON_MS = 1000,
+  LATE_MS = 6000; // the clock goes on without a status for this long
 
 class App extends EventTarget {
   constructor() {
@@ -25,6 +26,8 @@ class App extends EventTarget {
     this.lostBecause = "";
     this.listeners = new Set();
     this.renewals = new Set();
+    this.wanted = [];
+    this.kept = [];
     this.stream = new Stream({
       event: (event) => this.live.apply(event),
       state: (state) => this.connected(state),
@@ -77,7 +80,13 @@ class App extends EventTarget {
 
   /** Follow these kinds of events besides those that are always followed. */
   wants(kinds) {
-    this.stream.follow([...ALWAYS, ...kinds]);
+    this.wanted = kinds;
+    this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
+  }
+  /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
+  keep(kinds) {
+    this.kept = kinds;
+    this.wants(this.wanted);
   }
 
   connected(state) {
@@ -148,6 +157,14 @@ class App extends EventTarget {
     for (const listener of [...this.listeners]) listener();
   }
 
+  /** The moment that is looked at: of the recording, or of the daemon; microseconds. */
+  get now() {
+    const { time } = this.model;
+    if (this.recording || !this.status) return time;
+    const since = performance.now() - this.statusAt,
+      runs = this.status.clock === "real" && this.status.state !== "PAUSED" && since < LATE_MS;
+    return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
+  }
   /** Why nothing can be changed now; "" when it can. */
   get whyNot() {
     if (this.recording) return "This is a recording";

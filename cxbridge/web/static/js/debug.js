@@ -1,5 +1,5 @@
-// Breakpoints and steps of the executive's rules (docs/debugging.md). Opens by itself when the rules are
-// stopped.
+// Breakpoints and steps of the executive's rules (docs/debugging.md). Opens by itself when the rules are at a
+// break.
 import { get, part, post, remove, throttled } from "./api.js";
 import { button, el } from "./dom.js";
 
@@ -42,20 +42,20 @@ export function debugBar(app) {
     await app.attempt(async () => take(await call()));
     look();
   }
-  const halt = button("Stop", () => tell(() => post(BASE + "/stop")), {
-    id: "debug-stop",
-    "data-about": "stop before the next rule fires",
+  const halt = button("Break", () => tell(() => post(BASE + "/stop")), {
+    id: "debug-break",
+    "data-about": "break before the next rule fires",
   });
   const steps = STEPS.map(([what, about]) =>
     button("Step " + what, () => tell(() => post(BASE + "/step", { what })), {
       id: "step-" + what,
-      "data-about": "go on until " + about,
+      "data-about": "continue until " + about,
     }),
   );
-  const goOn = button("Go on", () => tell(() => post(BASE + "/go-on")), {
-    id: "go-on",
+  const goOn = button("Continue", () => tell(() => post(BASE + "/go-on")), {
+    id: "debug-continue",
     class: "primary",
-    "data-about": "go on to the next breakpoint",
+    "data-about": "continue to the next breakpoint",
   });
   form.addEventListener("submit", async (event) => {
     event.preventDefault();
@@ -124,7 +124,7 @@ export function debugBar(app) {
     if (!known) return ["…"];
     if (!stop) return ["The rules run."];
     return [
-      el("b", {}, "❙❙ Stopped: "),
+      el("b", {}, "❙❙ Break: "),
       stop.reason || stop.kind || "",
       stop.rule ? [" · after ", rule(stop.rule)] : "",
       stop.next_rule ? [" · next ", rule(stop.next_rule)] : " · the agenda is empty",

@@ -88,28 +88,32 @@ export function durationText(us) {
 
 /** Replace what is in a node, and keep where it was scrolled to. */
 export function refill(node, ...children) {
-  const top = node.scrollTop;
+  const top = node.firstChild ? node.scrollTop : 0;
   node.replaceChildren(...children.flat().filter((child) => child !== null && child !== undefined));
-  node.scrollTop = top;
+  if (top) node.scrollTop = top; // to read or write it makes the browser lay out everything
 }
 
 const MANY = 2000,
-  SLOWER_MS = 120;
+  SLOWER_MS = 120,
+  SHARE = 4; // of the time at most one part in as many is used
 /**
- * Calls at once while there are few items, of many some eight times a second: making their list takes a
- * while.
+ * Calls at once while there are few items, of many some eight times a second, and never so often that it is
+ * most of what the page does.
  */
 export function paced(call, size) {
   let timer = null,
-    last = -Infinity;
+    last = -Infinity,
+    rest = 0;
   const run = () => {
     timer = null;
-    last = performance.now();
+    const begin = performance.now();
     call();
+    last = performance.now();
+    rest = (last - begin) * SHARE;
   };
   const start = () => {
     if (timer !== null) return;
-    const wait = size() > MANY ? last + SLOWER_MS - performance.now() : 0;
+    const wait = last + Math.max(rest, size() > MANY ? SLOWER_MS : 0) - performance.now();
     if (wait > 0) timer = setTimeout(run, wait);
     else run();
   };

@@ -1,6 +1,6 @@
 // CLIPS environments: which one is looked at (all views agree on it), and what the API tells of any of them.
 import { get, part } from "./api.js";
-import { MODELS } from "./clips_text.js";
+import { MODELS } from "./clips/text.js";
 import { el } from "./dom.js";
 import { MAIN_ENV } from "./model.js";
 

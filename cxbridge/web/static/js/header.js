@@ -3,10 +3,10 @@ import { debugBar } from "./debug.js";
 import { button, clockText, el } from "./dom.js";
 import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording/open.js";
+import { themeSwitch } from "./theme.js";
 
-const LATE_MS = 6000;
-
-export function header(app) {
+/** @param search the button that opens the search over everything */
+export function header(app, search) {
   const state = el("span", { id: "state", role: "status" });
   const clock = el("time", { id: "clock", title: "the daemon's clock" });
   const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), {
@@ -32,7 +32,7 @@ export function header(app) {
       el("h1", { class: "hear-only" }, "cxbridge"),
       el(
         "a",
-        { class: "brand", href: "#/goals", "aria-label": "cxbridge, goals" },
+        { class: "brand", href: "#/", "aria-label": "cxbridge, first view" },
         el("img", { src: "icon.svg", alt: "", width: 22, height: 22 }),
         el("span", {}, "cxbridge"),
       ),
@@ -40,9 +40,11 @@ export function header(app) {
       clock,
       readOnly,
       el("span", { class: "grow" }),
+      search,
       debugBar(app),
       pause,
       open,
+      themeSwitch(app),
       help,
     );
   document.getElementById("head").after(lost);
@@ -59,7 +61,7 @@ export function header(app) {
         : !app.status
           ? "CONNECTING"
           : isStopped
-            ? "STOPPED"
+            ? "BREAK"
             : app.status.state;
     if (word !== shown) state.replaceChildren(stateBadge(word));
     shown = word;
@@ -89,14 +91,7 @@ export function header(app) {
     tick();
   }
   function tick() {
-    let time = app.model.time;
-    if (!app.recording && app.status) {
-      const since = performance.now() - app.statusAt;
-      time = Math.max(
-        time,
-        app.status.now_us + (app.status.clock === "real" && since < LATE_MS ? since * 1000 : 0),
-      );
-    }
+    const time = app.now;
     clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
   }
   setInterval(tick, 250);

@@ -4,7 +4,8 @@ import { button, el } from "./dom.js";
 export function keys(app, views) {
   const help = document.getElementById("help");
   const rows = [
-    ...views.map(([, title], at) => [String(at + 1), title]),
+    ...views.slice(0, 9).map(([, title], at) => [String(at + 1), title]),
+    ["Ctrl K", "search over everything"],
     ["/", "search in the view"],
     ["↑ ↓", "walk in a list"],
     ["← →", "close and open what is in a tree"],
@@ -33,7 +34,7 @@ export function keys(app, views) {
     node.type !== "checkbox" &&
     node.type !== "range";
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey || event.metaKey || event.altKey || help.open) return;
+    if (event.ctrlKey || event.metaKey || event.altKey || document.querySelector("dialog[open]")) return;
     if (typing(event.target)) {
       if (event.key === "Escape") event.target.blur();
       return;

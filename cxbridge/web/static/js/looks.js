@@ -24,7 +24,7 @@ export function skillBadge(status) {
 const DAEMON = {
   RUNNING: ["done", "▶"],
   PAUSED: ["active", "❙❙"],
-  STOPPED: ["active", "❙❙"],
+  BREAK: ["active", "❙❙"],
   DEGRADED: ["failed", "!"],
   STARTING: ["chosen", "◔"],
   STOPPING: ["ended", "■"],

@@ -4,9 +4,11 @@ import { el, none } from "./dom.js";
 import { header } from "./header.js";
 import { keys } from "./keys.js";
 import { openNotFound } from "./not_found.js";
+import { palette } from "./palette/palette.js";
 import { dropZone, openLinked } from "./recording/open.js";
 import { scrubber } from "./recording/scrubber.js";
 import { parseAddress } from "./selection.js";
+import { applyTheme } from "./theme.js";
 import { loadViews } from "./views.js";
 
 const main = document.getElementById("main");
@@ -68,6 +70,7 @@ function router({ tabs, parts }) {
     if (!current || current.of !== module)
       show(name, found.title, module, module.kinds, () => module.open(main, app));
     current.view.go(rest);
+    app.selection.read(query); // an action belongs to the goal that the path names
     app.selection.write();
   }
   app.reopen = () => {
@@ -78,17 +81,17 @@ function router({ tabs, parts }) {
   return route;
 }
 
+applyTheme();
+
 async function start() {
   const views = await loadViews((name, error) =>
     app.toast("The view " + name + " cannot be shown: " + error.message, true),
   );
-  header(app);
+  const names = views.tabs.map(({ name, title }) => [name, title]);
+  header(app, palette(app, names));
   scrubber(app);
   dropZone(app);
-  keys(
-    app,
-    views.tabs.map(({ name, title }) => [name, title]),
-  );
+  keys(app, names);
   const route = router(views);
   app.start();
   route();

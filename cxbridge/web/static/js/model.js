@@ -14,6 +14,7 @@ export class Model {
   constructor(onRetracted = null) {
     this.onRetracted = onRetracted;
     this.listeners = new Set();
+    this.watchers = new Set();
     this.touched = new Set();
     this.frame = 0;
     this.asking = 0;
@@ -44,6 +45,7 @@ export class Model {
     this.gone = new Map();
     this.actions = new Map(); // key of the goal -> key of the action -> action
     this.calls = [];
+    this.waiting = new Set(); // actions that are about to run
     this.log = [];
     this.logGone = 0; // lines that made room for others
     this.interfaces = new Map();
@@ -76,6 +78,13 @@ export class Model {
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
     if (take) take.call(this, event);
+    for (const watcher of this.watchers) watcher(event);
+  }
+
+  /** Be told of every event, as it comes. */
+  onEvent(watcher) {
+    this.watchers.add(watcher);
+    return () => this.watchers.delete(watcher);
   }
 
   on_goal(event, isAgain = false) {
@@ -159,8 +168,24 @@ export class Model {
     };
     action.state = event.state;
     action.since = event.time_us;
+    if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
     actions.set(key, action);
+    this.attribute(action);
     this.touch("goals");
+  }
+
+  /** Which Skiller executes an action: of the calls since it was waiting the first that no other action has. */
+  attribute(action) {
+    if (action.state === "PENDING" || action.state === "WAITING") {
+      action.skiller = "";
+      this.waiting.add(action);
+    } else if (!this.waiting.has(action)) return;
+    if (action.state !== "RUNNING") return;
+    this.waiting.delete(action);
+    const call = this.calls.find((each) => each.end === null && each.waiting && each.waiting.has(action));
+    if (!call) return;
+    call.waiting = null;
+    action.skiller = call.skiller;
   }
 
   on_skill(event) {
@@ -173,7 +198,16 @@ export class Model {
     if (last && last.msgid === msgid && last.text === text) last.status = status;
     else {
       if (last) last.end ??= time;
-      if (text) this.calls.push({ skiller, text, msgid, status, begin: time, end: null });
+      if (text)
+        this.calls.push({
+          skiller,
+          text,
+          msgid,
+          status,
+          begin: time,
+          end: null,
+          waiting: new Set(this.waiting),
+        });
       if (this.calls.length > MOST_CALLS) this.calls.shift();
     }
     const now = this.calls.findLast((call) => call.skiller === skiller);

@@ -41,7 +41,10 @@ export class VirtualList {
     };
     for (const end of RELEASES) window.addEventListener(end, this.release);
     this.box.addEventListener("click", (event) => this.onClick(event));
-    this.resized = new ResizeObserver(() => this.later());
+    this.resized = new ResizeObserver(() => {
+      this.high = 0; // on a narrow page rows are higher
+      this.later();
+    });
     this.resized.observe(this.box);
     this.high = 0;
   }
@@ -67,7 +70,8 @@ export class VirtualList {
   }
 
   measure() {
-    this.high = parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 30;
+    if (!this.high || !this.box.isConnected)
+      this.high = parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 30;
   }
 
   update() {

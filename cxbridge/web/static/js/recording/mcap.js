@@ -1,10 +1,11 @@
 // Reads the events of an mcap file that cxbridge wrote: JSON messages; chunks may be packed by Zstandard
 // or LZ4. https://mcap.dev/spec
 import { unLz4 } from "./lz4.js";
+import { Sources } from "./sources.js";
 import { unZstd } from "./zstd.js";
 
 const MAGIC = [0x89, 0x4d, 0x43, 0x41, 0x50, 0x30, 0x0d, 0x0a];
-const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, DATA_END: 15 };
+const OP = { SCHEMA: 3, CHANNEL: 4, MESSAGE: 5, CHUNK: 6, ATTACHMENT: 9, METADATA: 12, DATA_END: 15 };
 const UNPACK = { "": (bytes) => bytes, zstd: unZstd, lz4: unLz4 };
 const MOST_UNPACKED = 256 << 20;
 export const KIND_OF = {
@@ -17,6 +18,8 @@ export const KIND_OF = {
   "cxbridge.InterfaceWrite": "interface",
   "cxbridge.InterfaceMessage": "message",
   "cxbridge.PlannerCall": "planner",
+  "cxbridge.NavGraphRead": "navgraph",
+  "cxbridge.LoopTime": "loop",
 };
 const decoder = new TextDecoder();
 const CUT = "The file was cut off; what is there is shown.";
@@ -25,12 +28,13 @@ export const isMcap = (bytes) => MAGIC.every((byte, at) => bytes[at] === byte);
 
 /**
  * @param pause(part) awaited now and then, with the part of the file that was read (0 to 1)
- * @returns {events, notes}: what could be read, and what not
+ * @returns {events, notes, sources}: what could be read, what not, and the attached CLIPS files
  */
 export async function readMcap(whole, pause) {
   const schemas = new Map(),
     kinds = new Map(),
     events = [],
+    sources = new Sources(),
     notes = new Set(),
     others = new Set();
 
@@ -57,6 +61,8 @@ export async function readMcap(whole, pause) {
   }
   function take(op, bytes, view, begin, end) {
     if (op === OP.SCHEMA) schemas.set(view.getUint16(begin, true), text(bytes, view, begin + 2)[0]);
+    else if (op === OP.ATTACHMENT) sources.attachment(bytes, view, begin);
+    else if (op === OP.METADATA) sources.metadata(bytes, view, begin);
     else if (op === OP.CHANNEL) {
       const schema = schemas.get(view.getUint16(begin + 2, true));
       if (!KIND_OF[schema]) others.add(schema || "without schema");
@@ -116,5 +122,5 @@ export async function readMcap(whole, pause) {
   await records(whole, MAGIC.length, whole.length, true);
   if (!events.length && others.size)
     notes.add("It has other things: " + [...others].slice(0, 5).join(", ") + ".");
-  return { events, notes: [...notes] };
+  return { events, notes: [...notes], sources };
 }

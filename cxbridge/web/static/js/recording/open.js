@@ -43,14 +43,18 @@ function progress(app, name) {
 }
 
 async function openBytes(app, name, bytes, shown) {
-  const { events, notes } = isMcap(bytes)
+  const {
+    events,
+    notes,
+    sources = null,
+  } = isMcap(bytes)
     ? await readMcap(bytes, shown.pause)
     : await readLines(new TextDecoder().decode(bytes), shown.pause);
   if (!events.length) {
     app.toast(name + " is no recording, or has no events. " + [...notes, WHAT].join(" "), true);
     return;
   }
-  const recording = new Recording(name, events, notes);
+  const recording = new Recording(name, events, notes, sources);
   for (let at = 0; at < events.length;) {
     at = Math.min(at + 2000, events.length);
     recording.goTo(at);

@@ -12,7 +12,9 @@ function inOrder(events) {
 }
 
 export class Recording {
-  constructor(name, events, notes) {
+  /** @param sources the attached CLIPS files, null without */
+  constructor(name, events, notes, sources = null) {
+    this.sources = sources;
     this.name = name;
     this.notes = notes;
     this.model = new Model();

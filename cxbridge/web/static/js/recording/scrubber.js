@@ -50,7 +50,7 @@ export function scrubber(app) {
     const { recording } = app;
     if (recording.at === recording.events.length) recording.goTo(0);
     play.textContent = "❙❙";
-    play.setAttribute("aria-label", "halt");
+    play.setAttribute("aria-label", "pause");
     timer = setInterval(() => {
       if (app.recording !== recording || recording.at === recording.events.length) halt();
       else recording.step(1);

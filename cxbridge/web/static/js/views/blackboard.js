@@ -1,6 +1,8 @@
 // Interfaces: who writes and reads them, their values as they change, and messages to send.
 import { get, part, post, throttled } from "../api.js";
-import { clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
+import { button, clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
+import { fieldNames } from "../plot/names.js";
+import { plot } from "../plot/store.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Blackboard", order: 50 };
@@ -214,6 +216,14 @@ export function open(root, app) {
           el("th", { scope: "row" }, name),
           el("td", { class: "dim small" }, types.get(name) || ""),
           cell,
+          el(
+            "td",
+            {},
+            button("plot", () => plot(app, fieldNames(chosen, name, now[name])), {
+              class: "quiet small",
+              "aria-label": "plot " + name,
+            }),
+          ),
         );
       });
       refill(

@@ -3,8 +3,10 @@
 import { get, part, post, throttled } from "../api.js";
 import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
 import { envSelect } from "../env.js";
-import { factForm } from "../fact_form.js";
-import { MAIN_ENV } from "../model.js";
+import { recordedRules, templateOwners } from "../clips/constructs.js";
+import { factForm } from "../clips/fact_form.js";
+import { factsOverview, rulesOverview } from "../clips/overview.js";
+import { ruleDetail } from "../clips/rule.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "CLIPS", order: 60 };
@@ -31,7 +33,9 @@ export function open(root, app) {
     rules = [],
     agenda = [],
     chosen = "",
-    why = null,
+    core = new Set(),
+    own = new Set(),
+    coreOf = "",
     onlyFired = false,
     typed = "",
     awaited = null;
@@ -56,28 +60,18 @@ export function open(root, app) {
     draw: (item) => item.draw(),
     select: (item, how) => {
       chosen = item.key;
-      awaited = why = null;
+      awaited = null;
       if (how !== "key" || root.clientWidth > 760) drawDetail(item);
     },
+  });
+  const find = search("Search CLIPS", (text) => {
+    wanted = text;
+    draw();
   });
   const layout = el(
     "div",
     { class: "split" },
-    panel(
-      "CLIPS",
-      [
-        envs,
-        told,
-        search("Search " + "CLIPS", (text) => {
-          wanted = text;
-          draw();
-        }),
-      ],
-      bar,
-      tools,
-      empty,
-      list.box,
-    ),
+    panel("CLIPS", [envs, told, find], bar, tools, empty, list.box),
     detail,
   );
   root.append(layout);
@@ -105,10 +99,9 @@ export function open(root, app) {
       rules = await get("cxbridge/rules?" + inEnv());
       problem = "";
       draw();
-      if (chosen && !why) {
+      if (chosen && tab === "rules") list.mark(chosen, true);
+      if (chosen && tab === "rules" && !detail.querySelector("#rule-source"))
         drawDetail({ rule: { name: chosen.slice(2) } });
-        list.mark(chosen, true);
-      }
     },
     SOON_MS,
     fail,
@@ -130,8 +123,16 @@ export function open(root, app) {
   /** Live, the daemon counts: whoever opens the page sees the same. */
   const firings = (rule) =>
     (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
+  /** Which deftemplates are the CX core's: facts of the agent come before those. */
+  const readCore = throttled(async () => {
+    const { env } = app;
+    ({ core, own } = await templateOwners(app, env));
+    coreOf = env;
+    draw();
+  }, SOON_MS);
   function factItems() {
     const items = [];
+    if (coreOf !== app.env) readCore();
     for (const fact of app.model.factsOf(app.env).values()) {
       const line = "f-" + fact.index + " " + fact.text;
       if (wanted && !line.toLowerCase().includes(wanted)) continue;
@@ -139,16 +140,24 @@ export function open(root, app) {
         key: "f-" + fact.index,
         sign: fact.text,
         fact,
+        rowClass: core.has(fact.template) ? "of-core" : "",
         draw: () => [
           el("span", { class: "dim n index" }, "f-" + fact.index),
           el("code", { class: "main-text" }, factText(fact)),
+          core.has(fact.template) ? el("span", { class: "dim small wide-only" }, "core") : null,
         ],
       });
     }
-    for (let at = 1; at < items.length; at++)
-      if (items[at].fact.index < items[at - 1].fact.index)
-        return items.sort((a, b) => a.fact.index - b.fact.index);
-    return items;
+    const inOrder = (list) => {
+      for (let at = 1; at < list.length; at++)
+        if (list[at].fact.index < list[at - 1].fact.index)
+          return list.sort((a, b) => a.fact.index - b.fact.index);
+      return list;
+    };
+    const rank = ({ fact }) => (own.has(fact.template) ? 0 : core.has(fact.template) ? 2 : 1);
+    const groups = [[], [], []];
+    for (const item of items) groups[rank(item)].push(item);
+    return groups.flatMap(inOrder);
   }
   const factText = (fact) => {
     const head = "(" + fact.template;
@@ -156,13 +165,20 @@ export function open(root, app) {
       ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)]
       : [fact.text];
   };
+  function rulesOfRecording() {
+    const fired = [...app.model.firings.keys()]
+      .filter((key) => key.startsWith(app.env + " "))
+      .map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 }));
+    const names = new Set(fired.map((rule) => rule.name));
+    const others = recordedRules(app.recording, app.env)
+      .filter((rule) => !names.has(rule.name))
+      .map((rule) => ({ ...rule, agenda: 0 }));
+    return [...fired, ...others];
+  }
   function ruleItems() {
-    const known = app.recording
-      ? [...app.model.firings.keys()]
-          .filter((key) => key.startsWith(app.env + " "))
-          .map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 }))
-      : rules;
-    return known
+    const known = app.recording ? rulesOfRecording() : rules;
+    return [...known]
+      .sort((a, b) => Number(Boolean(a.core)) - Number(Boolean(b.core)))
       .filter(
         (rule) =>
           (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) &&
@@ -178,6 +194,7 @@ export function open(root, app) {
             el("span", { class: "main-text" }, rule.name),
             rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null,
             fired ? el("span", { class: "dim small n" }, fired + "×") : null,
+            rule.core ? el("span", { class: "dim small wide-only" }, "core") : null,
             rule.salience
               ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience)
               : null,
@@ -222,6 +239,7 @@ export function open(root, app) {
     }
     list.set(items);
     envs.renew();
+    overview();
   }
 
   function drawTools() {
@@ -290,18 +308,25 @@ export function open(root, app) {
     drawDetail({ fact });
   }
 
+  const overview = throttled(async () => {
+    if (!chosen && !detail.contains(document.activeElement)) drawOverview();
+  }, FACTS_MS);
+  function drawOverview() {
+    if (tab === "facts")
+      refill(
+        detail,
+        factsOverview([...app.model.factsOf(app.env).values()], { core, own }, (template) => {
+          find.value = "(" + template;
+          wanted = find.value.toLowerCase();
+          draw();
+        }),
+      );
+    else refill(detail, rulesOverview(app.recording ? rulesOfRecording() : rules, firings));
+  }
   function drawDetail(item) {
     layout.classList.toggle("has-detail", Boolean(item));
     if (!item) {
-      refill(
-        detail,
-        none(
-          { facts: "Choose a fact", rules: "Choose a rule", agenda: "Choose an activation" }[tab],
-          tab === "facts"
-            ? "Its slots can be changed; it can be retracted."
-            : "Why has it not fired? It is answered here.",
-        ),
-      );
+      drawOverview();
       return;
     }
     const back = button(
@@ -336,40 +361,7 @@ export function open(root, app) {
       refill(detail, none("There is no rule " + rule.name));
       return;
     }
-    refill(
-      detail,
-      el(
-        "div",
-        { class: "detail-head" },
-        back,
-        el("h2", {}, rule.name),
-        app.recording || app.env !== MAIN_ENV ? null : button("Why?", () => askWhy(item), { id: "why-rule" }),
-      ),
-      el(
-        "p",
-        { class: "dim" },
-        [
-          known.module,
-          known.file && known.file + (known.line ? ":" + known.line : ""),
-          known.salience ? "salience " + known.salience : "",
-          firings(known) ? "fired " + firings(known) + "× while somebody looked" : "",
-        ]
-          .filter(Boolean)
-          .join(" · "),
-      ),
-      why ? el("pre", { id: "why-text" }, why) : null,
-    );
-  }
-  async function askWhy(item) {
-    const key = chosen;
-    why = "…";
-    drawDetail(item);
-    try {
-      why = (await get("cxbridge/why?rule=" + part(item.rule.name))).lines.join("\n");
-    } catch (error) {
-      why = error.message;
-    }
-    if (chosen === key) drawDetail(item);
+    refill(detail, ...ruleDetail(app, known, firings(known), back));
   }
 
   const slow = throttled(async () => {
@@ -397,7 +389,6 @@ export function open(root, app) {
       if (name !== tab || !bar.children.length) {
         tab = TABS.some(([key]) => key === name) ? name : "facts";
         chosen = "";
-        why = null;
         problem = "";
         list.box.scrollTop = 0;
         drawTools();
@@ -410,13 +401,18 @@ export function open(root, app) {
         chosen = "r-" + which;
         list.mark(chosen, true);
         drawDetail(item);
+      } else if (which && tab === "facts") {
+        chosen = which;
+        awaited = Number(which.slice(2));
+        list.mark(chosen, true);
+        follow();
       }
     },
     close() {
       stop();
       soon.stop();
       renewed();
-      for (const each of [readFacts, readRules, readAgenda, slow]) each.stop();
+      for (const each of [readFacts, readRules, readAgenda, readCore, overview, slow]) each.stop();
       list.gone();
     },
   };

@@ -1,7 +1,9 @@
 // The PDDL domain: facts, objects, predicates, operators.
-import { throttled } from "../api.js";
-import { MODELS } from "../clips_text.js";
-import { checkbox, el, none, panel, search, tabs } from "../dom.js";
+import { get, part as segment, throttled } from "../api.js";
+import { MODELS } from "../clips/text.js";
+import { checkbox, el, none, panel, refill, search, tabs } from "../dom.js";
+import { operatorView } from "../domain/operator_view.js";
+import { readDomain, TEMPLATES } from "../domain/operators.js";
 import { envSelect, readOf } from "../env.js";
 import { VirtualList } from "../virtual.js";
 
@@ -38,7 +40,12 @@ export function open(root, app) {
     items = [],
     wanted = "",
     problem = "",
-    byName = true;
+    byName = true,
+    chosen = "",
+    domain = null,
+    calls = [],
+    drawnDetail = "";
+  const bindings = new Map(); // operator -> Map parameter -> argument
   const list = new VirtualList({
     label: "Domain",
     key: (item) => String(item.number),
@@ -47,7 +54,11 @@ export function open(root, app) {
       el("code", { class: "main-text" }, el("b", {}, item.name), item.rest ? " " + item.rest : ""),
       item.note ? el("span", { class: "dim small" }, item.note) : null,
     ],
+    select: (item) => {
+      if (part === "operators") location.hash = "#/domain/operators/" + segment(item.name);
+    },
   });
+  const detail = el("div", { class: "detail", id: "operator", hidden: true });
   const bar = el("div");
   const empty = el("div", { hidden: true });
   const told = el("span", { class: "dim count" });
@@ -56,7 +67,9 @@ export function open(root, app) {
     draw();
     renew();
   });
-  root.append(
+  const layout = el(
+    "div",
+    { class: "wide-list" },
     panel(
       "Domain",
       [
@@ -75,7 +88,9 @@ export function open(root, app) {
       empty,
       list.box,
     ),
+    detail,
   );
+  root.append(layout);
 
   const read = throttled(
     async () => {
@@ -92,6 +107,77 @@ export function open(root, app) {
       take([]);
     },
   );
+
+  /** The facts that operators are made of. */
+  const readDetails = throttled(
+    async () => {
+      if (part !== "operators") return;
+      if (app.recording) {
+        const facts = [...app.model.factsOf(app.env).values()];
+        domain = readDomain(facts.map((fact) => fact.text));
+        calls = MODELS.plans.make(facts.filter((fact) => MODELS.plans.templates.includes(fact.template)));
+      } else {
+        const { env } = app,
+          lists = await Promise.all(
+            TEMPLATES.map((template) =>
+              get("clips/" + segment(env) + "/facts?formatted=true&template=" + template),
+            ),
+          );
+        calls = await readOf(env, "plans");
+        domain = readDomain(lists.flat().map((fact) => fact.formatted));
+      }
+      drawDetail();
+    },
+    SOON_MS,
+    (error) => {
+      problem = error.message;
+    },
+  );
+  function drawDetail() {
+    const isShown = part === "operators";
+    layout.className = isShown ? "split" + (chosen ? " has-detail" : "") : "wide-list";
+    detail.hidden = !isShown;
+    if (!isShown || !domain) return;
+    const operator = domain.operators.find((each) => each.name === chosen);
+    const inPlans = calls.flatMap((plan) =>
+      plan.actions
+        .filter((action) => action["operator-name"] === chosen)
+        .map((action) => ({
+          label: plan["goal-id"] + " " + action.id,
+          values: action["param-values"],
+        })),
+    );
+    const sign = JSON.stringify([chosen, operator, [...domain.facts], inPlans]);
+    if (sign === drawnDetail || detail.contains(document.activeElement)) return;
+    drawnDetail = sign;
+    if (!operator) {
+      refill(
+        detail,
+        chosen
+          ? none("There is no operator " + chosen)
+          : none(
+              "Choose an operator",
+              "Its precondition and effects are shown here, with what is false now.",
+            ),
+      );
+      return;
+    }
+    if (!bindings.has(chosen))
+      bindings.set(
+        chosen,
+        new Map(operator.parameters.map((each, at) => [each.name, inPlans[0] ? inPlans[0].values[at] : ""])),
+      );
+    refill(
+      detail,
+      el(
+        "div",
+        { class: "detail-head" },
+        el("a", { class: "back", href: "#/domain/operators", "aria-label": "back to the operators" }, "←"),
+        el("h2", {}, operator.name),
+      ),
+      operatorView(domain, operator, bindings.get(chosen), inPlans.slice(0, 6)),
+    );
+  }
 
   function take(rows) {
     items = rows.map(([name, rest = "", note = ""], number) => ({
@@ -134,11 +220,17 @@ export function open(root, app) {
       );
     }
     list.set(found);
+    mark();
   }
+  const mark = () => {
+    const item = chosen && items.find((each) => each.name === chosen);
+    if (item) list.mark(String(item.number), true);
+  };
   function renew() {
     envs.renew();
     if (app.recording) recorded();
     else read();
+    readDetails();
   }
   const dirty = throttled(async () => renew(), SOON_MS);
   const stop = app.model.onChange((topics) => {
@@ -146,8 +238,17 @@ export function open(root, app) {
   });
   const renewed = app.onRenew(renew);
   return {
-    go([name = "facts"]) {
+    go([name = "facts", which = ""]) {
+      const before = part;
       part = name in PARTS ? name : "facts";
+      chosen = which;
+      drawnDetail = "";
+      drawDetail();
+      if (part === before && items.length) {
+        readDetails();
+        mark();
+        return;
+      }
       bar.replaceChildren(
         tabs(
           "Parts of the domain",
@@ -163,6 +264,7 @@ export function open(root, app) {
       stop();
       renewed();
       read.stop();
+      readDetails.stop();
       dirty.stop();
       list.gone();
     },

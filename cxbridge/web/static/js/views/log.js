@@ -111,15 +111,33 @@ export function open(root, app) {
     list.set(items);
     if (stay) list.toEnd();
   }
+  /** Show the line of the moment that is selected. */
+  function toMoment(time) {
+    if (time === null) return;
+    const line = list.items.findLast((each) => each.time <= time) || list.items[0];
+    if (!line) return;
+    follow = false;
+    following.firstChild.checked = false;
+    chosen = line;
+    list.mark(String(line.number), true);
+    drawChosen();
+  }
+  const onSelect = ({ detail: { changed, time } }) => {
+    if (changed.includes("time") && !app.recording) toMoment(time);
+  };
+  app.addEventListener("select", onSelect);
   const soon = paced(draw, () => app.model.log.length);
   const stop = app.model.onChange((topics) => {
     if (topics.has("log")) soon();
   });
   draw();
   return {
-    go() {},
+    go() {
+      if (!app.recording) toMoment(app.selection.value.time);
+    },
     close() {
       stop();
+      app.removeEventListener("select", onSelect);
       soon.stop();
       list.gone();
     },

@@ -1,8 +1,12 @@
 // Skills: what runs, its state graph, to call and to stop.
 import { get, part, post, remove, throttled } from "../api.js";
 import { button, clockText, durationText, el, none, pairs, panel, refill, search } from "../dom.js";
+import { controllerName } from "../controller.js";
 import { drawGraph } from "../graph/draw.js";
 import { skillBadge } from "../looks.js";
+import { EXECUTOR, executorsOf, executorTable } from "../skills/executors.js";
+import { skillForm } from "../skills/form.js";
+import { mappedSkills, parametersOf, parseCall } from "../skills/parameters.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Skills", order: 30 };
@@ -15,6 +19,8 @@ const STATUS = "SkillerInterface::",
 let typed = "",
   chosenSkiller = ""; // stay when another view was open
 
+const capital = (text) => text.charAt(0).toUpperCase() + text.slice(1);
+
 export function open(root, app) {
   let names = [],
     wanted = "",
@@ -24,13 +30,19 @@ export function open(root, app) {
     problem = "",
     skillers = [],
     showsGraphs = true,
-    looked = "";
+    looked = "",
+    boardRead = [],
+    mapped = new Map(),
+    controller = { of: "", name: "" };
   const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
   const list = new VirtualList({
     label: "Skills",
     key: (item) => item.name,
-    sign: () => "",
-    draw: (item) => [el("span", { class: "main-text" }, item.name)],
+    sign: (item) => item.who,
+    draw: (item) => [
+      el("span", { class: "main-text" }, item.name),
+      item.who ? el("span", { class: "dim small" }, item.who) : null,
+    ],
     select: (item) => {
       location.hash = "#/skills/" + part(item.name);
     },
@@ -39,7 +51,9 @@ export function open(root, app) {
   const told = el("span", { class: "dim count" });
   const now = el("div", { class: "now", id: "skill-now", role: "status" });
   const graph = el("div", { class: "graph-place", id: "graph" });
-  const history = el("div", { id: "calls" });
+  const history = el("div", { id: "calls" }),
+    board = el("div"),
+    formOf = el("div");
   const input = el("input", {
     type: "text",
     name: "skill",
@@ -70,14 +84,18 @@ export function open(root, app) {
       return;
     }
     callButton.disabled = true;
-    await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
+    await call(text);
     callButton.disabled = false;
-    readActive();
   });
+  async function call(text) {
+    await app.attempt(() => post(ask("skiller/call"), { skill_string: text }), "Called: " + text);
+    readActive();
+  }
   const choice = el("select", { "aria-label": "Skiller", id: "skiller" });
   choice.addEventListener("change", () => {
     chosenSkiller = choice.value;
     change();
+    if (chosen) location.hash = "#/skills";
   });
   const split = el(
     "div",
@@ -104,7 +122,9 @@ export function open(root, app) {
         el("a", { class: "back", href: "#/skills", "aria-label": "back to the skills" }, "←"),
       ),
       now,
+      formOf,
       form,
+      board,
       graph,
       history,
     ),
@@ -142,7 +162,6 @@ export function open(root, app) {
       readNames();
       readActive();
     }
-    if (chosen) location.hash = "#/skills";
     drawNames();
     draw();
   }
@@ -153,9 +172,9 @@ export function open(root, app) {
       sign = all.join("\n") + "\n\n" + now;
     choice.hidden = all.length < 2;
     if (sign === drawnChoice) return;
-    drawnChoice = sign;
     choice.replaceChildren(...all.map((id) => el("option", { value: id, selected: id === now }, id)));
     if (now !== looked) change();
+    drawnChoice = sign;
   }
 
   async function readSkillers() {
@@ -168,11 +187,14 @@ export function open(root, app) {
       .map((each) => each.id)
       .sort();
     showsGraphs = !skillers.length || debugs.has(skiller());
+    if (found.some((each) => each.type === EXECUTOR))
+      boardRead = await get("cxbridge/interfaces?type=" + EXECUTOR);
     drawChoice();
   }
   const readNames = throttled(
     async () => {
       await readSkillers();
+      mapped = mappedSkills((await get("config").catch(() => ({}))).config);
       names = showsGraphs ? (await get(ask("skiller/skills"))).map((each) => each.name).sort() : [];
       problem = "";
       drawNames();
@@ -227,16 +249,35 @@ export function open(root, app) {
     },
   );
 
+  /** The executors of the Skiller that is looked at: its name is that of the agent. */
+  const executors = () => executorsOf(app.model, boardRead).filter((each) => each.agent === skiller());
+  /** The skills by name, with who executes them; of a recording those that were called. */
+  function known() {
+    const who = new Map(names.map((name) => [name, []]));
+    for (const each of executors())
+      for (const skill of each.skills) who.set(skill, [...(who.get(skill) || []), each.id]);
+    if (app.recording)
+      for (const each of app.model.calls) {
+        const called = parseCall(each.text);
+        if (called && each.skiller === skiller() && !who.has(called.skill)) who.set(called.skill, []);
+      }
+    return [...who]
+      .map(([name, ids]) => ({ name, who: ids.join(", ") }))
+      .sort((a, b) => (a.name < b.name ? -1 : 1));
+  }
+  let drawnNames = "";
   function drawNames() {
-    const items = names.filter((name) => name.toLowerCase().includes(wanted)).map((name) => ({ name }));
-    told.textContent = names.length ? String(names.length) : "";
+    const all = known(),
+      items = all.filter((each) => each.name.toLowerCase().includes(wanted));
+    drawnNames = JSON.stringify(all);
+    told.textContent = all.length ? String(all.length) : "";
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length) {
       empty.replaceChildren(
         app.recording
-          ? none("No list of skills", "A recording has the calls, not the skills.")
-          : names.length
+          ? none("No skills", "A recording has the skills that were called up to its moment.")
+          : all.length
             ? none("No skill matches")
             : !showsGraphs && !problem
               ? none(
@@ -291,9 +332,13 @@ export function open(root, app) {
     app.gate(stopButton, isHeld || !String(value.status).endsWith("RUNNING"));
     app.gate(callButton, isHeld);
     held.hidden = app.mayChange && !isHeld;
-    held.textContent = app.whyNot || "Another one controls this Skiller: calls are refused until it lets go.";
+    nameController(value.controller);
+    held.textContent =
+      app.whyNot ||
+      capital(controller.name || "another client") +
+        " controls this Skiller: calls are refused until it releases it.";
     form.hidden = Boolean(app.recording);
-    const sign = JSON.stringify([value, chosen, drawing]);
+    const sign = JSON.stringify([value, chosen, drawing, controller.name]);
     if (sign !== drawn) {
       drawn = sign;
       now.replaceChildren(
@@ -305,7 +350,7 @@ export function open(root, app) {
         ),
         pairs([
           ["error", value.error],
-          ["controlled by", value.controller],
+          ["controlled by", value.controller && (controller.name || "…")],
         ]),
       );
       const title = chosen
@@ -317,12 +362,48 @@ export function open(root, app) {
         drawing
           ? drawGraph(drawing, title)
           : none(
-              chosen ? "No graph of this skill" : showsGraphs ? "No state graph yet" : "No state graphs",
-              chosen ? "" : showsGraphs ? "It is drawn here when a skill runs." : skiller() + " shows none.",
+              chosen ? "No graph of this skill" : "No state graph yet",
+              chosen ? "" : "It is drawn here when a skill runs.",
             ),
       );
+      graph.hidden = !drawing && !showsGraphs;
     }
     drawCalls();
+    drawBoard();
+  }
+  function nameController(serial) {
+    const of = skiller() + " " + serial;
+    if (of === controller.of) return;
+    controller = { of, name: "" };
+    controllerName(app, skiller(), serial).then((name) => {
+      if (controller.of !== of) return;
+      controller.name = name;
+      draw();
+    });
+  }
+  let drawnBoard = "",
+    drawnForm = "";
+  function drawBoard() {
+    const all = executorsOf(app.model, boardRead),
+      sign = JSON.stringify(all);
+    if (sign !== drawnBoard) {
+      drawnBoard = sign;
+      board.replaceChildren(all.length ? executorTable(all) : "");
+    }
+    if (JSON.stringify(known()) !== drawnNames) drawNames();
+    const formSign = app.recording || !chosen ? "" : chosen + " " + mapped.size + " " + skiller();
+    if (formSign === drawnForm) return;
+    drawnForm = formSign;
+    formOf.replaceChildren(
+      formSign
+        ? el(
+            "div",
+            {},
+            el("h3", {}, "Call " + chosen),
+            skillForm(app, chosen, parametersOf(chosen, mapped, app.model.calls), call),
+          )
+        : "",
+    );
   }
   function drawCalls() {
     const of = skiller(),

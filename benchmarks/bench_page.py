@@ -1,0 +1,122 @@
+"""The page with much to show: 1,000 goals, 10,000 facts, 100,000 events. Long tasks of the browser, per view.
+
+Run with ``python -m benchmarks.bench_page``; needs playwright and an installed Chromium. A long task is one
+of the page's main thread that computes for more than 100 ms.
+"""
+
+from __future__ import annotations
+
+import json
+import sys
+from typing import Any
+
+from playwright.sync_api import sync_playwright
+
+from tests.trace.html.browser import BROWSER
+from tests.web.page.fake import START_US, FakeDaemon, fact_model, goal_event, goal_model, served
+
+GOALS, FACTS, EVENTS = 1_000, 10_000, 100_000
+LIMIT_MS = 100
+VIEWS = ("goals", "goals/G7", "skills", "domain", "domain/operators", "blackboard", "clips/facts",
+         "clips/rules", "log", "config", "timeline")  # fmt: skip
+
+
+def fill(daemon: FakeDaemon) -> None:
+    """Give the daemon what it answers with."""
+    goals = [f"G{number}" for number in range(GOALS)]
+    daemon.answers |= {
+        "clips-executive/goals": [
+            goal_model(goal, "DISPATCHED", parent=f"G{number // 10}" if number else "")
+            for number, goal in enumerate(goals)
+        ],
+        "clips-executive/domain-facts": [
+            {"name": "at", "param-values": [f"thing{number}", f"place{number % 97}"]}
+            for number in range(FACTS)
+        ],
+        "clips-executive/plans": [],
+        "clips/executive/facts": [
+            fact_model(number, f"(domain-fact (name at) (param-values thing{number} place{number % 97}))")
+            for number in range(FACTS)
+        ],
+        "cxbridge/rules": [
+            {"name": f"rule-{number}", "module": "MAIN", "agenda": 0, "firings": number}
+            for number in range(300)
+        ],
+        "cxbridge/constructs": [],
+    }
+
+
+def events(count: int, begin: int) -> list[dict[str, Any]]:
+    """Return events of a busy run: half of them goals and actions, the rest log lines and facts."""
+    made: list[dict[str, Any]] = []
+    for number in range(begin, begin + count):
+        time_us, goal = START_US + number * 1_000, f"G{number % GOALS}"
+        parent = f"G{number % GOALS // 10}" if number % GOALS else "nil"
+        match number % 4:
+            case 0:
+                mode = ("SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")[number // 4 % 4]
+                made.append(goal_event(goal, mode, parent=parent, time_us=time_us))
+            case 1:
+                state = ("PENDING", "WAITING", "RUNNING", "FINAL")[number // 4 % 4]
+                made.append({"kind": "plan-action", "env": "executive", "goal": goal, "plan": "P",
+                             "action": "move", "action_id": str(number % 9), "state": state,
+                             "time_us": time_us})  # fmt: skip
+            case 2:
+                made.append({"kind": "log", "level": "I", "component": "bench", "text": f"line {number}",
+                             "time_us": time_us})  # fmt: skip
+            case _:
+                made.append({"kind": "fact", "env": "executive", "index": number % FACTS,
+                             "template": "domain-fact",
+                             "text": f"(domain-fact (name at) (param-values thing{number % FACTS} place1))",
+                             "asserted": True, "time_us": time_us})  # fmt: skip
+    return made
+
+
+def tasks(trace: bytes) -> list[float]:
+    """Return how long the main thread's tasks computed, in ms; waiting for a core does not count."""
+    found = json.loads(trace)["traceEvents"]
+    mains = {
+        (event["pid"], event["tid"])
+        for event in found
+        if event["name"] == "thread_name" and event["args"]["name"] == "CrRendererMain"
+    }
+    return [
+        event.get("tdur", event.get("dur", 0)) / 1000
+        for event in found
+        if event["name"] == "RunTask" and (event["pid"], event["tid"]) in mains
+    ]
+
+
+def main() -> int:
+    """Print the long tasks of each view, while events come."""
+    daemon, bad = FakeDaemon(), 0
+    fill(daemon)
+    with served(daemon) as site, sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        page = browser.new_page(viewport={"width": 1600, "height": 900})
+        print(f"{'view':24}  over {LIMIT_MS} ms  longest (ms of the processor)")
+        begin, each = 0, EVENTS // len(VIEWS)
+        for view in (*VIEWS, "search"):
+            browser.start_tracing(page=page, categories=["disabled-by-default-devtools.timeline"])
+            if view == "search":
+                page.keyboard.press("Control+k")
+                for key in "g99":
+                    page.keyboard.press(key)
+                    page.wait_for_timeout(200)
+            else:
+                page.goto(f"{site.url}#/{view}")
+                for _ in range(10):
+                    daemon.tell(*events(each // 10, begin))
+                    begin += each // 10
+                    page.wait_for_timeout(150)
+            page.wait_for_timeout(1500)
+            found = tasks(browser.stop_tracing())
+            many = sum(length > LIMIT_MS for length in found)
+            bad += many
+            print(f"{view:24}  {many:11}  {max(found, default=0):12.0f}", flush=True)
+        browser.close()
+    return bad
+
+
+if __name__ == "__main__":
+    sys.exit(main() > 0)

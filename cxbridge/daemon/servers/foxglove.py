@@ -1,0 +1,33 @@
+"""The server of a daemon for Foxglove. It hears of events from its configuration on."""
+
+from __future__ import annotations
+
+from cxbridge.daemon.context import DaemonContext
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
+from cxbridge.trace.foxglove.serving import make_foxglove_server
+
+
+class FoxgloveComponent(Component):
+    """Sends events, poses and transforms to Foxglove."""
+
+    hooks = (Hook.POST_LOOP,)
+    steady = True
+
+    def __init__(self, context: DaemonContext) -> None:
+        settings, self._daemon = context.settings.foxglove, context.daemon
+        assert settings is not None  # else it is not needed
+        self._server = make_foxglove_server(context.bus, settings)
+
+    def activate(self) -> None:
+        """Begin to serve."""
+        self._server.start()
+        self._daemon.add_endpoints([self._server.url], "Foxglove")
+
+    def loop(self) -> None:
+        """Serve those who have just subscribed."""
+        self._server.attend()
+
+    def close(self) -> None:
+        """Serve no more."""
+        self._server.stop()

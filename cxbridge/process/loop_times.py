@@ -1,0 +1,30 @@
+"""Measures how long each loop takes, and emits it while somebody listens."""
+
+from __future__ import annotations
+
+import time
+
+from cxbridge.events import EventBus, LoopTime
+from cxbridge.mainloop import Hook, MainLoop
+
+
+class LoopTimes:
+    """Emits :class:`~cxbridge.events.LoopTime` for each loop.
+
+    :param loop: its hooks get two steps more: one before, one after all that was added so far.
+    """
+
+    def __init__(self, loop: MainLoop, bus: EventBus) -> None:
+        self._loop = loop
+        self._bus = bus
+        self._began_ns = 0
+        loop.add(Hook.PRE_LOOP, self._begin)
+        loop.add(Hook.POST_LOOP, self._end)
+
+    def _begin(self) -> None:
+        self._began_ns = time.perf_counter_ns() if self._bus.wants(LoopTime) else 0
+
+    def _end(self) -> None:
+        if self._began_ns:
+            duration_us = (time.perf_counter_ns() - self._began_ns) // 1000
+            self._bus.emit(LoopTime(self._bus.clock.now_us(), self._loop.loops + 1, duration_us))

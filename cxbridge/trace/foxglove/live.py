@@ -1,0 +1,142 @@
+"""Serves a run live to Foxglove, over its WebSocket protocol (foxglove-sdk)."""
+
+from __future__ import annotations
+
+import threading
+from collections.abc import Mapping
+from typing import Any, Final
+
+from foxglove import Context, start_server
+from foxglove.channel import Channel
+from foxglove.websocket import ChannelView, Client, ServerListener
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, EventBus, LoopTime
+from cxbridge.trace.codec import dump, encode, schema_of
+from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge.trace.foxglove.schemas import json_schema, schema_name
+from cxbridge.trace.foxglove.settings import FoxgloveSettings
+
+MOST_LASTING: Final = 1000
+"""Messages that are kept for clients that subscribe later; of more, those that came first."""
+
+_COMPONENT: Final = "Foxglove"
+
+
+class FoxgloveServer:
+    """Sends the events of a bus, and what panels show of them, to all clients that subscribe.
+
+    It hears of events from when it is made; any thread may emit them.
+
+    :param name: what clients see as the server's name.
+    """
+
+    def __init__(self, bus: EventBus, settings: FoxgloveSettings, name: str = "cxbridge") -> None:
+        self._bus = bus
+        self._settings = settings
+        self._name = name
+        self._context = Context()
+        self._channels: dict[str, Channel] = {}
+        self._lasting: dict[tuple[str, str], tuple[int, bytes]] = {}
+        self._asked: set[str] = set()
+        self._lock = threading.Lock()
+        self._server: Any = None
+        self.url = ""
+        """Where it serves, once it does."""
+        bus.subscribe(self._take, *RecordLevel.TRANSITIONS.event_types, LoopTime)
+
+    def start(self) -> None:
+        """Begin to serve.
+
+        :raises CxbridgeError: when the port cannot be had.
+        """
+        host, port = self._settings.host, self._settings.port
+        try:
+            self._server = start_server(
+                name=self._name,
+                host=host,
+                port=port,
+                context=self._context,
+                server_listener=_Subscriptions(self._note),
+            )
+        except (OSError, RuntimeError) as error:
+            raise CxbridgeError(
+                f"the Foxglove server cannot be at {host}:{port}: {error}",
+                hint="choose another port; 0: any free one",
+            ) from error
+        shown = f"[{host}]" if ":" in host else host
+        self.url = f"ws://{shown}:{self._server.port}"
+        self._bus.logger(_COMPONENT).info(f"Foxglove connects to {self.url}")
+
+    def stop(self) -> None:
+        """Serve no more. A second call does nothing."""
+        self._bus.unsubscribe(self._take)
+        server, self._server = self._server, None
+        if server is not None:
+            server.stop()
+
+    def attend(self) -> None:
+        """Send what holds to those who have subscribed since the last call. Called once a loop."""
+        with self._lock:
+            asked, self._asked = self._asked, set()
+            found = [(topic, kept) for (topic, _), kept in self._lasting.items() if topic in asked]
+        for topic, (time_ns, data) in found:
+            self._channels[topic].log(data, log_time=time_ns)
+
+    def _note(self, topic: str) -> None:
+        """Note a subscription, in a thread of the server: it is not in force yet."""
+        with self._lock:
+            self._asked.add(topic)
+
+    def _take(self, event: Event) -> None:
+        self._send_event(event)
+        for message in foxglove_messages(event):
+            self._send(message, event.time_us * 1000)
+
+    def _send_event(self, event: Event) -> None:
+        kind = type(event).KIND
+        about = getattr(event, kind.topic_field) if kind.topic_field else ""
+        topic = kind.topic + about.replace("::", "/", 1)
+        channel = self._channels.get(topic)
+        if channel is None:
+            name = f"cxbridge.{type(event).__name__}"
+            channel = self._add(topic, {**schema_of(type(event)), "title": name})
+        if channel.has_sinks():
+            channel.log(encode(event), log_time=max(event.time_us, 0) * 1000)
+
+    def _send(self, message: FoxgloveMessage, time_ns: int) -> None:
+        channel = self._channels.get(message.topic)
+        if channel is None:
+            schema = json_schema(message.schema)
+            channel = self._add(message.topic, {**schema, "title": schema_name(message.schema)})
+        if not message.lasting and not channel.has_sinks():
+            return
+        data = dump(message.data).encode("utf-8", "backslashreplace")
+        if message.lasting:
+            key = message.topic, message.lasting
+            with self._lock:
+                if key in self._lasting or len(self._lasting) < MOST_LASTING:
+                    self._lasting[key] = time_ns, data
+        channel.log(data, log_time=max(time_ns, 0))
+
+    def _add(self, topic: str, schema: Mapping[str, Any]) -> Channel:
+        """Return the channel of a topic, which is made now unless another thread has just done so."""
+        with self._lock:
+            if topic not in self._channels:
+                self._channels[topic] = Channel(topic, schema=dict(schema), context=self._context)
+            return self._channels[topic]
+
+
+class _Subscriptions(ServerListener):
+    """Reports the topics that clients subscribe to.
+
+    :param note: called in a thread of the server.
+    """
+
+    def __init__(self, note: Any) -> None:
+        self._note = note
+
+    def on_subscribe(self, client: Client, channel: ChannelView) -> None:  # noqa: ARG002 - the SDK's signature
+        """Report one."""
+        self._note(channel.topic)

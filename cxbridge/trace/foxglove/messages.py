@@ -1,0 +1,125 @@
+"""Makes of each event the messages that Foxglove's panels show. docs/foxglove.md lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, Final
+
+from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
+from cxbridge.trace.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
+
+LOG_TOPIC: Final = "/foxglove/log"
+"""The topic of the log. Readers of runs pass over what is below ``/foxglove``: they go by the schema."""
+
+TRANSFORM_TOPIC: Final = "/foxglove/tf"
+
+LEVELS: Final = {Level.DEBUG: 1, Level.INFO: 2, Level.WARN: 3, Level.ERROR: 4}
+"""Foxglove's numbers of the levels."""
+
+_ODOMETRY: Final = "odom"
+"""The frame that a navigator counts in when it names none."""
+
+_TRANSLATION: Final = 3
+_ROTATION: Final = 4
+
+
+@dataclass(frozen=True, slots=True)
+class FoxgloveMessage:
+    """A message.
+
+    :param schema: its name, without ``foxglove.``.
+    :param data: what JSON can have.
+    :param lasting: what it says holds until another message with this text says otherwise; empty: it is
+        about one moment.
+    """
+
+    topic: str
+    schema: str
+    data: Mapping[str, Any]
+    lasting: str = ""
+
+
+def foxglove_messages(event: Event) -> Iterator[FoxgloveMessage]:
+    """Yield the messages of an event; most have none."""
+    if isinstance(event, LogLine):
+        yield _log(event)
+    elif isinstance(event, NavGraphRead):
+        yield FoxgloveMessage(
+            f"/foxglove/navgraph/{event.graph}", "SceneUpdate", navgraph_scene(event), event.graph
+        )
+    elif isinstance(event, InterfaceWrite):
+        interface_type = event.uid.partition("::")[0]
+        maker = _PLACES.get(interface_type)
+        message = None if maker is None else maker(event)
+        if message is not None:
+            yield message
+
+
+def _log(event: LogLine) -> FoxgloveMessage:
+    line = {
+        "timestamp": stamp(event.time_us),
+        "level": LEVELS[event.level],
+        "message": event.text,
+        "name": event.component,
+        "file": "",
+        "line": 0,
+    }
+    return FoxgloveMessage(LOG_TOPIC, "Log", line)
+
+
+def _position(event: InterfaceWrite) -> FoxgloveMessage | None:
+    frame, translation = _frame(event, "frame"), _numbers(event, "translation", _TRANSLATION)
+    rotation = _numbers(event, "rotation", _ROTATION)
+    if not frame or translation is None or rotation is None:
+        return None  # not written yet
+    return _pose(event, frame, pose(translation, rotation))
+
+
+def _navigator(event: InterfaceWrite) -> FoxgloveMessage | None:
+    x, y = event.values.get("x"), event.values.get("y")
+    if not is_number(x) or not is_number(y):
+        return None
+    return _pose(event, _frame(event, "target_frame") or _ODOMETRY, pose((x, y, 0.0)))
+
+
+def _pose(event: InterfaceWrite, frame: str, where: dict[str, Any]) -> FoxgloveMessage:
+    topic = "/foxglove/pose/" + event.uid.replace("::", "/", 1).replace("//", "/")
+    data = {"timestamp": stamp(event.time_us), "frame_id": frame, "pose": where}
+    return FoxgloveMessage(topic, "PoseInFrame", data, event.uid)
+
+
+def _transform(event: InterfaceWrite) -> FoxgloveMessage | None:
+    parent, child = _frame(event, "frame"), _frame(event, "child_frame")
+    translation = _numbers(event, "translation", _TRANSLATION)
+    rotation = _numbers(event, "rotation", _ROTATION)
+    if not parent or not child or translation is None or rotation is None:
+        return None
+    data = {
+        "timestamp": stamp(event.time_us),
+        "parent_frame_id": parent,
+        "child_frame_id": child,
+        "translation": vector(translation),
+        "rotation": quaternion(rotation),
+    }
+    return FoxgloveMessage(TRANSFORM_TOPIC, "FrameTransform", data, child)
+
+
+_PLACES: Final[dict[str, Callable[[InterfaceWrite], FoxgloveMessage | None]]] = {
+    "Position3DInterface": _position,
+    "TransformInterface": _transform,
+    "NavigatorInterface": _navigator,
+}
+
+
+def _frame(event: InterfaceWrite, name: str) -> str:
+    """Return a frame's name; as in tf, a leading slash does not count."""
+    return str(event.values.get(name, "")).lstrip("/")
+
+
+def _numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
+    """Return so many numbers of a field; None when it has others: JSON knows no NaN."""
+    value = event.values.get(name)
+    if not isinstance(value, list | tuple) or len(value) != count or not all(map(is_number, value)):
+        return None
+    return tuple(value)

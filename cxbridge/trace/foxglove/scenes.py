@@ -1,0 +1,127 @@
+"""Parts of Foxglove messages: times, poses, and a navigation graph as a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from math import atan2, cos, hypot, isfinite, sin
+from typing import Any, Final, TypeAlias, TypeGuard
+
+from cxbridge.events import NavGraphRead
+
+MAP: Final = "map"
+"""The frame that navigation graphs are in."""
+
+_Place: TypeAlias = tuple[float, float]
+
+_NODE_M: Final = 0.12
+_EDGE_M: Final = 0.03
+_LABEL_M: Final = 0.2
+_LINE_LIST: Final = 2  # a line for each pair of points
+_NODES: Final = {"r": 0.16, "g": 0.42, "b": 0.68, "a": 1.0}
+_EDGES: Final = {"r": 0.45, "g": 0.47, "b": 0.5, "a": 1.0}
+_LABELS: Final = {"r": 0.2, "g": 0.22, "b": 0.25, "a": 1.0}
+_PRIMITIVES: Final = ("arrows", "cubes", "spheres", "cylinders", "lines", "triangles", "texts", "models")
+
+
+def stamp(time_us: int) -> dict[str, int]:
+    """Return a time as Foxglove's JSON has it; there is none before 1970."""
+    seconds, microseconds = divmod(max(time_us, 0), 1_000_000)
+    return {"sec": seconds, "nsec": microseconds * 1000}
+
+
+def vector(values: Sequence[float]) -> dict[str, float]:
+    """Return a point or vector of x, y, z."""
+    return dict(zip("xyz", values, strict=True))
+
+
+def quaternion(values: Sequence[float]) -> dict[str, float]:
+    """Return a rotation; of all zeros, as an interface has that nobody has set, none."""
+    return dict(zip("xyzw", values if any(values) else (0.0, 0.0, 0.0, 1.0), strict=True))
+
+
+def pose(position: Sequence[float], rotation: Sequence[float] = (0.0, 0.0, 0.0, 1.0)) -> dict[str, Any]:
+    """Return a pose."""
+    return {"position": vector(position), "orientation": quaternion(rotation)}
+
+
+def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
+    """Return a ``SceneUpdate``: nodes are spheres with names, edges lines, edges of one direction arrows."""
+    places = dict(_places(event))
+    both: list[tuple[_Place, _Place]] = []
+    one_way: list[tuple[_Place, _Place]] = []
+    for edge in event.edges.values():
+        start, end = places.get(edge.get("from")), places.get(edge.get("to"))
+        if start is not None and end is not None:
+            (one_way if edge.get("directed") else both).append((start, end))
+    points = [vector((*place, 0.0)) for edge in both for place in edge]
+    entity: dict[str, Any] = {
+        "timestamp": stamp(event.time_us),
+        "frame_id": MAP,
+        "id": event.graph,
+        "lifetime": {"sec": 0, "nsec": 0},
+        "frame_locked": True,
+        "metadata": [{"key": "nodes", "value": str(len(places))}],
+        **{name: [] for name in _PRIMITIVES},
+        "spheres": [
+            {"pose": pose((x, y, 0.0)), "size": vector((_NODE_M,) * 3), "color": _NODES}
+            for x, y in places.values()
+        ],
+        "lines": [_line_list(points)] if points else [],
+        "arrows": [_arrow(start, end) for start, end in one_way],
+        "texts": [_label(name, *place) for name, place in places.items()],
+    }
+    return {"deletions": [], "entities": [entity]}
+
+
+def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
+    """Yield the nodes that have a place; a recording of somebody else may hold anything."""
+    for name, node in event.nodes.items():
+        x, y = node.get("x"), node.get("y")
+        if is_number(x) and is_number(y):
+            yield name, (x, y)
+
+
+def is_number(value: Any) -> TypeGuard[float]:
+    """Whether it is a number that JSON can have."""
+    return isinstance(value, int | float) and isfinite(value)
+
+
+def _line_list(points: list[dict[str, float]]) -> dict[str, Any]:
+    return {
+        "type": _LINE_LIST,
+        "pose": pose((0.0, 0.0, 0.0)),
+        "thickness": _EDGE_M,
+        "scale_invariant": False,
+        "points": points,
+        "color": _EDGES,
+        "colors": [],
+        "indices": [],
+    }
+
+
+def _arrow(start: tuple[float, float], end: tuple[float, float]) -> dict[str, Any]:
+    """Return an arrow; Foxglove's point along x."""
+    length, half = (
+        hypot(end[0] - start[0], end[1] - start[1]),
+        atan2(end[1] - start[1], end[0] - start[0]) / 2,
+    )
+    head = min(0.25, length / 2)
+    return {
+        "pose": pose((*start, 0.0), (0.0, 0.0, sin(half), cos(half))),
+        "shaft_length": length - head,
+        "shaft_diameter": _EDGE_M,
+        "head_length": head,
+        "head_diameter": 3 * _EDGE_M,
+        "color": _EDGES,
+    }
+
+
+def _label(name: str, x: float, y: float) -> dict[str, Any]:
+    return {
+        "pose": pose((x, y, _LABEL_M)),
+        "billboard": True,
+        "font_size": _LABEL_M,
+        "scale_invariant": False,
+        "color": _LABELS,
+        "text": name,
+    }

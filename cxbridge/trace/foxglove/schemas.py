@@ -1,0 +1,88 @@
+"""JSON schemas of the Foxglove messages that we write; their fields are those of its published schemas."""
+
+from __future__ import annotations
+
+from functools import cache
+from typing import Any, Final
+
+_MESSAGES: Final = {
+    "Log": "timestamp:time level:integer message:string name:string file:string line:integer",
+    "PoseInFrame": "timestamp:time frame_id:string pose:Pose",
+    "FrameTransform": (
+        "timestamp:time parent_frame_id:string child_frame_id:string translation:Vector3 rotation:Quaternion"
+    ),
+    "SceneUpdate": "deletions:SceneEntityDeletion[] entities:SceneEntity[]",
+    "SceneEntityDeletion": "timestamp:time type:integer id:string",
+    "SceneEntity": (
+        "timestamp:time frame_id:string id:string lifetime:duration frame_locked:boolean "
+        "metadata:KeyValuePair[] arrows:ArrowPrimitive[] cubes:CubePrimitive[] spheres:SpherePrimitive[] "
+        "cylinders:CylinderPrimitive[] lines:LinePrimitive[] triangles:TriangleListPrimitive[] "
+        "texts:TextPrimitive[] models:ModelPrimitive[]"
+    ),
+    "KeyValuePair": "key:string value:string",
+    "ArrowPrimitive": (
+        "pose:Pose shaft_length:number shaft_diameter:number head_length:number head_diameter:number "
+        "color:Color"
+    ),
+    "CubePrimitive": "pose:Pose size:Vector3 color:Color",
+    "SpherePrimitive": "pose:Pose size:Vector3 color:Color",
+    "CylinderPrimitive": "pose:Pose size:Vector3 bottom_scale:number top_scale:number color:Color",
+    "LinePrimitive": (
+        "type:integer pose:Pose thickness:number scale_invariant:boolean points:Point3[] color:Color "
+        "colors:Color[] indices:integer[]"
+    ),
+    "TriangleListPrimitive": "pose:Pose points:Point3[] color:Color colors:Color[] indices:integer[]",
+    "TextPrimitive": (
+        "pose:Pose billboard:boolean font_size:number scale_invariant:boolean color:Color text:string"
+    ),
+    "ModelPrimitive": (
+        "pose:Pose scale:Vector3 color:Color override_color:boolean url:string media_type:string data:bytes"
+    ),
+    "Pose": "position:Vector3 orientation:Quaternion",
+    "Vector3": "x:number y:number z:number",
+    "Point3": "x:number y:number z:number",
+    "Quaternion": "x:number y:number z:number w:number",
+    "Color": "r:number g:number b:number a:number",
+}
+"""Fields and their types, by the message's name."""
+
+_NANOSECONDS: Final = {"type": "integer", "minimum": 0, "maximum": 999_999_999}
+_PLAIN: Final[dict[str, dict[str, Any]]] = {
+    "time": {
+        "type": "object",
+        "title": "time",
+        "properties": {"sec": {"type": "integer", "minimum": 0}, "nsec": _NANOSECONDS},
+    },
+    "duration": {
+        "type": "object",
+        "title": "duration",
+        "properties": {"sec": {"type": "integer"}, "nsec": _NANOSECONDS},
+    },
+    "bytes": {"type": "string", "contentEncoding": "base64"},
+}
+
+
+def schema_name(message: str) -> str:
+    """Return the name by which Foxglove knows a message."""
+    return f"foxglove.{message}"
+
+
+@cache
+def json_schema(message: str) -> dict[str, Any]:
+    """Return the JSON schema of a message, e.g. of ``Log``. Not to be changed."""
+    fields = dict(field.split(":") for field in _MESSAGES[message].split())
+    return {
+        "title": schema_name(message),
+        "type": "object",
+        "properties": {name: _of_type(kind) for name, kind in fields.items()},
+        "required": list(fields),
+    }
+
+
+def _of_type(kind: str) -> dict[str, Any]:
+    """Return the schema of a field."""
+    if kind.endswith("[]"):
+        return {"type": "array", "items": _of_type(kind.removesuffix("[]"))}
+    if kind in _MESSAGES:
+        return json_schema(kind)
+    return _PLAIN.get(kind) or {"type": kind}

@@ -1,0 +1,27 @@
+"""Makes the server for Foxglove; the package that it needs is an extra."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.trace.foxglove.settings import FoxgloveSettings
+
+if TYPE_CHECKING:
+    from cxbridge.events import EventBus
+    from cxbridge.trace.foxglove.live import FoxgloveServer
+
+
+def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
+    """Make a server, which has not started yet.
+
+    :raises CxbridgeError: when the package it needs is not installed.
+    """
+    try:
+        from cxbridge.trace.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError as error:
+        raise CxbridgeError(
+            f"live connections to Foxglove need the package '{error.name}'",
+            hint="pip install 'cxbridge[foxglove]'",
+        ) from None
+    return FoxgloveServer(bus, settings)

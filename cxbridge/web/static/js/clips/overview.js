@@ -1,0 +1,92 @@
+// What is beside the lists of CLIPS while nothing is chosen: facts by deftemplate, the rules that fire most.
+import { part } from "../api.js";
+import { button, el, none } from "../dom.js";
+
+const MOST = 25;
+
+function table(names, rows) {
+  return el(
+    "div",
+    { class: "wide" },
+    el(
+      "table",
+      { class: "counts" },
+      el(
+        "thead",
+        {},
+        el(
+          "tr",
+          {},
+          names.map((name) => el("th", { scope: "col" }, name)),
+        ),
+      ),
+      el("tbody", {}, rows),
+    ),
+  );
+}
+
+/** @param owners of templateOwners(); choose called with a deftemplate's name */
+export function factsOverview(facts, { core, own }, choose) {
+  const counts = new Map();
+  for (const fact of facts) counts.set(fact.template, (counts.get(fact.template) || 0) + 1);
+  if (!counts.size) return none("No facts", "They are listed by deftemplate here.");
+  const rank = (template) => (own.has(template) ? 0 : core.has(template) ? 2 : 1);
+  const sorted = [...counts].sort(
+    ([a, many], [b, more]) => rank(a) - rank(b) || more - many || (a < b ? -1 : 1),
+  );
+  return el(
+    "div",
+    { id: "clips-overview" },
+    el("div", { class: "detail-head" }, el("h2", {}, "Facts by deftemplate")),
+    el("p", { class: "dim" }, "Choose a fact to change or retract it."),
+    table(
+      ["deftemplate", "facts", "of"],
+      sorted.map(([template, count]) =>
+        el(
+          "tr",
+          {},
+          el(
+            "td",
+            {},
+            button(template, () => choose(template), { class: "link" }),
+          ),
+          el("td", { class: "n" }, String(count)),
+          el("td", { class: "dim" }, ["the agent", "no deftemplate", "CX core"][rank(template)]),
+        ),
+      ),
+    ),
+  );
+}
+
+/** @param firings(rule) how often a rule fired */
+export function rulesOverview(rules, firings) {
+  const fired = rules
+    .map((rule) => ({ rule, count: firings(rule) }))
+    .filter((each) => each.count)
+    .sort((a, b) => b.count - a.count);
+  return el(
+    "div",
+    { id: "clips-overview" },
+    el("div", { class: "detail-head" }, el("h2", {}, "Rules that fired most")),
+    el("p", { class: "dim" }, "Choose a rule for its source, and for why it has not fired."),
+    fired.length
+      ? table(
+          ["rule", "fired"],
+          fired
+            .slice(0, MOST)
+            .map(({ rule, count }) =>
+              el(
+                "tr",
+                {},
+                el("td", {}, el("a", { href: "#/clips/rules/" + part(rule.name) }, rule.name)),
+                el("td", { class: "n" }, count + "×"),
+              ),
+            ),
+        )
+      : el(
+          "p",
+          { class: "dim" },
+          "None has fired since firings are counted: while somebody has this view open.",
+        ),
+  );
+}

@@ -1,0 +1,80 @@
+// One rule: where it is, its source, why it has not fired.
+import { get, part } from "../api.js";
+import { button, el } from "../dom.js";
+import { ruleWhy } from "../goals/why.js";
+import { MAIN_ENV } from "../model.js";
+import { constructText } from "./constructs.js";
+import { highlighted } from "./source.js";
+
+/**
+ * @param rule what is known: {name, module, file, line, salience}
+ * @param firings how often it fired
+ * @param back a node that leads back, on a telephone
+ */
+export function ruleDetail(app, rule, firings, back) {
+  const source = el("div", { id: "rule-source" }),
+    why = el("div", { id: "why-text" }),
+    env = app.env;
+  async function askWhy() {
+    why.replaceChildren(el("p", { class: "dim" }, "…"));
+    try {
+      const answer = await get("cxbridge/why?rule=" + part(rule.name));
+      why.replaceChildren(el("h3", {}, "Why"), ruleWhy(app, answer.data));
+    } catch (error) {
+      why.replaceChildren(el("p", { class: "error-box" }, error.message));
+    }
+  }
+  const place = el("p", { class: "dim" });
+  function drawPlace(found) {
+    place.replaceChildren(
+      [
+        rule.module,
+        found && found.file ? found.file + ":" + found.line : "",
+        found && found.core ? "CX core" : "",
+        rule.salience ? "salience " + rule.salience : "",
+        firings ? "fired " + firings + "×" : "",
+      ]
+        .filter(Boolean)
+        .join(" · "),
+    );
+  }
+  drawPlace(rule);
+  constructText(app, env, "defrule", rule.name).then(
+    (found) => {
+      if (!found) {
+        source.replaceChildren(
+          el(
+            "p",
+            { class: "dim" },
+            app.recording
+              ? "The recording has no file with this rule."
+              : "No file that can be read has this rule.",
+          ),
+        );
+        return;
+      }
+      drawPlace(found);
+      source.replaceChildren(
+        el("h3", {}, "Source"),
+        el(
+          "pre",
+          { class: "source", tabindex: "0", "aria-label": "source of " + rule.name },
+          highlighted(found.text),
+        ),
+      );
+    },
+    () => {}, // where it is said already
+  );
+  return [
+    el(
+      "div",
+      { class: "detail-head" },
+      back,
+      el("h2", {}, rule.name),
+      app.recording || env !== MAIN_ENV ? null : button("Why?", askWhy, { id: "why-rule" }),
+    ),
+    place,
+    why,
+    source,
+  ];
+}

@@ -1,0 +1,165 @@
+// Why a goal came to its outcome or what it waits for, and why a rule has not fired: the daemon's answer as
+// lists of reasons, with links.
+import { part } from "../api.js";
+import { highlighted } from "../clips/source.js";
+import { el } from "../dom.js";
+import { linked } from "../links.js";
+
+const clock = (seconds) => seconds.toFixed(3) + " s";
+const ruleLink = (name) => el("a", { href: "#/clips/rules/" + part(name) }, name);
+
+function causes(app, list, rules) {
+  if (!list.length) return null;
+  return el(
+    "ul",
+    { class: "causes" },
+    list.map((cause) => el("li", {}, linked(app, cause.text, rules), causes(app, cause.because, rules))),
+  );
+}
+
+function moments(app, list, rules) {
+  if (!list.length) return null;
+  return el(
+    "details",
+    {},
+    el("summary", {}, "Step by step (" + list.length + ")"),
+    el(
+      "ol",
+      { class: "history" },
+      list.map((moment) =>
+        el(
+          "li",
+          {},
+          el("span", { class: "dim n" }, clock(moment.seconds)),
+          " ",
+          linked(app, moment.text.trim(), rules),
+          moment.rules.length
+            ? el("span", { class: "dim small" }, "  by ", ruleLink(moment.rules.at(-1)))
+            : null,
+        ),
+      ),
+    ),
+  );
+}
+
+const notes = (list) => (list || []).map((note) => el("p", { class: "dim small" }, note));
+
+/** @param data of GET /cxbridge/why?goal= */
+export function goalWhy(app, data) {
+  const rules = new Set(data.goals.flatMap((story) => story.moments.flatMap((moment) => moment.rules)));
+  return el(
+    "div",
+    { class: "why" },
+    data.goals.map((story) =>
+      el(
+        "section",
+        {},
+        el("p", { class: "cause" }, linked(app, story.cause.text, rules)),
+        causes(app, story.cause.because, rules),
+        moments(app, story.moments, rules),
+      ),
+    ),
+    el("p", { class: "dim small" }, "in " + data.where),
+    notes(data.notes),
+  );
+}
+
+const ICONS = { yes: ["completed", "✓"], no: ["failed", "✗"], unknown: ["formulated", "–"] };
+function mark(state) {
+  const [outcome, icon] = ICONS[state];
+  return el(
+    "i",
+    { class: "dot outcome o-" + outcome, "aria-label": state === "unknown" ? "not reached" : state },
+    icon,
+  );
+}
+const matches = (found) => (found ? found.number + (found.more ? " or more" : "") : "");
+
+function elements(data) {
+  return el(
+    "ol",
+    { class: "elements" },
+    data.elements.map((each) => {
+      const state = !each.joined ? "unknown" : each.joined.number ? "yes" : "no";
+      return el(
+        "li",
+        { class: data.failing === each.number ? "failing" : "" },
+        mark(data.failing === each.number ? "no" : state),
+        el("code", { class: "source" }, highlighted(each.text)),
+        el(
+          "span",
+          { class: "dim small n" },
+          each.alone ? matches(each.alone) + " alone" : "",
+          each.joined ? ", " + matches(each.joined) + " with those before" : "",
+        ),
+      );
+    }),
+  );
+}
+
+function failure(app, found) {
+  if (!found) return null;
+  return el(
+    "div",
+    {},
+    el("p", {}, linked(app, found.reason)),
+    el(
+      "ul",
+      { class: "causes" },
+      found.near.map((near) =>
+        el(
+          "li",
+          {},
+          linked(app, near.fact),
+          el(
+            "ul",
+            { class: "causes" },
+            near.deviations.map((each) =>
+              el(
+                "li",
+                {},
+                "slot ",
+                el("b", {}, each.slot),
+                " has ",
+                el("code", {}, each.value),
+                ", wanted ",
+                el("code", {}, each.wanted),
+              ),
+            ),
+          ),
+        ),
+      ),
+      found.inner.map((inner) => el("li", {}, failure(app, inner))),
+    ),
+  );
+}
+
+/** @param data of GET /cxbridge/why?rule= */
+export function ruleWhy(app, data) {
+  return el(
+    "div",
+    { class: "why" },
+    el("p", { class: "cause" }, linked(app, data.verdict)),
+    data.elements ? elements(data) : null,
+    failure(app, data.failure),
+    data.bases && data.bases.length
+      ? el(
+          "p",
+          {},
+          "It matches: ",
+          linked(app, data.bases.map((basis) => [basis].flat().join(", ")).join("; ")),
+        )
+      : null,
+    data.last_fired
+      ? el(
+          "p",
+          { class: "dim" },
+          "Fired " + data.fired + "×, last at " + clock(data.last_fired.seconds) + ": ",
+          linked(app, [data.last_fired.facts].flat().join(" ")),
+        )
+      : null,
+    (data.errors || []).map((error) => el("p", { class: "error-box" }, [error].flat().join(" "))),
+    el("p", { class: "dim small" }, "in " + data.where),
+    notes(data.notes),
+  );
+}

@@ -1,0 +1,154 @@
+// The samples of one series. Text becomes levels: one for each word, in the order in which they came.
+const FIRST_ROOM = 1024,
+  MOST_SAMPLES = 200_000;
+const NOTHING = new Set(["", "nil", "undefined", "null"]);
+const WORDS = { TRUE: 1, FALSE: 0, true: 1, false: 0 };
+
+function numberOf(value) {
+  if (typeof value === "number") return value;
+  if (typeof value === "boolean") return Number(value);
+  const text = String(value);
+  if (NOTHING.has(text)) return NaN;
+  if (text in WORDS) return WORDS[text];
+  const number = Number(text);
+  return Number.isFinite(number) ? number : undefined;
+}
+
+export class Series {
+  /** @param source what parseName has returned */
+  constructor(source, most = MOST_SAMPLES) {
+    Object.assign(this, { source, most, count: 0, words: null, last: undefined });
+    this.times = new Float64Array(FIRST_ROOM);
+    this.values = new Float64Array(FIRST_ROOM);
+    this.number = 0; // which colour it has
+  }
+
+  get name() {
+    return this.source.name;
+  }
+  get isStep() {
+    return this.source.isStep || this.words !== null;
+  }
+
+  /** Take the value of an event, if it has one. Returns whether it had. */
+  take(event) {
+    const value = this.source.sample(event);
+    if (value === undefined) return false;
+    this.push(event.time_us, value);
+    return true;
+  }
+
+  push(time, value) {
+    if (this.count && time < this.times[this.count - 1]) return; // a clock that was set back
+    let number = this.words ? undefined : numberOf(value);
+    if (number === undefined) {
+      this.words ??= [];
+      const word = String(value);
+      number = this.words.indexOf(word);
+      if (number < 0) number = this.words.push(word) - 1;
+    }
+    if (this.count === this.times.length) this.grow();
+    this.times[this.count] = time;
+    this.values[this.count++] = number;
+  }
+
+  grow() {
+    if (this.count >= this.most) {
+      const gone = this.count >> 2;
+      this.times.copyWithin(0, gone, this.count);
+      this.values.copyWithin(0, gone, this.count);
+      this.count -= gone;
+      return;
+    }
+    for (const each of ["times", "values"]) {
+      const more = new Float64Array(Math.min(this.most, this.count * 2));
+      more.set(this[each]);
+      this[each] = more;
+    }
+  }
+
+  /** The number of the first sample after a time. */
+  after(time) {
+    let low = 0,
+      high = this.count;
+    while (low < high) {
+      const middle = (low + high) >> 1;
+      if (this.times[middle] <= time) low = middle + 1;
+      else high = middle;
+    }
+    return low;
+  }
+
+  /** The number of the sample that holds at a time; -1 before the first. */
+  at(time) {
+    return this.after(time) - 1;
+  }
+
+  text(number) {
+    if (number < 0 || number >= this.count) return "";
+    const value = this.values[number];
+    if (Number.isNaN(value)) return "none";
+    if (this.words) return this.words[value];
+    return numberText(value);
+  }
+
+  /** Least and greatest value from one time to another, with those that hold at both; null: there is none. */
+  range(from, to) {
+    let least = Infinity,
+      greatest = -Infinity;
+    const end = Math.min(this.count, this.after(to) + 1);
+    for (let at = Math.max(0, this.at(from)); at < end; at++) {
+      const value = this.values[at];
+      if (value < least) least = value;
+      if (value > greatest) greatest = value;
+    }
+    return least > greatest ? null : [least, greatest];
+  }
+}
+
+export function numberText(value) {
+  if (Number.isInteger(value) && Math.abs(value) < 1e9) return String(value);
+  const size = Math.abs(value);
+  if (size !== 0 && (size < 1e-3 || size >= 1e7)) return value.toExponential(3);
+  return value.toFixed(size < 10 ? 4 : size < 1000 ? 3 : 1);
+}
+
+/**
+ * The points of a line that is `columns` wide: of each column the first, the least, the greatest and the
+ * last, so that no peak is lost.
+ * @param place(time) the column of a time, as a number
+ * @param point(number) called with the numbers of the samples to draw, in their order
+ */
+export function decimate({ times, values }, from, to, columns, place, point) {
+  if (to - from <= 4 * columns) {
+    for (let at = from; at < to; at++) point(at);
+    return;
+  }
+  let column = NaN,
+    first = from,
+    least = from,
+    greatest = from,
+    gap = -1;
+  function flush(last) {
+    const found = [first, least, greatest, last, ...(gap < 0 ? [] : [gap])].sort((a, b) => a - b);
+    found.forEach((number, at) => {
+      if (number !== found[at - 1]) point(number);
+    });
+  }
+  for (let at = from; at < to; at++) {
+    const now = Math.floor(place(times[at]));
+    if (now !== column) {
+      if (at > from) flush(at - 1);
+      column = now;
+      first = least = greatest = at;
+      gap = -1;
+    }
+    const value = values[at];
+    if (Number.isNaN(value)) gap = at;
+    else {
+      if (!(value >= values[least])) least = at;
+      if (!(value <= values[greatest])) greatest = at;
+    }
+  }
+  flush(to - 1);
+}

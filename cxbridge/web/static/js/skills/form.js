@@ -1,0 +1,53 @@
+// A form that calls one skill: a field for each parameter that is known.
+import { el } from "../dom.js";
+import { skillString } from "./parameters.js";
+
+/**
+ * @param parameters of parametersOf()
+ * @param call called with the skill string
+ */
+export function skillForm(app, skill, parameters, call) {
+  const fields = parameters.map(({ name, last }) => {
+    const input = el("input", {
+      type: "text",
+      name,
+      value: last.replace(/^"(.*)"$/s, "$1"),
+      spellcheck: "false",
+      autocomplete: "off",
+      autocapitalize: "off",
+    });
+    return [name, input];
+  });
+  const shown = el("code", { class: "dim" });
+  const text = () =>
+    skillString(
+      skill,
+      fields.filter(([, input]) => input.value.trim()).map(([name, input]) => [name, input.value]),
+    );
+  const show = () => {
+    shown.textContent = text();
+  };
+  const send = app.gate(el("button", { type: "submit", class: "primary" }, "Call " + skill));
+  const form = el(
+    "form",
+    { class: "skill-form", id: "skill-form", on: { input: show } },
+    fields.length
+      ? el(
+          "div",
+          { class: "fields" },
+          fields.map(([name, input]) => el("label", {}, el("span", {}, name), input)),
+        )
+      : el(
+          "p",
+          { class: "dim small" },
+          "No parameters are known: the action mapping names none, and it was not called yet.",
+        ),
+    el("div", { class: "tools" }, send, shown),
+  );
+  form.addEventListener("submit", (event) => {
+    event.preventDefault();
+    call(text());
+  });
+  show();
+  return form;
+}

@@ -1,0 +1,47 @@
+// What is known of the parameters of skills: the templates of the action mapping name them, and calls that
+// were made show values.
+const CALL = /^\s*([\w-]+)\s*\{(.*)\}\s*$/s;
+const PAIR = /([\w-]+)\s*=\s*("(?:\\.|[^"\\])*"|[^,\s]+(?:\s*\([^)]*\))?)\s*(?:,|$)/gs;
+const BARE = /^(-?\d+(\.\d+)?|true|false|nil)$/;
+
+/** A skill string taken apart: {skill, values: Map name -> text as written}; null: it is no simple call. */
+export function parseCall(text) {
+  const found = CALL.exec(text || "");
+  return found
+    ? {
+        skill: found[1],
+        values: new Map([...found[2].matchAll(PAIR)].map(([, name, value]) => [name, value])),
+      }
+    : null;
+}
+
+/** The templates of all specs of a configuration: skill -> Map parameter -> its template. */
+export function mappedSkills(config) {
+  const skills = new Map();
+  for (const spec of Object.values(config?.["clips-executive"]?.specs || {}))
+    for (const template of Object.values(spec?.["action-mapping"] || {})) {
+      const call =
+        typeof template === "string" && parseCall(template.replace(/\?\(([^)]*)\)(\w)/g, "?$1:$2"));
+      if (call) skills.set(call.skill, new Map([...(skills.get(call.skill) || []), ...call.values]));
+    }
+  return skills;
+}
+
+/** The parameters of a skill: [{name, last}], `last` as it was written in the last call. */
+export function parametersOf(skill, mapped, calls) {
+  const last = new Map([...(mapped.get(skill) || [])].map(([name]) => [name, ""]));
+  for (const { text } of calls) {
+    const call = parseCall(text);
+    if (call && call.skill === skill) for (const [name, value] of call.values) last.set(name, value);
+  }
+  return [...last].map(([name, value]) => ({ name, last: value }));
+}
+
+/** What somebody typed as a value in a skill string: numbers and true stay, the rest is quoted. */
+export function written(text) {
+  const value = text.trim();
+  return BARE.test(value) || /^".*"$/s.test(value) ? value : '"' + value.replace(/["\\]/g, "\\$&") + '"';
+}
+
+export const skillString = (skill, values) =>
+  skill + "{" + values.map(([name, value]) => name + "=" + written(value)).join(", ") + "}";

@@ -1,0 +1,80 @@
+"""Foxglove's published schemas (foxglove-schemas-protobuf), and our messages held against them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from importlib import import_module
+from typing import Any, Final
+
+import pytest
+
+_STAMPS: Final = {"google.protobuf.Timestamp", "google.protobuf.Duration"}
+_KINDS: Final = {"string": {9}, "boolean": {8}, "number": {1, 2}, "integer": {5, 6, 7, 13, 14}}
+"""Numbers of protobuf's types of fields (descriptor.proto), by JSON's."""
+
+
+def descriptor(message: str) -> Any:
+    """Return the published descriptor of a message, e.g. of ``Log``."""
+    pytest.importorskip("foxglove_schemas_protobuf", reason="needs foxglove-schemas-protobuf")
+    module = import_module(f"foxglove_schemas_protobuf.{message}_pb2")
+    return getattr(module, message).DESCRIPTOR
+
+
+def check_schema(schema: Mapping[str, Any], published: Any) -> None:
+    """Assert that a JSON schema has the fields of a published message, of the same types."""
+    fields = {field.name: field for field in published.fields}
+    assert set(schema["properties"]) == set(schema["required"]) == set(fields), published.full_name
+    for name, part in schema["properties"].items():
+        field = fields[name]
+        if field.is_repeated:
+            assert part["type"] == "array", name
+            part = part["items"]  # noqa: PLW2901 - the schema of one
+        if field.message_type is None:
+            _check_plain(part, field)
+        elif field.message_type.full_name in _STAMPS:
+            assert set(part["properties"]) == {"sec", "nsec"}, name
+        else:
+            check_schema(part, field.message_type)
+
+
+def _check_plain(part: Mapping[str, Any], field: Any) -> None:
+    if field.type == field.TYPE_BYTES:
+        assert part == {"type": "string", "contentEncoding": "base64"}
+    else:
+        assert field.type in _KINDS[part["type"]], field.full_name
+
+
+def check_message(message: str, data: Mapping[str, Any]) -> Any:
+    """Return a message as the published class has it; it takes neither unknown fields nor other types."""
+    from google.protobuf.json_format import ParseDict
+
+    published = descriptor(message)
+    module = import_module(f"foxglove_schemas_protobuf.{message}_pb2")
+    return ParseDict(_in_protobufs_json(data, published), getattr(module, message)())
+
+
+def _in_protobufs_json(data: Any, published: Any) -> dict[str, Any]:
+    """Return JSON as protobuf has it: times are texts there."""
+    fields = {field.name: field for field in published.fields}
+    assert set(data) == set(fields), f"{published.full_name} has other fields"
+    return {name: _value(value, fields[name]) for name, value in data.items()}
+
+
+def _value(value: Any, field: Any) -> Any:
+    if field.message_type is None:
+        return value
+    if isinstance(value, list):
+        return [_one(each, field.message_type) for each in value]
+    return _one(value, field.message_type)
+
+
+def _one(value: Any, published: Any) -> Any:
+    if published.full_name not in _STAMPS:
+        return _in_protobufs_json(value, published)
+    assert set(value) == {"sec", "nsec"}
+    assert 0 <= value["nsec"] < 10**9
+    if published.full_name.endswith("Duration"):
+        return f"{value['sec']}.{value['nsec']:09}s"
+    from google.protobuf.timestamp_pb2 import Timestamp
+
+    return Timestamp(seconds=value["sec"], nanos=value["nsec"]).ToJsonString()

@@ -1,0 +1,168 @@
+"""Foxglove live: a client that speaks the published protocol receives each channel of a run that goes on."""
+
+from __future__ import annotations
+
+import json
+import re
+import socket
+import sys
+import threading
+from typing import Any
+
+import jsonschema_rs
+import pytest
+
+from cxbridge.clock import RealClock
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, EventBus, GoalTransition, InterfaceWrite
+from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.trace.codec import schema_of
+from cxbridge.trace.foxglove.serving import make_foxglove_server
+from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from tests.daemon.test_daemon import QUIET, running
+from tests.support import ROOT
+from tests.trace.foxglove.client import FoxgloveClient, connected
+from tests.trace.foxglove.published import check_message
+from tests.trace.foxglove.test_messages import graph, pose, transform
+
+pytest.importorskip("foxglove", reason="needs foxglove-sdk")
+
+LIVE: tuple[tuple[str, Any], ...] = (*QUIET, ("foxglove/enable", True), ("foxglove/port", 0))
+WAYPOINTS = ROOT / "scenarios" / "waypoints"
+TOPICS = (
+    "/goals",
+    "/plan-actions",
+    "/log",
+    "/loops",
+    "/bb/Position3DInterface/Pose",
+    "/foxglove/log",
+    "/foxglove/pose/Position3DInterface/Pose",
+    "/foxglove/navgraph/waypoints",
+)
+
+
+def test_a_client_receives_and_decodes_each_channel_of_a_live_run():
+    with running(config=WAYPOINTS, settings=(*LIVE, ("clock", "scaled:4"))) as (daemon, lines, _):
+        (url,) = daemon.endpoints
+        assert url.startswith("ws://127.0.0.1:")
+        assert any(f"Foxglove at {url}" in line for line in lines)
+        with connected(url) as client:
+            client.until(lambda: client.has(*TOPICS))
+    check(client)
+    (_, scene) = client.messages["/foxglove/navgraph/waypoints"][0]
+    assert len(scene["entities"][0]["spheres"]) == 8
+
+
+def test_skills_of_a_skiller_and_transforms_of_its_blackboard_arrive_as_they_happen():
+    scenario = ROOT / "scenarios" / "test-scenario"
+    with (
+        running(config=scenario, settings=LIVE) as (daemon, _, _),
+        connected(daemon.endpoints[0]) as client,
+    ):
+        client.until(lambda: client.has("/skills", "/goals"))
+        publisher = TransformPublisher(daemon.board, "base_link")
+        publisher.send(StampedTransform(Transform((1.0, 2.0, 0.0)), 1_000_000, "map", "base_link"))
+        client.until(lambda: client.has("/foxglove/tf"))
+        publisher.close()
+    check(client)
+    (_, moved) = client.messages["/foxglove/tf"][0]
+    assert moved["translation"] == {"x": 1.0, "y": 2.0, "z": 0.0}
+
+
+def check(client: FoxgloveClient) -> None:
+    """Hold all that came against the schemas that were advertised, and those that Foxglove publishes."""
+    for topic, found in client.messages.items():
+        channel = client.channels[topic]
+        assert (channel["encoding"], channel["schemaEncoding"]) == ("json", "jsonschema")
+        schema = json.loads(channel["schema"])
+        assert schema["title"] == channel["schemaName"]
+        validator = jsonschema_rs.validator_for(schema)
+        for time_ns, data in found:
+            validator.validate(data)
+            assert time_ns > 0
+            if topic.startswith("/foxglove/"):
+                check_message(channel["schemaName"].removeprefix("foxglove."), data)
+    goal_channel = client.channels["/goals"]
+    assert goal_channel["schemaName"] == "cxbridge.GoalTransition"
+    assert json.loads(goal_channel["schema"]) == schema_of(GoalTransition)
+
+
+def attend(server: Any, over: threading.Event) -> None:
+    """Do what a main loop does."""
+    while not over.wait(0.01):
+        server.attend()
+
+
+@pytest.fixture
+def server():
+    bus = EventBus(RealClock())
+    made = make_foxglove_server(bus, FoxgloveSettings(port=0))
+    made.start()
+    yield bus, made
+    made.stop()
+
+
+def test_who_comes_late_gets_what_still_holds(server):
+    """A static transform is written once, a graph is read once: without them a map stays empty."""
+    bus, made = server
+    for event in (transform(), transform(child_frame="laser", frame="base_link"), graph(), pose()):
+        bus.emit(event)
+    bus.emit(InterfaceWrite(1, "SkillerInterface::Skiller", {"msgid": 1}))
+    with connected(made.url) as client:
+        client.until(lambda: "/bb/SkillerInterface/Skiller" in client.channels)
+        loops = threading.Event()
+        loop = threading.Thread(target=attend, args=(made, loops))
+        loop.start()
+        try:
+            client.until(
+                lambda: (
+                    client.has("/foxglove/navgraph/House", "/foxglove/pose/Position3DInterface/Pose")
+                    and len(client.messages.get("/foxglove/tf", ())) >= 2
+                )
+            )
+        finally:
+            loops.set()
+            loop.join()
+    frames = {data["child_frame_id"] for _, data in client.messages["/foxglove/tf"]}
+    assert frames == {"base_link", "laser"}
+    assert "/bb/SkillerInterface/Skiller" not in client.messages
+
+
+def test_nothing_is_encoded_for_a_topic_without_clients(server, monkeypatch):
+    bus, _ = server
+    encoded: list[Event] = []
+    monkeypatch.setattr("cxbridge.trace.foxglove.live.encode", encoded.append)
+    bus.emit(GoalTransition(1, "executive", "G", "C", "nil", "nil", "SELECTED", "UNKNOWN", ""))
+    assert encoded == []
+
+
+def test_a_stopped_server_hears_nothing_and_serves_nobody(server):
+    bus, made = server
+    port = int(re.findall(r":(\d+)$", made.url)[0])
+    made.stop()
+    bus.emit(pose())
+    pause = threading.Event()
+    for _ in range(200):  # the SDK ends its threads by itself
+        with socket.socket() as free:
+            free.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+            if free.connect_ex(("127.0.0.1", port)):
+                return
+        pause.wait(0.1)
+    raise AssertionError("it still serves")
+
+
+def test_a_port_that_is_taken_is_one_clear_error():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        made = make_foxglove_server(EventBus(RealClock()), FoxgloveSettings(port=port))
+        with pytest.raises(CxbridgeError, match=rf"cannot be at 127.0.0.1:{port}"):
+            made.start()
+        made.stop()
+
+
+def test_without_the_package_the_error_names_the_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "foxglove", None)
+    monkeypatch.delitem(sys.modules, "cxbridge.trace.foxglove.live", raising=False)
+    with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
+        make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
+    assert caught.value.hint == "pip install 'cxbridge[foxglove]'"

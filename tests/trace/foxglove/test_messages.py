@@ -1,0 +1,171 @@
+"""What Foxglove's panels get, held against its published schemas."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mcap.reader import make_reader
+
+from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge.trace.foxglove.schemas import json_schema
+from tests.trace.events import events as any_event
+from tests.trace.foxglove.published import check_message, check_schema, descriptor
+from tests.trace.runs import MemoryRun
+
+UNTURNED = [0.0, 0.0, 0.0, 1.0]
+
+
+def pose(**changes: Any) -> InterfaceWrite:
+    values = {"frame": "/map", "translation": [1.0, 2.0, 0.5], "rotation": UNTURNED, "visibility_history": 1}
+    return InterfaceWrite(1_500_000, "Position3DInterface::Pose", values | changes)
+
+
+def transform(**changes: Any) -> InterfaceWrite:
+    values = {
+        "frame": "map",
+        "child_frame": "/base_link",
+        "static_transform": False,
+        "translation": [1.0, 0.0, 0.0],
+        "rotation": UNTURNED,
+    }
+    return InterfaceWrite(2_000_000, "TransformInterface::/tf/base_link", values | changes)
+
+
+def graph() -> NavGraphRead:
+    nodes = {
+        "hall": {"x": 0.0, "y": 0.0, "unconnected": False, "properties": {}},
+        "kitchen": {"x": 4, "y": 3.0, "unconnected": False, "properties": {"room": "true"}},
+        "roof": {"x": 9.0, "y": 9.0, "unconnected": True, "properties": {}},
+    }
+    edges = {
+        "hall--kitchen": {"from": "hall", "to": "kitchen", "directed": False},
+        "kitchen->hall": {"from": "kitchen", "to": "hall", "directed": True},
+    }
+    return NavGraphRead(1_000_000, "House", nodes, edges)
+
+
+def navigator(**changes: Any) -> InterfaceWrite:
+    values = {"x": 1.5, "y": -2.0, "target_frame": ""}
+    return InterfaceWrite(3_000_000, "NavigatorInterface::Navigator", values | changes)
+
+
+ALL: list[Event] = [
+    LogLine(1, Level.ERROR, "Test", "no \ud83e way"),
+    pose(),
+    transform(),
+    navigator(),
+    graph(),
+]
+
+
+def only(event: Event) -> FoxgloveMessage:
+    (message,) = foxglove_messages(event)
+    return message
+
+
+@pytest.mark.parametrize("message", ["Log", "PoseInFrame", "FrameTransform", "SceneUpdate"])
+def test_our_schemas_have_the_fields_of_the_published_ones(message):
+    check_schema(json_schema(message), descriptor(message))
+
+
+@pytest.mark.parametrize("event", [pose(), transform(), navigator(), graph(), *ALL[:1]])
+def test_each_message_is_one_that_the_published_schema_takes(event):
+    message = only(event)
+    if isinstance(event, LogLine):
+        message = only(LogLine(1, Level.ERROR, "Test", "no way"))  # protobuf wants whole characters
+    check_message(message.schema, message.data)
+
+
+def test_a_pose_stands_in_its_frame():
+    message = only(pose())
+    assert (message.topic, message.schema) == ("/foxglove/pose/Position3DInterface/Pose", "PoseInFrame")
+    assert message.data == {
+        "timestamp": {"sec": 1, "nsec": 500_000_000},
+        "frame_id": "map",
+        "pose": {
+            "position": {"x": 1.0, "y": 2.0, "z": 0.5},
+            "orientation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+        },
+    }
+
+
+def test_a_transform_leads_from_parent_to_child():
+    message = only(transform())
+    assert (message.topic, message.lasting) == ("/foxglove/tf", "base_link")
+    data = message.data
+    assert (data["parent_frame_id"], data["child_frame_id"]) == ("map", "base_link")
+
+
+def test_a_navigator_stands_in_its_odometry():
+    assert only(navigator()).data["frame_id"] == "odom"
+    assert only(navigator(target_frame="/map")).data["frame_id"] == "map"
+
+
+def test_a_navigation_graph_is_one_entity_with_nodes_edges_and_names():
+    (entity,) = only(graph()).data["entities"]
+    assert (entity["id"], entity["frame_id"]) == ("House", "map")
+    assert len(entity["spheres"]) == len(entity["texts"]) == 3
+    assert [text["text"] for text in entity["texts"]] == ["hall", "kitchen", "roof"]
+    (line,) = entity["lines"]
+    assert [(point["x"], point["y"]) for point in line["points"]] == [(0.0, 0.0), (4, 3.0)]
+    (arrow,) = entity["arrows"]
+    assert arrow["shaft_length"] + arrow["head_length"] == pytest.approx(5.0)
+    turn = arrow["pose"]["orientation"]
+    ahead = (1 - 2 * turn["z"] ** 2, 2 * turn["z"] * turn["w"])  # where the arrow's x axis points
+    assert ahead == pytest.approx((-0.8, -0.6))
+
+
+@pytest.mark.parametrize(
+    "event",
+    [
+        pose(frame=""),  # nobody has written it yet
+        pose(translation=(math.nan, 0.0, 0.0)),
+        pose(rotation=(0.0, 1.0)),
+        transform(child_frame=""),
+        navigator(x=math.inf),
+        InterfaceWrite(1, "SkillerInterface::Skiller", {"msgid": 1}),
+    ],
+)
+def test_what_has_no_place_has_no_message(event):
+    assert list(foxglove_messages(event)) == []
+
+
+def test_a_graph_of_a_strange_recording_is_drawn_as_far_as_it_makes_sense():
+    nodes = {"a": {"x": "far", "y": 0}, "b": {}, "c": {"x": 1.0, "y": 2.0}}
+    edges = {"a--c": {"from": "a", "to": "c"}, "?": {}}
+    (entity,) = only(NavGraphRead(1, "Odd", nodes, edges)).data["entities"]
+    assert (len(entity["spheres"]), entity["lines"], entity["arrows"]) == (1, [], [])
+
+
+@given(st.lists(any_event, max_size=8))
+def test_a_converted_run_is_the_same_run_with_messages_that_foxglove_takes(tmp_path_factory, events):
+    path: Path = tmp_path_factory.mktemp("run") / "run.mcap"
+    events = [*events, pose(), transform(), navigator(), graph()]
+    convert(MemoryRun(events), path, "foxglove")
+    assert list(open_run(path)) == events
+    found: dict[str, int] = {}
+    with path.open("rb") as file:
+        for schema, channel, message in make_reader(file).iter_messages():
+            assert schema is not None
+            if not channel.topic.startswith("/foxglove/"):
+                continue
+            assert channel.message_encoding == "json"
+            assert schema.name.startswith("foxglove.")
+            found[channel.topic] = found.get(channel.topic, 0) + 1
+            if channel.topic != "/foxglove/log":
+                check_message(schema.name.removeprefix("foxglove."), json.loads(message.data))
+    assert {
+        "/foxglove/pose/Position3DInterface/Pose",
+        "/foxglove/pose/NavigatorInterface/Navigator",
+        "/foxglove/tf",
+        "/foxglove/navgraph/House",
+    } <= set(found)

@@ -1,0 +1,238 @@
+"""The tab Map: navigation graph, frames, robots with trails; live, recorded, by pointer and keys."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+from tests.web.page.conftest import PHONE, in_both, wait_for
+from tests.web.page.fake import START_US, goal_event
+from tests.web.page.test_plot import lines
+
+NODES = {
+    "hall": {"x": 0.0, "y": 0.0, "unconnected": False, "properties": {}},
+    "kitchen": {"x": 4.0, "y": 2.0, "unconnected": False, "properties": {"room": "true"}},
+}
+EDGES = {"hall--kitchen": {"from": "hall", "to": "kitchen", "directed": False}}
+GRAPH = {"graph": "House", "nodes": NODES, "edges": EDGES}
+
+
+def quarter_turns(count: float) -> list[float]:
+    return [0.0, 0.0, math.sin(count * math.pi / 4), math.cos(count * math.pi / 4)]
+
+
+def pose(at_s: float, x: float, y: float, frame: str = "map", turns: float = 0, uid: str = "r1") -> Any:
+    values = {
+        "frame": frame,
+        "translation": [x, y, 0.0],
+        "rotation": quarter_turns(turns),
+        "visibility_history": 3,
+    }
+    return {
+        "kind": "interface",
+        "time_us": START_US + round(at_s * 1e6),
+        "uid": f"Position3DInterface::{uid}",
+        "values": values,
+    }
+
+
+def transform(parent: str, child: str, x: float, y: float, turns: float = 0, at_s: float = 0) -> Any:
+    values = {
+        "frame": parent,
+        "child_frame": child,
+        "static_transform": False,
+        "translation": [x, y, 0.0],
+        "rotation": quarter_turns(turns),
+    }
+    uid = f"TransformInterface::/tf/{child}"
+    return {"kind": "interface", "time_us": START_US + round(at_s * 1e6), "uid": uid, "values": values}
+
+
+def navgraph(at_s: float = 0) -> Any:
+    return {"kind": "navgraph", "time_us": START_US + round(at_s * 1e6), **GRAPH}
+
+
+def rows(tab: Any) -> dict[str, list[str]]:
+    """Return what the table beside the map says, by name."""
+    found = tab.locator("#map-items tr[data-item]").all()
+    return {row.get_attribute("data-item"): row.locator("td").all_inner_texts() for row in found}
+
+
+def pixels_of(tab: Any, colour: str) -> int:
+    """Return how many pixels of the map have the colour of a series."""
+    count: int = tab.evaluate(
+        """(name) => {
+          const canvas = document.querySelector(".map-box canvas"), probe = document.createElement("i");
+          probe.style.color = "var(" + name + ")";
+          document.body.append(probe);
+          const wanted = getComputedStyle(probe).color.match(/\\d+/g).map(Number);
+          probe.remove();
+          const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+          let count = 0;
+          for (let at = 0; at < data.length; at += 4)
+            if (wanted.every((part, which) => data[at + which] === part)) count += 1;
+          return count;
+        }""",
+        colour,
+    )
+    return count
+
+
+@in_both
+def test_robots_are_where_they_say_and_leave_a_trail(tab, site, daemon):
+    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
+    tab.goto(f"{site.url}#/map")
+    tab.wait_for_selector(".map-box canvas")
+    daemon.tell(pose(61, 1.0, 0.5))
+    wait_for(tab, lambda: rows(tab) == {"r1": ["1.00", "0.50", "0°"]})
+    daemon.tell(pose(62, 3.0, 1.5, turns=1))
+    wait_for(tab, lambda: rows(tab) == {"r1": ["3.00", "1.50", "90°"]})
+    tab.wait_for_timeout(100)
+    assert pixels_of(tab, "--series-1") > 40
+
+
+def test_what_was_there_before_the_page_is_shown(tab, site, daemon):
+    data = pose(0, 2.0, 1.0)["values"]
+    daemon.answers |= {
+        "cxbridge/navgraphs": [GRAPH],
+        "cxbridge/interfaces": [{"type": "Position3DInterface", "id": "r1", "data": data}],
+    }
+    tab.goto(f"{site.url}#/map")
+    wait_for(tab, lambda: rows(tab) == {"r1": ["2.00", "1.00", "0°"]})
+
+
+def test_a_node_under_the_pointer_tells_its_name_place_and_properties(tab, site, daemon):
+    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
+    tab.goto(f"{site.url}#/map")
+    tab.wait_for_selector(".map-box canvas")
+    tab.wait_for_timeout(100)
+    box = tab.locator(".map-box canvas").bounding_box()
+    scale = min(box["width"] / 5, box["height"] / 2.5)
+    tab.mouse.move(
+        box["x"] + box["width"] / 2 + 2 * scale, box["y"] + box["height"] / 2 - scale
+    )  # the graph is in the middle of it
+    tab.wait_for_selector("#map-told:text-is('kitchen: 4.00, 2.00 m; room true')")
+
+
+def test_poses_are_seen_from_the_chosen_frame_through_the_tree(tab, site, daemon):
+    daemon.answers |= {"cxbridge/navgraphs": [], "cxbridge/interfaces": []}
+    tab.goto(f"{site.url}#/map")
+    tab.wait_for_selector("text=Nothing has a place yet")
+    daemon.tell(
+        transform("map", "odom", 10, 0, turns=1),
+        transform("odom", "base_link", 2, 0),
+        pose(1, 1.0, 0.0, frame="/base_link", uid="cup"),
+        pose(1, 5.0, 5.0, frame="elsewhere", uid="lost"),
+    )
+    wait_for(tab, lambda: len(rows(tab)) == 4)
+    assert rows(tab) == {
+        "cup": ["10.00", "3.00", "90°"],
+        "lost": ["in elsewhere, not connected to map"],
+        "odom": ["10.00", "0.00", "90°"],
+        "base_link": ["10.00", "2.00", "90°"],
+    }
+    tab.select_option("#map-frame", "odom")
+    wait_for(tab, lambda: rows(tab)["cup"] == ["3.00", "0.00", "0°"])
+    tab.uncheck("text=frames")
+    wait_for(tab, lambda: list(rows(tab)) == ["cup", "lost"])
+
+
+def test_a_navigator_shows_where_it_goes(tab, site, daemon):
+    daemon.answers |= {"cxbridge/navgraphs": [], "cxbridge/interfaces": []}
+    values = {"x": 1.0, "y": 2.0, "dest_x": 3.0, "dest_y": 2.0, "dest_dist": 2.0, "final": False}
+    event = {"kind": "interface", "time_us": START_US, "uid": "NavigatorInterface::Navigator"}
+    tab.goto(f"{site.url}#/map")
+    daemon.tell(event | {"values": values | {"target_frame": ""}})
+    wait_for(tab, lambda: rows(tab) == {"Navigator": ["1.00", "2.00", ""]})
+
+
+def test_a_recording_shows_its_moment_and_its_own_graph(tab, site, daemon):
+    run = [navgraph(), *(pose(at, float(at), 0.0) for at in range(1, 6)), goal_event("G", "FORMULATED")]
+    run[-1]["time_us"] = START_US + 9_000_000
+    daemon.files["run.json"] = lines(*run)
+    tab.goto(f"{site.url}?run=files/run.json#/map")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    wait_for(tab, lambda: rows(tab) == {"r1": ["5.00", "0.00", "0°"]})
+    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_500_000)
+    wait_for(tab, lambda: rows(tab) == {"r1": ["2.00", "0.00", "0°"]})
+    trail = tab.evaluate(
+        """async () => {
+          const { app } = await import("/js/app.js"), { tracksOf } = await import("/js/map/store.js");
+          const { tracks } = tracksOf(app), [track] = tracks.poses.values();
+          return [tracks.trail(track, "map", app.recording.time), [...tracks.graphs.keys()]];
+        }"""
+    )
+    assert trail == [[[1, 0], [2, 0]], ["House"]]
+
+
+@pytest.mark.parametrize("key", ["+", "-", "ArrowLeft"])
+def test_keys_move_the_map_and_zero_shows_all(tab, site, daemon, key):
+    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
+    tab.goto(f"{site.url}#/map")
+    tab.wait_for_selector(".map-box canvas")
+    tab.wait_for_timeout(100)
+    picture = "document.querySelector('.map-box canvas').toDataURL()"
+    before = tab.evaluate(picture)
+    tab.locator(".map-box").focus()
+    tab.keyboard.press(key)
+    tab.wait_for_timeout(100)
+    assert tab.evaluate(picture) != before
+    tab.keyboard.press("0")
+    tab.wait_for_timeout(100)
+    assert tab.evaluate(picture) == before
+    assert tab.url.endswith("#/map")
+
+
+def test_on_a_telephone_nothing_runs_out_of_the_page(browser, site, daemon):
+    daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}
+    context = browser.new_context(viewport=PHONE)
+    page = context.new_page()
+    page.goto(f"{site.url}#/map")
+    page.wait_for_selector(".map-box canvas")
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    assert page.locator(".map-box canvas").bounding_box()["height"] > 150
+    context.close()
+
+
+DOT = """digraph say { node [shape="rect"]; START [%s]; SPEAK [%s]; FINAL [shape="doubleoctagon" %s];
+ START -> SPEAK [label="ready"]; SPEAK -> FINAL [label="spoken"]; }"""
+
+
+def debug_write(at_s: float, *active: str) -> dict[str, Any]:
+    graph = DOT % tuple('active="true"' if each else "" for each in active)
+    values = {"graph": graph, "graph_fsm": "ACTIVE"}
+    uid = "SkillerDebugInterface::Skiller"
+    return {"kind": "interface", "time_us": START_US + round(at_s * 1e6), "uid": uid, "values": values}
+
+
+@pytest.mark.parametrize("motion", ["no-preference", "reduce"])
+def test_transitions_of_a_state_graph_move_unless_less_motion_is_wanted(browser, site, daemon, motion):
+    run = [debug_write(1, "x", "", ""), debug_write(2, "", "x", ""), debug_write(3, "", "", "x")]
+    daemon.files["run.json"] = lines(*run)
+    context = browser.new_context(reduced_motion=motion)
+    page = context.new_page()
+    page.goto(f"{site.url}?run=files/run.json#/skills")
+    page.wait_for_selector(".graph .active text >> text=FINAL")
+    page.evaluate(
+        """() => {
+          window.moved = [];
+          const { animate } = Element.prototype;
+          Element.prototype.animate = function (...rest) {
+            if (this instanceof SVGElement) window.moved.push(this.tagName);
+            return animate.apply(this, rest);
+          };
+        }"""
+    )
+    for number, state in ((1, "START"), (2, "SPEAK"), (3, "FINAL")):
+        page.evaluate(
+            "async (time) => (await import('/js/app.js')).app.select({ time })",
+            START_US + number * 1_000_000,
+        )
+        page.wait_for_selector(f".graph .active text >> text={state}")
+    moved = page.evaluate("window.moved")
+    # back to START no transition leads; then two transitions, each with the dot and the state it leads to
+    assert moved == ([] if motion == "reduce" else ["rect", "circle", "rect", "circle", "rect"])
+    wait_for(page, lambda: page.locator(".traveller").count() == 0)
+    context.close()

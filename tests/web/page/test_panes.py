@@ -1,0 +1,293 @@
+"""What panes show: runs and their failures, filters, operators, rules, forms for skills, the search."""
+
+from __future__ import annotations
+
+from functools import partial
+
+import pytest
+
+from tests.web.page.conftest import in_both, wait_for
+from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+
+pytestmark = in_both
+SECOND = 1_000_000
+RULE = (
+    '(defrule open-door "Opens."\n  ; as soon as it may\n  (door (open FALSE))\n  =>\n  (assert (go ?x 1)))'
+)
+DOMAIN = (
+    "(domain-operator (name move) (param-names r from to) (exogenous FALSE) (wait-sensed TRUE))",
+    "(domain-operator-parameter (operator move) (type robot) (name r))",
+    "(pddl-formula (part-of move) (id m1) (type conjunction))",
+    "(pddl-formula (part-of m1) (id m11) (type atom))",
+    "(pddl-predicate (part-of m11) (id a1) (predicate at) (param-names r from) (param-constants nil nil))",
+    "(pddl-formula (part-of m1) (id m12) (type negation))",
+    "(pddl-predicate (part-of m12) (id a2) (predicate broken) (param-names r) (param-constants nil))",
+    "(domain-effect (part-of move) (name g1) (predicate at) (type NEGATIVE) (param-names r from))",
+    "(domain-fact (name at) (param-values r1 hall))",
+    "(domain-fact (name broken) (param-values r2))",
+)
+
+
+def _same(found, wanted):
+    return sorted(found()) == sorted(wanted)
+
+
+def action_event(goal, number, state, **fields):
+    plain = {"env": "executive", "plan": "P", "action": "move", "time_us": START_US}
+    return {"kind": "plan-action", "goal": goal, "action_id": number, "state": state} | plain | fields
+
+
+def skill_event(text, status, skiller="robot1", **fields):
+    plain = {"env": "executive", "msgid": 1, "time_us": START_US}
+    return {"kind": "skill", "skiller": skiller, "skill_string": text, "status": status} | plain | fields
+
+
+@pytest.fixture
+def failed_run(daemon):
+    """A root whose sub-goal failed, because a skill of an action did."""
+    daemon.answers["clips-executive/goals"] = []
+    daemon.tell(
+        goal_event("ROOT", "DISPATCHED", goal_class="ROUND"),
+        goal_event("LEAF", "DISPATCHED", parent="ROOT", goal_class="INSPECT"),
+        goal_event("GOOD", "DISPATCHED", parent="ROOT", goal_class="INSPECT"),
+        action_event("LEAF", "1", "FORMULATED"),
+        action_event("LEAF", "1", "PENDING"),
+        skill_event('move{to="lab"}', "S_RUNNING"),
+        action_event("LEAF", "1", "RUNNING", time_us=START_US + SECOND),
+        skill_event('move{to="lab"}', "S_FAILED", time_us=START_US + 2 * SECOND),
+        action_event("LEAF", "1", "FAILED", time_us=START_US + 2 * SECOND),
+        goal_event("GOOD", "RETRACTED", "COMPLETED", parent="ROOT", goal_class="INSPECT"),
+        *(
+            goal_event(name, mode, "FAILED", parent=above, error=error, time_us=START_US + 3 * SECOND)
+            for name, above, error in (("LEAF", "ROOT", "STUCK"), ("ROOT", "nil", ""))
+            for mode in ("FINISHED", "RETRACTED")
+        ),
+    )
+
+
+def test_after_a_run_its_outcome_counts_and_the_way_to_the_failure_are_there(tab, site, failed_run):
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("#run .detail-head >> text=failed")
+    tab.wait_for_selector("#run .way >> text=move{to=")
+    way = [line.strip() for line in tab.locator("#run .way li").all_inner_texts()]
+    assert ["ROOT" in way[0], "LEAF STUCK" in way[1], "action 1 move" in way[2]] == [True] * 3
+    assert "of robot1" in way[3]
+    tab.wait_for_selector("[role=treeitem]:has-text('LEAF') >> text=3.0 s")
+    tab.wait_for_selector("[role=treeitem]:has-text('ROOT') >> text=2/2")
+    tab.click("#run .way >> text=action 1 move")
+    tab.wait_for_selector("#goal .action.selected >> text=move")
+
+
+def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed_run):
+    daemon.tell(
+        goal_event("OTHER", "DISPATCHED", goal_class="INSPECT"),
+        action_event("OTHER", "1", "PENDING"),
+        skill_event('move{to="x"}', "S_RUNNING", skiller="robot2"),
+        action_event("OTHER", "1", "RUNNING"),
+    )
+    tab.goto(f"{site.url}#/goals")
+    tab.wait_for_selector("[role=treeitem]")
+    tab.get_by_role("checkbox", name="gone too").check()
+    rows = tab.get_by_role("treeitem")
+    wait_for(tab, lambda: rows.count() == 4)
+
+    def left():
+        return [text.split()[1] for text in rows.all_inner_texts()]
+
+    for name, value, wanted in (
+        ("outcome", "failed", ["ROOT", "LEAF"]),
+        ("outcome", "", ["ROOT", "LEAF", "GOOD", "OTHER"]),
+        ("robot", "robot2", ["OTHER"]),
+        ("robot", "robot1", ["LEAF"]),
+        ("robot", "", ["ROOT", "LEAF", "GOOD", "OTHER"]),
+        ("class", "CLASS", ["ROOT", "LEAF"]),
+    ):
+        tab.get_by_label(name, exact=True).select_option(value)
+        wait_for(tab, partial(_same, left, wanted))
+
+
+def test_an_operator_shows_its_effects_and_which_atom_is_false_now(tab, site, daemon):
+    daemon.answers |= {
+        "clips-executive/domain-operators": [
+            {"name": "move", "wait-sensed": True, "parameters": [{"name": "r", "type": "robot"}]}
+        ],
+        "clips-executive/plans": [],
+        "clips/executive/facts": [fact_model(number, text) for number, text in enumerate(DOMAIN)],
+    }
+    tab.goto(f"{site.url}#/domain/operators/move")
+    tab.wait_for_selector("#operator-state >> text=1 fact matches")
+    tab.wait_for_selector(".effects >> text=(at ?r ?from)")
+    tab.get_by_label("?r - robot").fill("r2")
+    tab.get_by_label("?from - object").fill("hall")
+    tab.wait_for_selector("#operator-state >> text=is false now")
+    assert tab.locator(".formula .is-false > code").all_inner_texts() == ["and", "(at r2 hall)", "not"]
+    tab.get_by_label("?r - robot").fill("r1")
+    tab.wait_for_selector("#operator-state >> text=is true now")
+
+
+def test_a_rule_has_its_source_in_colours_and_why_is_a_structure(tab, site, daemon):
+    daemon.answers |= {
+        "cxbridge/rules": [{"name": "open-door", "module": "MAIN", "agenda": 0, "firings": 3}],
+        "cxbridge/constructs": [
+            {
+                "construct": "defrule",
+                "name": "open-door",
+                "file": "door.clp",
+                "line": 7,
+                "core": False,
+                "text": RULE,
+            }
+        ],
+        "cxbridge/why": {
+            "data": {
+                "where": "here",
+                "verdict": "its condition does not match: CE 1 has no match",
+                "notes": [],
+                "failing": 1,
+                "elements": [
+                    {
+                        "number": 1,
+                        "text": "(door (open FALSE))",
+                        "alone": {"number": 0},
+                        "joined": {"number": 0},
+                    }
+                ],
+                "failure": {
+                    "reason": "no fact matches",
+                    "near": [
+                        {
+                            "fact": "f-7 (door (open TRUE))",
+                            "deviations": [{"slot": "open", "value": "TRUE", "wanted": "FALSE", "known": []}],
+                        }
+                    ],
+                    "inner": [],
+                },
+            }
+        },
+    }
+    tab.goto(f"{site.url}#/clips/rules")
+    tab.click("#clips-overview >> text=open-door")
+    tab.wait_for_selector("#rule-source pre .s-keyword >> text=defrule")
+    assert tab.locator("#rule-source pre").inner_text() == RULE
+    assert tab.locator("#rule-source .s-comment").inner_text() == "; as soon as it may"
+    tab.wait_for_selector(".detail >> text=door.clp:7")
+    tab.click("#why-rule")
+    tab.wait_for_selector(".elements li.failing >> text=door")
+    assert tab.locator("#why-text .causes a").first.get_attribute("href") == "#/clips/facts/f-7"
+    assert tab.locator("#why-text pre").count() == 0
+
+
+def test_facts_of_the_agent_come_before_those_of_the_core(tab, site, daemon):
+    daemon.answers |= {
+        "clips/executive/facts": [
+            fact_model(1, "(goal (id G))"),
+            fact_model(2, "(implied fact)"),
+            fact_model(3, "(robot (name r1))"),
+        ],
+        "cxbridge/constructs": [
+            {"construct": "deftemplate", "name": "goal", "core": True},
+            {"construct": "deftemplate", "name": "robot", "core": False},
+        ],
+    }
+    tab.goto(f"{site.url}#/clips/facts")
+    rows = tab.get_by_role("option")
+    order = ["robot", "implied", "goal"]
+    wait_for(
+        tab,
+        lambda: [each in text for each, text in zip(order, rows.all_inner_texts())] == [True] * 3,  # noqa: B905
+    )
+    tab.wait_for_selector("#clips-overview >> text=CX core")
+    tab.goto(f"{site.url}#/clips/facts/f-1")
+    tab.wait_for_selector(".detail h2:text-is('f-1')")
+
+
+def test_executors_of_the_skill_board_and_a_form_that_calls_a_skill(tab, site, daemon):
+    template = 'move{to="?(to)y", fast=?(fast)i}'
+    daemon.answers |= {
+        "config": {"config": {"clips-executive": {"specs": {"s": {"action-mapping": {"move": template}}}}}},
+        "blackboard/interfaces": [
+            {"type": "SkillerInterface", "id": "robot1", "writer": "b", "readers": []},
+            {"type": "SkillExecutorInterface", "id": "robot1-legs", "writer": "e", "readers": []},
+        ],
+        "blackboard/interfaces/SkillerInterface/robot1/data": {
+            "data": {"skill_string": "", "status": "S_INACTIVE", "error": "", "exclusive_controller": ""}
+        },
+        "cxbridge/interfaces": [
+            {"id": "robot1-legs", "data": {"agent": "robot1", "skills": "move jump", "state": "IDLE"}}
+        ],
+    }
+    tab.goto(f"{site.url}#/skills")
+    tab.wait_for_selector("#executors >> text=robot1-legs")
+    tab.click("#executors >> text=move")
+    tab.get_by_label("to", exact=True).fill("lab")
+    tab.get_by_label("fast", exact=True).fill("2")
+    tab.click("#skill-form >> text=Call move")
+    wait_for(tab, lambda: daemon.count("POST", "skiller/call") == 1)
+    calls = [body for method, path, body in daemon.asked if (method, path[:12]) == ("POST", "skiller/call")]
+    assert calls == [{"skill_string": 'move{to="lab", fast=2}'}]
+
+
+def test_our_executive_is_called_by_its_name(tab, site, daemon):
+    status = {"skill-string": "x{}", "status": "FINAL", "exclusive_controller": "90b9ddb0-3e45"}
+    daemon.answers |= {
+        "skiller/skills/active": {"name": "ACTIVE", "graph": "", **status},
+        "clips/executive/facts": [
+            fact_model(3, '(skiller-control (skiller "Skiller") (acquired TRUE) (acquiring 0))')
+        ],
+    }
+    tab.goto(f"{site.url}#/skills")
+    tab.wait_for_selector("#skill-now dd:text-is('executive')")
+    tab.wait_for_selector("#held >> text=Executive controls this Skiller")
+    daemon.answers["clips/executive/facts"] = []
+    tab.reload()
+    tab.wait_for_selector("#skill-now dd:text-is('another client (90b9ddb0)')")
+
+
+def test_the_search_over_everything_is_driven_by_keys(tab, site, daemon):
+    daemon.answers |= {
+        "clips-executive/goals": [goal_model("VISIT-LAB")],
+        "clips/executive/facts": [fact_model(9, "(lab open)")],
+        "cxbridge/rules": [{"name": "lab-open", "module": "MAIN", "agenda": 0}],
+        "skiller/skills": [{"name": "go-lab"}],
+        "blackboard/interfaces": [{"type": "LabInterface", "id": "x", "writer": "", "readers": []}],
+    }
+    daemon.tell(
+        {"kind": "log", "time_us": START_US, "component": "C", "level": "I", "text": "in the lab now"}
+    )
+    tab.goto(f"{site.url}#/blackboard")
+    tab.wait_for_selector("#main h2")
+    tab.keyboard.press("Control+k")
+    tab.wait_for_selector("#palette[open]")
+    tab.keyboard.type("lab")
+    kinds = tab.locator(".found .kind")
+    wanted = {"Goal", "Rule", "Skill", "Interface", "Fact", "Log"}
+    wait_for(tab, lambda: wanted <= set(kinds.all_inner_texts()))
+    tab.keyboard.press("Control+a")
+    tab.keyboard.type("rule lab")
+    wait_for(tab, lambda: kinds.all_inner_texts() == ["Rule"])
+    tab.keyboard.press("Enter")
+    tab.wait_for_url("**/#/clips/rules/lab-open")
+    tab.keyboard.press("Control+k")
+    tab.keyboard.type("nothing of this kind")
+    tab.wait_for_selector("#palette >> text=Nothing is found")
+    tab.keyboard.press("Escape")
+    tab.wait_for_selector("#palette", state="hidden")
+
+
+def test_the_theme_is_switched_and_remembered(tab, site):
+    def background():
+        return tab.evaluate("getComputedStyle(document.body).backgroundColor")
+
+    tab.goto(site.url)
+    tab.wait_for_selector("#theme")
+    seen = {}
+    for theme in ("light", "dark"):
+        tab.click("#theme")
+        tab.wait_for_selector(f"#theme[title^='Theme: {theme}']")
+        seen[theme] = background()
+    assert seen["light"] != seen["dark"]
+    tab.reload()
+    tab.wait_for_selector("#theme[title^='Theme: dark']")
+    wait_for(tab, lambda: background() == seen["dark"])
+    tab.click("#theme")
+    tab.wait_for_selector("#theme[title='Theme: system']")

@@ -1,0 +1,244 @@
+"""The tab Plot: series of any value, live and recorded, zoom, the shared moment, CSV and PNG."""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import pytest
+
+from tests.web.page.conftest import PHONE, in_both, wait_for
+from tests.web.page.fake import START_US, fact_model, goal_event
+
+POSE = "Position3DInterface::Pose"
+
+
+def write(at_s: float, x: float, frame: str = "map", uid: str = POSE) -> dict[str, Any]:
+    """Return the event of a pose's write."""
+    values = {"frame": frame, "translation": [x, -x, 0.0]}
+    return {"kind": "interface", "time_us": START_US + round(at_s * 1e6), "uid": uid, "values": values}
+
+
+def fact(at_s: float, text: str, *, asserted: bool = True) -> dict[str, Any]:
+    plain = {"kind": "fact", "env": "executive", "index": 1, "asserted": asserted}
+    return plain | {
+        "time_us": START_US + round(at_s * 1e6),
+        "template": text[1:].split(maxsplit=1)[0],
+        "text": text,
+    }
+
+
+def loop(at_s: float, number: int, duration_us: int) -> dict[str, Any]:
+    return {
+        "kind": "loop",
+        "time_us": START_US + round(at_s * 1e6),
+        "loop": number,
+        "duration_us": duration_us,
+    }
+
+
+def lines(*events: dict[str, Any]) -> bytes:
+    """Return a recording as lines of JSON."""
+    return "\n".join(map(json.dumps, events)).encode()
+
+
+def address(*names: str) -> str:
+    return "#/plot" + "".join("/" + quote(name, safe="") for name in names)
+
+
+def values_of(tab: Any) -> dict[str, str]:
+    """Return the value at the cursor of each series, by name."""
+    rows = tab.locator("#plot-legend tr[data-series]").all()
+    return {row.get_attribute("data-series"): row.locator(".value").inner_text() for row in rows}
+
+
+@in_both
+def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, daemon):
+    info = {"type": "Position3DInterface", "id": "Pose", "hash": "", "writer": "W", "readers": []}
+    daemon.answers["blackboard/interfaces"] = [info | {"fields": [], "message_types": []}]
+    now = {"kind": "InterfaceData", "timestamp": "", "data": write(0, 1.5)["values"]}
+    daemon.answers["blackboard/interfaces/Position3DInterface/Pose/data"] = now
+    tab.goto(f"{site.url}#/blackboard/{quote(POSE)}")
+    tab.get_by_label("plot translation").click()
+    tab.wait_for_selector("#plot-legend tr >> nth=2")
+    x = f"{POSE}.translation[0]"
+    wait_for(tab, lambda: values_of(tab).get(x) == "1.5000")
+    assert list(values_of(tab)) == [f"{POSE}.translation[{at}]" for at in range(3)]
+    daemon.tell(write(61, 2.25))
+    wait_for(tab, lambda: values_of(tab)[x] == "2.2500")
+    # it goes on while another view is open
+    tab.goto(f"{site.url}#/log")
+    daemon.tell(write(62, 9.5))
+    tab.goto(f"{site.url}#/plot")
+    wait_for(tab, lambda: values_of(tab).get(x) == "9.5000")
+
+
+def test_names_are_typed_and_completed(tab, site, daemon):
+    daemon.answers |= {
+        "cxbridge/interfaces": [{"type": "T", "id": "a/b", "data": {"speed": 1, "way": [1, 2]}}],
+        "clips/executive/facts": [fact_model(1, "(robot (name r1) (charge 7))")],
+    }
+    tab.goto(f"{site.url}#/plot")
+    tab.wait_for_selector("text=Nothing is plotted yet")
+    tab.fill("#plot-name", "a/b")
+    wait_for(tab, lambda: tab.locator("#plot-names option").count() == 3)
+    offered = [each.get_attribute("value") for each in tab.locator("#plot-names option").all()]
+    assert offered == ["T::a/b.speed", "T::a/b.way[0]", "T::a/b.way[1]"]
+    tab.fill("#plot-name", "no name of anything")
+    tab.keyboard.press("Enter")
+    tab.wait_for_selector(".toast.bad >> text=is no name of a value")
+    tab.fill("#plot-name", "robot{name=r1}.charge")
+    tab.keyboard.press("Enter")
+    name = "executive:robot{name=r1}.charge"
+    wait_for(tab, lambda: values_of(tab) == {name: "7"})
+    daemon.tell(fact(70, "(robot (name r2) (charge 1))"), fact(71, "(robot (name r1) (charge 6))"))
+    wait_for(tab, lambda: values_of(tab) == {name: "6"})
+    assert quote(name, safe="") in tab.url
+    tab.get_by_label(f"remove {name}").click()
+    tab.wait_for_selector("text=Nothing is plotted yet")
+
+
+def test_text_becomes_levels_and_loop_times_are_milliseconds(tab, site, daemon):
+    state = "executive:plan-action{id=2}.state"
+    tab.goto(site.url + address(state, "loop"))
+    tab.wait_for_selector("#plot-legend tr >> nth=1")
+    daemon.tell(
+        loop(60.1, 7, 1500),
+        fact(60.2, "(plan-action (id 2) (state FORMULATED))"),
+        fact(60.3, "(plan-action (id 2) (state RUNNING))"),
+        loop(60.4, 8, 12_250),
+    )
+    wait_for(tab, lambda: values_of(tab) == {state: "RUNNING", "loop": "12.250"})
+
+
+def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
+    """A click chooses the moment for all views; the moment chooses the values that are shown."""
+    goals = [goal_event("G", "FORMULATED"), goal_event("G", "SELECTED", time_us=START_US + 10_000_000)]
+    daemon.files["run.json"] = lines(goals[0], *(write(at, at * 10.0) for at in range(1, 10)), goals[1])
+    x = f"{POSE}.translation[0]"
+    tab.goto(f"{site.url}?run=files/run.json{address(x)}")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    wait_for(tab, lambda: values_of(tab) == {x: "90"})
+    box = tab.locator(".chart canvas").bounding_box()
+    tab.mouse.click(box["x"] + box["width"] / 2, box["y"] + box["height"] / 2)
+    wait_for(tab, lambda: "time=" in tab.url)
+    (moment,) = map(int, re.findall(r"time=(\d+)", tab.url))
+    assert START_US + 3e6 < moment < START_US + 7e6
+    tab.mouse.move(0, 0)
+    tab.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US + 2_400_000)
+    wait_for(tab, lambda: values_of(tab) == {x: "20"})
+
+
+def test_the_pointer_tells_values_wheel_zooms_and_drag_pans(tab, site, daemon):
+    daemon.files["run.json"] = lines(*(write(at / 10, float(at)) for at in range(101)))
+    tab.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]')}")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    (name,) = values_of(tab)
+    box = tab.locator(".chart canvas").bounding_box()
+
+    def at(share: float) -> float:
+        tab.mouse.move(box["x"] + 58 + share * (box["width"] - 72), box["y"] + 50)
+        tab.wait_for_timeout(50)
+        return float(values_of(tab)[name])
+
+    low, high = at(0.1), at(0.9)
+    assert 5 < low < 15
+    assert 85 < high < 95
+    tab.mouse.move(box["x"] + box["width"] / 2, box["y"] + 50)
+    tab.mouse.wheel(0, -700)
+    tab.wait_for_timeout(100)
+    near = at(0.1)
+    assert low < near < 50 < at(0.9) < high
+    tab.mouse.move(box["x"] + 200, box["y"] + 50)
+    tab.mouse.down()
+    tab.mouse.move(box["x"] + 400, box["y"] + 50, steps=4)
+    tab.mouse.up()
+    assert at(0.1) < near
+    tab.locator(".chart").focus()
+    tab.keyboard.press("0")
+    assert at(0.1) == low
+
+
+def test_what_is_seen_is_saved_as_csv_and_png(tab, site, daemon):
+    odd = 'T::say "a, b"'
+    values = [write(1, 1.5), write(2, 2.5), write(2, 0, frame='a "b"', uid=odd)]
+    daemon.files["run.json"] = lines(*values)
+    tab.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]', f'{odd}.frame')}")
+    tab.wait_for_selector("#state >> text=RECORDING")
+    with tab.expect_download() as download:
+        tab.click("#plot-csv")
+    rows = Path(download.value.path()).read_text(encoding="utf-8").splitlines()
+    assert rows == [
+        f'time_us,{POSE}.translation[0],"T::say ""a, b"".frame"',
+        f"{START_US + 1_000_000},1.5,",
+        f'{START_US + 2_000_000},2.5,"a ""b"""',
+    ]
+    with tab.expect_download() as download:
+        tab.click("#plot-png")
+    assert Path(download.value.path()).read_bytes().startswith(b"\x89PNG\r\n")
+    assert download.value.suggested_filename == "plot.png"
+
+
+def test_a_hundred_thousand_points_are_drawn_as_few_and_no_peak_is_lost(tab, site):
+    tab.goto(f"{site.url}#/plot")
+    drawn, seen, ordered = tab.evaluate(
+        """async () => {
+          const { Series, decimate } = await import("/js/plot/series.js");
+          const series = new Series({ name: "s", isStep: false });
+          for (let at = 0; at < 100_000; at++) series.push(at, at === 61_234 ? 1e6 : Math.sin(at));
+          const points = [];
+          decimate(series, 0, series.count, 800, (time) => time / 125, (at) => points.push(at));
+          return [points.length, points.includes(61_234),
+                  points.every((point, at) => !at || points[at - 1] < point)];
+        }"""
+    )
+    assert drawn <= 4 * 800
+    assert (seen, ordered) == (True, True)
+
+
+def test_series_are_limited_and_old_samples_make_room(tab, site):
+    tab.goto(f"{site.url}#/plot")
+    count, first, last = tab.evaluate(
+        """async () => {
+          const { Series } = await import("/js/plot/series.js");
+          const series = new Series({ name: "s", isStep: false }, 1000);
+          for (let at = 0; at < 5000; at++) series.push(at, at);
+          return [series.count, series.times[0], series.text(series.count - 1)];
+        }"""
+    )
+    assert count <= 1000
+    assert first > 3000
+    assert last == "4999"
+    for number in range(9):
+        tab.fill("#plot-name", f"T::i.f{number}")
+        tab.keyboard.press("Enter")
+    tab.wait_for_selector(".toast.bad >> text=at most 8 series")
+
+
+@pytest.mark.parametrize("name", ["T::a.b.c", "T::/tf/base.x[2]", "env:a{b=c,d=e}.f[1]", "loop", "t.s"])
+def test_a_name_in_full_stands_for_itself(tab, site, name):
+    tab.goto(f"{site.url}#/plot")
+    full, again = tab.evaluate(
+        """async (name) => {
+          const { parseName } = await import("/js/plot/names.js");
+          const full = parseName(name, "executive").name;
+          return [full, parseName(full, "other").name];
+        }""",
+        name,
+    )
+    assert full == again
+    assert full == (name if name != "t.s" else "executive:t.s")
+
+
+def test_on_a_telephone_nothing_runs_out_of_the_page(browser, site, daemon):
+    daemon.files["run.json"] = lines(*(write(at, float(at)) for at in range(5)))
+    context = browser.new_context(viewport=PHONE)
+    page = context.new_page()
+    page.goto(f"{site.url}?run=files/run.json{address(f'{POSE}.translation[0]', 'loop')}")
+    page.wait_for_selector("#state >> text=RECORDING")
+    assert page.evaluate("document.documentElement.scrollWidth") <= PHONE["width"]
+    assert page.locator(".chart canvas").bounding_box()["width"] > 200
+    context.close()
