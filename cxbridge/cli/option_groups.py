@@ -107,7 +107,7 @@ def _default(field: dataclasses.Field[Any]) -> Any:
 
 
 def _in_order(parameters: list[Parameter]) -> list[Parameter]:
-    """Return the parameters, with those that want to stand before another one there.
+    """Return the parameters, with those that want to precede another one there.
 
     :raises ValueError: when there is no such other one.
     """
@@ -116,7 +116,7 @@ def _in_order(parameters: list[Parameter]) -> list[Parameter]:
         if (place := _place(parameter)) is not None:
             names = [other.name for other in ordered]
             if place not in names:
-                raise ValueError(f"'{parameter.name}' cannot stand before '{place}': there is no such option")
+                raise ValueError(f"'{parameter.name}' cannot precede '{place}': there is no such option")
             ordered.insert(names.index(place), parameter)
     return ordered
 

@@ -167,7 +167,7 @@ class _Teller:
             yield slots
 
     def take(self, event: Event) -> None:
-        """Take a transition; a goal that ends is told."""
+        """Take a transition; print a goal that ends."""
         self._reasons.take(event)
         if self._start_us is None:
             self._start_us = event.time_us

@@ -51,7 +51,7 @@ class ConfigurationOptions:
     config: Annotated[
         Path | None,
         typer.Argument(
-            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' tells what to do. "
+            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' says what to do. "
             "Without: a blackboard and a Skiller with the shipped skills.",
             show_default=False,
         ),

@@ -127,7 +127,7 @@ class Executive:
         self._check_stage()
 
     def load_core(self) -> None:
-        """Load the files that the initialisation begins with: they know what else is to be loaded.
+        """Load the files that the initialisation begins with: they load the others.
 
         :raises ExecutiveError: when they do not load.
         """

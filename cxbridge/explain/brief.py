@@ -32,7 +32,7 @@ FactSlots = Callable[[str], Iterable[Mapping[str, object]]]
 
 
 class BriefReasons:
-    """Remembers what failed last below each goal of an environment, and tells it in one line.
+    """Remembers what failed last below each goal of an environment, and summarises it in one line.
 
     :param slots_of: reads facts; called while an event of this environment is taken.
     """

@@ -92,7 +92,7 @@ def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[G
 
 def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:
     """Yield the goals of a forest, each with what is drawn to its left."""
-    stems: list[str] = []  # what stands before the children of the goals above
+    stems: list[str] = []  # what precedes the children of the goals above
     for goal, depth in forest.walk():
         del stems[depth:]
         parent = forest.parents[goal]

@@ -91,13 +91,13 @@ class GoalTree(Tree[GoalKey]):
             self.call_after_refresh(self._return_to, at, scrolled)
 
     def on_resize(self, _event: events.Resize) -> None:
-        """Let the states of goals stand in a column that can be seen."""
+        """Let the states of goals are in a column that can be seen."""
         self._measure(self._goals)
         for key, node in self._goal_nodes.items():
             node.set_label(self._goal_label(key, self._goals[key]))
 
     def _measure(self, rows: Mapping[GoalKey, GoalRow]) -> None:
-        """Work out how wide titles are, so that the states stand in a column that can be seen."""
+        """Work out how wide titles are, so that the states are in a column that can be seen."""
         forest = goal_forest(rows.values())
         below = 1 if len({env for env, _ in rows}) > 1 else 0
         indents = {key: (depth + below + 1) * _GUIDE for key, depth in forest.walk()}

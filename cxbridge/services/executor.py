@@ -32,7 +32,7 @@ _AGAIN_S = 0.1
 
 
 class _Mail(Listener):
-    """Tells that a message has come, so that nobody waits for the next step."""
+    """Signals that a message has come, so that nothing waits for the next step."""
 
     def __init__(self) -> None:
         self.came = threading.Event()

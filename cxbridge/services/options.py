@@ -99,7 +99,7 @@ class ReplayOptions:
     restamp: Annotated[
         bool, typer.Option("--restamp", help="stamp writes with the time of now, not the recorded one")
     ] = False
-    loop: Annotated[bool, typer.Option("--loop", help="from the begin again, until Ctrl-C")] = False
+    loop: Annotated[bool, typer.Option("--loop", help="from the start again, until Ctrl-C")] = False
     hold: Annotated[bool, typer.Option("--hold", help="stay the writer at the end, until Ctrl-C")] = False
     interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
 

@@ -31,7 +31,7 @@ COMPONENT: Final = "Replay"
 _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key; gets what tells that nobody wants it any more. False when there is none any more."""
+"""Waits for a key; gets what says that nobody wants it any more. False when there is none any more."""
 
 
 @dataclass(slots=True)
@@ -44,7 +44,7 @@ class ReplayReport:
     :ivar total: writes and messages of a round.
     :ivar rounds: begun.
     :ivar writes: made, by ``Type::id``.
-    :ivar notes: what the user should know of the file.
+    :ivar notes: what the user should know about the file.
     """
 
     run: str

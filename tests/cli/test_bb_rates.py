@@ -182,7 +182,7 @@ def test_plot_off_a_terminal_is_a_line_a_write(board, capsys):
     ("uid", "field", "said"),
     [
         ("SwitchInterface::S", "valu", "value"),
-        ("SwitchInterface::S", "value[0]", "'value' is no array"),
+        ("SwitchInterface::S", "value[0]", "'value' is not an array"),
         ("SkillerInterface::Skiller", "skill_string", "is text"),
         ("Position3DInterface::P", "translation", "translation[0] to translation[2]"),
         ("Position3DInterface::P", "translation[3]", "translation[0] to translation[2]"),

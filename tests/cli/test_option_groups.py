@@ -81,5 +81,5 @@ def test_usage_is_checked(wrong):
 def test_an_option_before_one_that_is_not_there():
     def wall(given: How, brush: Annotated[str, typer.Option(), Before("slow")] = "") -> None: ...
 
-    with pytest.raises(ValueError, match="'brush' cannot stand before 'slow'"):
+    with pytest.raises(ValueError, match="'brush' cannot precede 'slow'"):
         option_groups(wall)

@@ -19,11 +19,17 @@ HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/run/test_run_rcll.py does the same"
 THESIS = "needs a checkout of ros2-clips-executive; tests/ros2cx does the same"
+WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
 
 NOT_RUN: dict[str, dict[str, str]] = {
-    "README.md": {"make run": CI_ITSELF, "make test": CI_ITSELF, ". .venv/bin/activate": SAME},
+    "README.md": {
+        "make run": CI_ITSELF,
+        "make test": CI_ITSELF,
+        ". .venv/bin/activate": SAME,
+        ".venv/bin/cxbridge run test-scenario --web": WEB,
+    },
     "dependencies.md": {"make lock": INDEX},
     "features.md": {
         "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "

@@ -81,7 +81,7 @@ def coverage(
 ) -> int:
     """Tell which rules, goal classes and modes, actions and skills a set of recorded runs has used.
 
-    Exit status: 0 told; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
+    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
 
     Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
     """

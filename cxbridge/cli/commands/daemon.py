@@ -26,7 +26,7 @@ _WHERE_S = 5.0
 
 
 class _StartByDefault(TyperGroup):
-    """What is no command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
+    """What is not a command's name goes to ``start``: ``daemon CONFIG`` is ``daemon start CONFIG``."""
 
     def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
         named = args and (args[0] in self.commands or args[0] in ("-h", "--help"))

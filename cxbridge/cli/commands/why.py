@@ -66,7 +66,7 @@ def why(
         Path | None, typer.Option("--run", metavar="FILE", help="Ask a recording.", show_default=False)
     ] = None,
     at: Annotated[
-        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the begin of the run.")
+        str, typer.Option(metavar="SECONDS|end", help="When: seconds since the start of the run.")
     ] = _END,
     env: Annotated[
         str | None,
@@ -83,7 +83,7 @@ def why(
 ) -> int:
     """Tell why a rule has not fired, or how a goal came to its outcome.
 
-    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 told; 2 there is nothing of
+    `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 explained; 2 nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.
 
     Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
@@ -108,7 +108,7 @@ def _ask_daemon(
 
     if at != _END:
         raise CxbridgeError(
-            f"--at {at}: a daemon tells of now only", hint="name a scenario, or --run a recording"
+            f"--at {at}: a daemon reports now only", hint="name a scenario, or --run a recording"
         )
     if env not in (None, _EXECUTIVE):
         raise CxbridgeError(f"a daemon has no CLIPS environment '{env}'", hint=f"it has one: {_EXECUTIVE}")
@@ -172,5 +172,5 @@ def _seconds(at: str) -> float | None:
     except ValueError:
         seconds = -1.0
     if not 0 <= seconds < float("inf"):
-        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the begin of the run, or end")
+        raise CxbridgeError(f"--at cannot be '{at}'", hint="seconds since the start of the run, or end")
     return seconds

@@ -206,7 +206,7 @@ class ClipsEnvironment:
             raise ClipsError(f"CLIPS refuses {construct.split(maxsplit=2)[:2]}: {' '.join(text.split())}")
 
     def has_function(self, name: str) -> bool:
-        """Whether there is a function of this name that is no deffunction: CLIPS' own, or one in Python."""
+        """Whether a function of this name exists that is not a deffunction: CLIPS' own, or one in Python."""
         return bool(EXTRA.FindFunction(self.env, encode(name)))
 
     def eval(self, expression: str) -> Value:

@@ -31,7 +31,7 @@ _BACKLOG: Final = 64
 
 
 class _Uvicorn(uvicorn.Server):
-    """Tells when it serves."""
+    """Says when it serves."""
 
     def __init__(self, config: uvicorn.Config) -> None:
         super().__init__(config)

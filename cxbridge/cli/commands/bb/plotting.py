@@ -48,7 +48,7 @@ def plot(
 ) -> int:
     """Plot fields of an interface as they are written. Ends with Ctrl-C.
 
-    Off a terminal, and with --lines, a line a write: the seconds since the begin, then the values, with tabs
+    Off a terminal, and with --lines, a line a write: the seconds since the start, then the values, with tabs
     between. Booleans are 0 and 1, enums their numbers. Exit status: 0 after --count writes or without
     --count; 3 when --timeout came first; 130 after Ctrl-C.
 
@@ -93,7 +93,7 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
             )
         value = value[at]
     elif match[2]:
-        raise BlackBoardError(f"'{match[1]}' is no array", hint=f"name it {match[1]}")
+        raise BlackBoardError(f"'{match[1]}' is not an array", hint=f"name it {match[1]}")
     if isinstance(value, Enum):
         value = value.value
     if not isinstance(value, int | float):

@@ -39,14 +39,15 @@ class _Method:
         tuple[str, ...], typer.Option(metavar="PATTERN", help="leave this out; may be given several times")
     ] = ()
     time_tolerance: Annotated[
-        float | None, typer.Option(min=0, metavar="S", help="times count, but for so many seconds")
+        float | None,
+        typer.Option(min=0, metavar="S", help="times count, with a tolerance of so many seconds"),
     ] = None
     time_from: Annotated[
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")
     ] = "thread"
 
     def plain(self, baseline: Path | None) -> dict[str, Any]:
-        """Return the options that say how it is compared, as JSON tells them."""
+        """Return the options that say how it is compared, as JSON has them."""
         return {
             "only": [*self.only],
             "ignore": [*self.ignore],
@@ -71,7 +72,7 @@ class _Accepted:
 
 @dataclass(frozen=True, kw_only=True)
 class _DiffOutputs:
-    """What is told, and where."""
+    """What is reported, and where."""
 
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object")] = False
     junit: Annotated[Path | None, typer.Option(metavar="FILE", help="write a JUnit file for CI, too")] = None
