@@ -45,7 +45,7 @@ SCROLL = """async () => {
 }"""
 
 
-def run() -> list[dict]:
+def run() -> list[dict[str, object]]:
     """Return 1,000 goals with three actions and a skill each, and a log."""
     chance, events = random.Random(3), []
 

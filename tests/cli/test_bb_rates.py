@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import threading
+from typing import Any
 
 import pytest
 
@@ -60,6 +61,7 @@ class TestMeters:
         for time_s in (0.0, 0.1, 0.4):
             meter.note(time_s)
         rate = meter.rate()
+        assert rate is not None
         assert rate.hz == pytest.approx(5.0)
         assert (rate.shortest_s, rate.longest_s) == (pytest.approx(0.1), pytest.approx(0.3))
         assert rate.deviation_s == pytest.approx(0.1)
@@ -69,14 +71,17 @@ class TestMeters:
         meter = RateMeter(window=3)
         for time_s in (0.0, 10.0, 10.5, 11.0):
             meter.note(time_s)
-        assert meter.rate().hz == pytest.approx(2.0)
-        assert meter.rate().window == 3
+        rate = meter.rate()
+        assert rate is not None
+        assert (rate.hz, rate.window) == (pytest.approx(2.0), 3)
 
     def test_two_writes_at_one_time_are_no_division_by_zero(self):
         meter = RateMeter()
         meter.note(1.0)
         meter.note(1.0)
-        assert meter.rate().hz == float("inf")
+        rate = meter.rate()
+        assert rate is not None
+        assert rate.hz == float("inf")
 
     @pytest.mark.parametrize(
         ("size", "text"),
@@ -100,7 +105,7 @@ class TestDrawing:
     )
     @pytest.mark.parametrize("size", [(80, 20), (10, 1), (3, 2)])
     def test_it_fits_whatever_the_values_are(self, points, size):
-        lines = list(drawing(points, *size, 30.0))
+        lines = list(drawing(points, size[0], size[1], 30.0))
         assert len(lines) == size[1] + 2
         if size[0] > 20:
             assert max(map(len, lines)) <= size[0]
@@ -119,7 +124,7 @@ def test_rates_on_every_transport(transport, monkeypatch, tmp_path, capsys):
     if transport == "local":
         board, url = SharedBoard(), "tcp://unused"
         monkeypatch.setattr(rates, "connect", lambda _url, _dirs: board)
-        server = None
+        server: Any = None
     else:
         board = SharedBoard()
         if transport == "zmq":

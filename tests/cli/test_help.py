@@ -7,6 +7,7 @@ import shlex
 
 import pytest
 import typer
+from typer.core import TyperGroup
 
 from cxbridge.cli import commands
 from cxbridge.cli.main import app, invoke
@@ -72,6 +73,7 @@ def test_the_example_is_shown_on_a_line_of_its_own(capsys):
 
 def test_every_command_is_in_a_section(capsys):
     named = [name for names in commands.HELP_SECTIONS.values() for name in names]
+    assert isinstance(ROOT_COMMAND, TyperGroup)
     assert sorted(named) == sorted(ROOT_COMMAND.commands)
     assert invoke(["--help"]) == 0
     text = capsys.readouterr().out

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import json
 import os
 import pty
@@ -130,8 +131,9 @@ def test_a_terminal_has_colours_and_icons_unless_no_color_is_set(tmp_path):
     assert "  completed  G (MINI)" in plain
 
 
-class _Stream:
+class _Stream(io.StringIO):
     def __init__(self, tty):
+        super().__init__()
         self._tty = tty
 
     def isatty(self):
@@ -202,8 +204,13 @@ class TestBriefReasons:
         assert reasons.reason(goal("G", "FINISHED", "COMPLETED")) == ""
 
     def test_many_failures_cost_neither_memory_nor_many_looks(self):
-        looks = []
-        reasons = BriefReasons(lambda template: looks.append(template) or ())
+        looks: list[str] = []
+
+        def look(template):
+            looks.append(template)
+            return ()
+
+        reasons = BriefReasons(look)
         for number in range(3 * MOST_KEPT):
             failed = goal(f"g{number}", "FINISHED", "FAILED", parent=f"p{number}", error="TIMEOUT")
             reasons.take(failed)

@@ -167,7 +167,7 @@ def test_the_port_may_be_left_out(given, filled):
     ],
 )
 def test_a_browser_is_opened_for_a_person_who_has_one(no_browser, tty, desktop, opened, monkeypatch, capsys):
-    urls = queue.SimpleQueue()
+    urls: queue.SimpleQueue[str] = queue.SimpleQueue()
     monkeypatch.setattr(webbrowser, "open", urls.put)
     monkeypatch.setattr(web_options, "has_desktop", lambda: desktop)
     monkeypatch.setattr(sys.stderr, "isatty", lambda: tty, raising=False)

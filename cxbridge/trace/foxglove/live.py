@@ -115,9 +115,9 @@ class FoxgloveServer:
         self._log(message.topic, message.lasting, time_us, partial(_encoded, message))
 
     def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
-        """Send a message to those who have subscribed, and keep it if it tells of a state.
+        """Send a message to those who have subscribed, and keep it if it reports a state.
 
-        :param subject: of what it tells the state; empty: it tells none.
+        :param subject: what has the state that it reports; empty: it reports none.
         """
         channel, time_us = self._channels[topic], max(time_us, 0)
         if subject:
