@@ -71,7 +71,7 @@ def _pip(*arguments: str) -> str:
 
 
 def _shown(path: Path) -> str:
-    """Return a path as you type it in the current folder."""
+    """Return a path relative to the current folder where that is shorter."""
     try:
         folder = Path.cwd()
     except OSError:  # it was removed
