@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.explain.action_look import LOOK_TEMPLATES
 from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.goal_causes import RootCauses
 from cxbridge.explain.goal_rules import rules_for
 from cxbridge.explain.goals import Goals, failed_actions
 from cxbridge.history.forest import NO_PARENT
@@ -19,7 +21,7 @@ _DEEPEST: Final = 20
 Facts = Mapping[str, list[Mapping[str, str]]]
 """The facts of some deftemplates: slots, as CLIPS prints their values."""
 
-FACT_TEMPLATES: Final = ("goal", "plan-action", "mutex")
+FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
 """The facts that tell what a goal waits for."""
 
 
@@ -38,10 +40,14 @@ class GoalMoment:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Why something is as it is; ``because`` goes on where it came from."""
+    """Why something is as it is; ``because`` goes on where it came from.
+
+    :param root: whether it is known to be the true one, where what is to be changed is.
+    """
 
     text: str
     because: tuple[Cause, ...] = ()
+    root: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +84,8 @@ class Storyteller:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
+        classes = frozenset(goal.goal_class for goal in goals.by_id.values())
+        self._roots = RootCauses(evidence, facts, classes)
         self._depth = 0
 
     def tell(self, goal: GoalRecord) -> GoalStory:
@@ -181,13 +189,15 @@ class Storyteller:
         named = [other for other in self._goals.named_in(change.error, goal) if other.id not in told]
         found = [Cause(self._outcome(other), self._further(other, told)) for other in named if other.ended]
         if not found:
-            found = [self._failed_action(action) for action in failed_actions(goal.actions)]
+            found = [self._failed_action(goal, action) for action in failed_actions(goal.actions)]
         if not found:
             found = [
                 Cause(self._outcome(child), self._further(child, told))
                 for child in self._goals.children(goal)
                 if _ended_badly(child, change) and child.id not in told
             ][-1:]
+        if not found:
+            found = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
         yield from found
         yield self._decision(change, goal)
 
@@ -214,16 +224,22 @@ class Storyteller:
                 yield Cause(self._outcome(child))
         yield self._decision(change, goal)
 
-    def _failed_action(self, action: PlanActionRecord) -> Cause:
+    def _failed_action(self, goal: GoalRecord, action: PlanActionRecord) -> Cause:
         failed = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         change = (failed or action.changes)[-1]
         text = f"action {action.id} {action.name} failed at {self._at(change)}"
         skill = self._goals.skill(action)
         if skill is None:
-            return Cause(text)
+            return Cause(text, tuple(self._root(self._roots.of_action(goal, action))))
         error = f": {skill.error}" if skill.error else ""
         why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
-        return Cause(text, (Cause(why),))
+        return Cause(text, (Cause(why, root=True),))
+
+    @staticmethod
+    def _root(text: str) -> Iterator[Cause]:
+        """Yield the last step to what was wrong, if it is known."""
+        if text:
+            yield Cause(text, root=True)
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
@@ -260,9 +276,11 @@ class Storyteller:
             for other in self._goals.children(parent):
                 if other is not goal and other.mode not in ("FORMULATED", *ENDED_MODES):
                     yield Cause(f"its sibling {self._since(other)}")
+        held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
+        if mode != "DISPATCHED" and not held_above:
+            yield from (Cause(text, root=True) for text in self._roots.of_waiting(goal))
         if mode == "COMMITTED":
             yield from self._resources(goal)
-        held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
         if mode != "DISPATCHED" and not held_above and depth == self._depth == 0:
             yield from self._rules_for(goal)
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
@@ -294,8 +312,10 @@ class Storyteller:
             because.append(
                 Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s")
             )
+        if action.state not in ("WAITING", "RUNNING"):
+            because = [*self._root(self._roots.of_action(goal, action)), *because]
         fact = self._action_fact(goal, action)
-        if action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
+        if not because and action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
             because.append(Cause("it is not executable: its precondition does not hold"))
         rest = f", {more} more after it" if more else ""
         return Cause(text + rest, tuple(because))
@@ -314,6 +334,7 @@ class Storyteller:
         """Yield the resources that a goal needs and has not, and who has them."""
         facts = {slots.get("id", ""): slots for slots in self._facts.get("goal", ())}
         own = facts.get(goal.id, {})
+        nobody = self._roots.nobody_locks()
         missing = set(own.get("required-resources", "").split()) - set(
             own.get("acquired-resources", "").split()
         )
@@ -331,10 +352,9 @@ class Storyteller:
             if holders:
                 held = ": goal " + ", ".join(holders) + " has it"
             else:
-                held = (
-                    f": {locks[0]} has locked it" if locks and locks[0] else ", which nobody is known to have"
-                )
-            yield Cause(f"resource {resource}{held}")
+                nobody_has = f": {nobody}" if nobody else ", which nobody is known to have"
+                held = f": {locks[0]} has locked it" if locks and locks[0] else nobody_has
+            yield Cause(f"resource {resource}{held}", root=True)
 
 
 def _ended_badly(child: GoalRecord, before: GoalChange) -> bool:

@@ -13,7 +13,7 @@ class CopiedEvidence(Evidence):
     """What was copied.
 
     :param times_us: when the run began, and the moment.
-    :param snapshot: the one rule that was asked about, or why it could not be copied; None for goals.
+    :param snapshots: the rules that were asked about, each as it was or why it could not be copied.
     :param facts: the facts of some deftemplates.
     :param texts: the defrules by name.
     """
@@ -24,13 +24,13 @@ class CopiedEvidence(Evidence):
         times_us: tuple[int, int],
         history: History,
         book: Rulebook,
-        snapshot: Snapshot | ClipsError | None,
+        snapshots: Mapping[str, Snapshot | ClipsError],
         facts: Mapping[str, list[Mapping[str, str]]],
         texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
         self._book = book
-        self._snapshot = snapshot
+        self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
 
@@ -40,9 +40,10 @@ class CopiedEvidence(Evidence):
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return what there is to know about the rule."""
-        if isinstance(self._snapshot, Snapshot):
-            return self._snapshot
-        raise self._snapshot or ClipsError(f"the rule '{rule}' was not copied")
+        found = self._snapshots.get(rule)
+        if isinstance(found, Snapshot):
+            return found
+        raise found or ClipsError(f"the rule '{rule}' was not copied")
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate."""

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
@@ -13,6 +14,7 @@ from cxbridge.events import (
     FactChange,
     GoalTransition,
     InterfaceWrite,
+    LogLine,
     PlanActionTransition,
     PlannerCall,
     RuleFired,
@@ -21,6 +23,7 @@ from cxbridge.events import (
 from cxbridge.explain.evidence import Evidence, History
 from cxbridge.explain.rules.constructs import Constructs, TextFile
 from cxbridge.explain.rules.locations import short_path
+from cxbridge.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
@@ -63,6 +66,7 @@ class RecordedEvidence(Evidence):
         facts = FactTables()
         start_us = now_us = None
         cut = False
+        refusals = Refusals()
         for event in run:
             if start_us is None:
                 start_us = now_us = event.time_us
@@ -73,7 +77,12 @@ class RecordedEvidence(Evidence):
             if isinstance(event, FactChange):
                 facts.take(event)
             if isinstance(event, _WITH_ENV):
-                histories.setdefault(event.env, History(event.env)).take(event)
+                if event.env not in histories:
+                    reads = partial(facts.slots, event.env)
+                    histories[event.env] = History(event.env, facts_of=reads)
+                histories[event.env].take(event)
+            elif isinstance(event, LogLine):
+                refusals.take(event)
             elif isinstance(event, InterfaceWrite):
                 for each in histories.values():  # which Skiller is whose, the transitions tell
                     each.take(event)
@@ -87,6 +96,7 @@ class RecordedEvidence(Evidence):
         self._path = run.path
         self._rules = rules
         self._run = run
+        self._refusals = refusals
         history = histories.setdefault(chosen, History(chosen))
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
         when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
@@ -108,7 +118,8 @@ class RecordedEvidence(Evidence):
                     file=self._path,
                     hint="name the scenario that was run, or with --fawkes-dir the Fawkes whose log it is",
                 )
-            self._rules = Constructs(files)
+            folders = agent_folders((file.name, file.text) for file in files)
+            self._rules = Constructs(files, self._refusals.of(self.env), folders)
         return self._rules
 
     def rulebook(self) -> Rulebook:

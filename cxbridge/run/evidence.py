@@ -5,14 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
@@ -62,10 +62,7 @@ class EnvironmentEvidence(Evidence):
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
         with self._env.lock:
-            return [
-                {name: show(value) for name, value in slots.items()}
-                for _, _, slots in self._env.facts(template)
-            ]
+            return fact_slots(self._env, template)
 
 
 @contextmanager
@@ -79,7 +76,8 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
     options.check()
     with make_run(options) as run:
         agent = _asked(run, env)
-        history = History(agent.executive.env.name if env is None else env)
+        name = agent.executive.env.name if env is None else env
+        history = History(name, facts_of=partial(fact_slots, agent.executive.env))
         agent.bus.subscribe(history.take, *STORY_TYPES)
         start_us = run.clock.now_us()
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)

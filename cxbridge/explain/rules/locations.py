@@ -68,3 +68,9 @@ def similar(name: str, names: Iterable[str]) -> list[str]:
     close = get_close_matches(name, known, _MOST_NAMES)
     within = [other for other in known if len(name) > 2 and name.lower() in other.lower()]  # noqa: PLR2004
     return list(dict.fromkeys([*close, *within]))[:_MOST_NAMES]
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Return, to be put behind a message about an unknown name, which similar names there are; or nothing."""
+    found = similar(name, names)
+    return f" (did you mean {', '.join(found)}?)" if found else ""
