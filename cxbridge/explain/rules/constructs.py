@@ -87,6 +87,10 @@ class Constructs:
             self._refused,
         )
 
+    def has_function(self, name: str) -> bool:
+        """Whether there is a deffunction of this name."""
+        return name in self._functions
+
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
         return self._rules
