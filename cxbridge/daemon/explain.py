@@ -112,23 +112,9 @@ class DaemonExplainer:
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
         """Copy what there is to know about a rule, or of goals, so that the loop can go on."""
         now_us = self._clock.now_us()
-        seconds = (now_us - self._start_us) / MICROSECONDS
-        with env.lock:
-            book = rulebook(env, self._folders)
-            snapshots: dict[str, Snapshot | ClipsError] = {}
-            facts: dict[str, list[Mapping[str, str]]] = {}
-            texts: dict[str, str] = {}
-            if kind != "goal" and name in book.rules:
-                snapshots[name] = _take(env, name)
-            else:
-                texts = rule_texts(env)
-                # when there is no such goal: why the rule that makes it has not fired
-                snapshots = {rule: _take(env, rule) for rule in makers(texts, name)[:1]}
-                for template in FACT_TEMPLATES:
-                    facts[template] = fact_slots(env, template, MOST_FACTS)
-        where = f"{self._where}, {seconds:.3f} s after its start"
+        where = f"{self._where}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
         times_us = self._start_us, now_us
-        return CopiedEvidence(where, times_us, self._copy_history(), book, snapshots, facts, texts)
+        return copy_evidence(env, self._folders, name, kind, where, times_us, self._copy_history())
 
     def _copy_history(self) -> History:
         copied = copy(self._history)
@@ -156,6 +142,37 @@ class DaemonExplainer:
             self._interface.msgid = self._msgid
             self._interface.answer = text
             self._interface.write()
+
+
+def copy_evidence(
+    env: ClipsEnvironment,
+    folders: tuple[object, ...],
+    name: str,
+    kind: str,
+    where: str,
+    times_us: tuple[int, int],
+    history: History,
+) -> CopiedEvidence:
+    """Copy from an environment what there is to know about a rule, or of goals.
+
+    :param folders: where the agent's CLIPS files are.
+    :param name: what is asked about.
+    :param kind: ``rule``, ``goal``, or empty when it may be either.
+    """
+    snapshots: dict[str, Snapshot | ClipsError] = {}
+    facts: dict[str, list[Mapping[str, str]]] = {}
+    texts: dict[str, str] = {}
+    with env.lock:
+        book = rulebook(env, folders)
+        if kind != "goal" and name in book.rules:
+            snapshots[name] = _take(env, name)
+        else:
+            texts = rule_texts(env)
+            # when there is no such goal: why the rule that makes it has not fired
+            snapshots = {rule: _take(env, rule) for rule in makers(texts, name)[:1]}
+            for template in FACT_TEMPLATES:
+                facts[template] = fact_slots(env, template, MOST_FACTS)
+    return CopiedEvidence(where, times_us, history, book, snapshots, facts, texts)
 
 
 def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:

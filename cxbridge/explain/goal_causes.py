@@ -63,6 +63,8 @@ class RootCauses:
                 f"rule {misspelt[0]} is for goals of class {misspelt[1]}, and there has been none: "
                 f"did you mean {goal.goal_class}?"
             )
+        if goal.mode == "COMMITTED":
+            yield from self._resources(goal)
         lost = lost_rule_for(self._not_loaded(book), slots)
         if lost is not None:
             yield f"rule {lost.name} {lost.why}"
@@ -78,12 +80,35 @@ class RootCauses:
             reason = " ".join(last.reason.split())
             yield f"the planner has no plan for {last.problem}: {reason or last.status}"
 
-    def nobody_locks(self) -> str:
-        """Return that no rule acquires resources; empty when there are such rules, or it is not known."""
+    def _resources(self, goal: GoalRecord) -> Iterator[str]:
+        """Yield the resources that a goal needs and has not, and who has them."""
+        facts = {slots.get("id", ""): slots for slots in self._facts_of("goal")}
+        own = facts.get(goal.id, {})
+        needed, got = (own.get(slot, "").split() for slot in ("required-resources", "acquired-resources"))
+        for resource in sorted(set(needed) - set(got)):
+            holders = [
+                other
+                for other, slots in facts.items()
+                if other != goal.id and resource in slots.get("acquired-resources", "").split()
+            ]
+            locks = [
+                slots.get("locked-by", "")
+                for slots in self._facts_of("mutex")
+                if slots.get("name") == f"resource-{resource}" and slots.get("state") == "LOCKED"
+            ]
+            if holders:
+                yield f"resource {resource}: goal {', '.join(holders)} has it"
+            elif locks and locks[0]:
+                yield f"resource {resource}: {locks[0]} has locked it"
+            else:
+                yield f"resource {resource}{self._nobody_has()}"
+
+    def _nobody_has(self) -> str:
+        """Return why nobody has a resource."""
         _, texts = self._rules()
         if not texts or any(_LOCKS.search(text.partition("=>")[2]) for text in texts.values()):
-            return ""
-        return "no rule acquires resources: add resource-locks.clp to the files of the spec"
+            return ", which nobody is known to have"
+        return ": no rule acquires resources: add resource-locks.clp to the files of the spec"
 
     # --- actions ------------------------------------------------------------------------------------------
 

@@ -61,7 +61,7 @@ def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRu
 def misspelt_for(
     texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
 ) -> tuple[str, str] | None:
-    """Return a rule for goals in this mode that names a class like this one, and that class; None without any.
+    """Return a rule for goals in this mode that names a class like this one, and that class; None: none.
 
     :param texts: defrules by name.
     :param slots: of the goal: class, mode.

@@ -279,10 +279,12 @@ class Storyteller:
         held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
         if mode != "DISPATCHED" and not held_above:
             yield from (Cause(text, root=True) for text in self._roots.of_waiting(goal))
-        if mode == "COMMITTED":
-            yield from self._resources(goal)
-        if mode != "DISPATCHED" and not held_above and depth == self._depth == 0:
-            yield from self._rules_for(goal)
+            yield from () if depth or self._depth else self._rules_for(goal)
+        yield from self._open_parts(goal, depth)
+
+    def _open_parts(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+        """Yield the action and the sub-goals of a goal that are not over."""
+        mode = goal.mode
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
             if mode == "DISPATCHED" and open_actions:
@@ -329,32 +331,6 @@ class Storyteller:
             ):
                 return slots
         return {}
-
-    def _resources(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield the resources that a goal needs and has not, and who has them."""
-        facts = {slots.get("id", ""): slots for slots in self._facts.get("goal", ())}
-        own = facts.get(goal.id, {})
-        nobody = self._roots.nobody_locks()
-        missing = set(own.get("required-resources", "").split()) - set(
-            own.get("acquired-resources", "").split()
-        )
-        for resource in sorted(missing):
-            holders = [
-                other
-                for other, slots in facts.items()
-                if other != goal.id and resource in slots.get("acquired-resources", "").split()
-            ]
-            locks = [
-                slots.get("locked-by", "")
-                for slots in self._facts.get("mutex", ())
-                if slots.get("name") == f"resource-{resource}" and slots.get("state") == "LOCKED"
-            ]
-            if holders:
-                held = ": goal " + ", ".join(holders) + " has it"
-            else:
-                nobody_has = f": {nobody}" if nobody else ", which nobody is known to have"
-                held = f": {locks[0]} has locked it" if locks and locks[0] else nobody_has
-            yield Cause(f"resource {resource}{held}", root=True)
 
 
 def _ended_badly(child: GoalRecord, before: GoalChange) -> bool:

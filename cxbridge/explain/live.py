@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from cxbridge.errors import ClipsError
 from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.rules.rewritten import as_written
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -15,7 +16,7 @@ class CopiedEvidence(Evidence):
     :param times_us: when the run began, and the moment.
     :param snapshots: the rules that were asked about, each as it was or why it could not be copied.
     :param facts: the facts of some deftemplates.
-    :param texts: the defrules by name.
+    :param texts: the defrules by name, as the environment has them.
     """
 
     def __init__(
@@ -33,6 +34,7 @@ class CopiedEvidence(Evidence):
         self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
+        self._written: Mapping[str, str] | None = None
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
@@ -51,4 +53,6 @@ class CopiedEvidence(Evidence):
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        return self._texts
+        if self._written is None:
+            self._written = as_written(self._texts)
+        return self._written

@@ -1,4 +1,4 @@
-"""What a recording tells of its agent's mistakes: the constructs that were refused, files that were not loaded."""
+"""The mistakes of a recorded agent: refused constructs, and folders with files that were not loaded."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Refusals:
 def agent_folders(files: Iterable[tuple[str, str]]) -> list[str]:
     """Return the folders of an agent's files, where these are still as they were recorded.
 
-    :param files: paths and texts. A path alone does not open a folder: whoever made the recording chose it.
+    :param files: paths and texts. A path alone does not open a folder: it may come from a stranger.
     """
     folders: dict[str, None] = {}
     for name, text in files:

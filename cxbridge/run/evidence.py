@@ -13,6 +13,7 @@ from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
 from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
+from cxbridge.explain.rules.rewritten import as_written
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
@@ -29,6 +30,7 @@ INIT_SECONDS = 30.0
 class EnvironmentEvidence(Evidence):
     """Evidence from an environment that is there.
 
+    :param env: the environment.
     :param folders: where the agent's CLIPS files are.
     """
 
@@ -41,28 +43,29 @@ class EnvironmentEvidence(Evidence):
         folders: tuple[object, ...],
     ) -> None:
         super().__init__(where, *times_us, history)
-        self._env = env
-        self._folders = folders
+        self.env = env
+        self.folders = folders
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
-        with self._env.lock:
-            return rulebook(self._env, self._folders)
+        with self.env.lock:
+            return rulebook(self.env, self.folders)
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return what there is to know about a rule."""
-        with self._env.lock:
-            return take(self._env, rule)
+        with self.env.lock:
+            return take(self.env, rule)
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        with self._env.lock:
-            return rule_texts(self._env)
+        with self.env.lock:
+            texts = rule_texts(self.env)
+        return as_written(texts)
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
-        with self._env.lock:
-            return fact_slots(self._env, template)
+        with self.env.lock:
+            return fact_slots(self.env, template)
 
 
 @contextmanager
@@ -168,7 +171,7 @@ class InitialisedRules:
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        return rule_texts(self._env)
+        return as_written(rule_texts(self._env))
 
 
 @contextmanager

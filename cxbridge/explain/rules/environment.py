@@ -44,7 +44,10 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
 
 
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the defrules of an environment by name. To be called between runs of its rules."""
+    """Return the defrules of an environment by name, as CLIPS has them: see :func:`~.rewritten.as_written`.
+
+    To be called between runs of its rules.
+    """
     forms = ((name, lib.DefrulePPForm(rule)) for name, rule in _rules(env))
     return {name: decode(form) for name, form in forms if form != NULL}
 

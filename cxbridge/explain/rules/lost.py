@@ -1,4 +1,4 @@
-"""The rules that an agent's files have, and its environment lacks: refused, or in a file that is not loaded."""
+"""The rules that an agent's files have and its environment lacks: refused, or in files not loaded."""
 
 from __future__ import annotations
 
