@@ -57,6 +57,7 @@ class Bench:
         skill_dirs: tuple[str | Path, ...] = (),
         config: str | Path | tuple[str | Path, ...] = (),
         fawkes_dir: str | Path | None = None,
+        ros2cx: str | Path | None = None,
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
@@ -85,6 +86,7 @@ class Bench:
             skill_dirs=tuple(map(self.find, skill_dirs)),
             config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
             fawkes_dir=None if fawkes_dir is None else Path(fawkes_dir),
+            ros2cx=None if ros2cx is None else Path(ros2cx),
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
             **options,
