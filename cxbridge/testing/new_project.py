@@ -106,14 +106,17 @@ def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
 
 
 def _renamed(path: Path, words: Mapping[str, str]) -> Path:
-    """Return the path of a file of a template: tests have names that Python can import."""
+    """Return the path of a file of a template.
+
+    Tests have names that Python can import. ``dot-`` stands for a dot, and ``.in`` keeps tools off the template.
+    """
     parts = []
     for part in path.parts:
         is_test = part.startswith("test_")
         named = _worded(
             part, {old: new.replace("-", "_") for old, new in words.items()} if is_test else words
         )
-        parts.append(re.sub("^dot-", ".", named))
+        parts.append(re.sub("^dot-", ".", named).removesuffix(".in"))
     return Path(*parts)
 
 
