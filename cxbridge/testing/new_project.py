@@ -108,7 +108,7 @@ def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
 def _renamed(path: Path, words: Mapping[str, str]) -> Path:
     """Return the path of a file of a template.
 
-    Tests have names that Python can import. ``dot-`` stands for a dot, and ``.in`` keeps tools off the template.
+    Tests have names that Python can import. ``dot-`` stands for a dot; ``.in`` keeps tools off.
     """
     parts = []
     for part in path.parts:
