@@ -8,8 +8,9 @@ from typing import Final
 
 HELP_SECTIONS: Final = {
     "Run": ("run", "check", "daemon", "plan", "gateway"),
-    "Look": ("view", "monitor", "why", "env"),
+    "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
+    "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),

@@ -13,6 +13,7 @@ from pathlib import Path
 
 from clips._clips import lib
 from msgspec import Struct
+from msgspec.structs import replace
 
 from cxbridge.clipstext.syntax import CONSTRUCT, blank, top_level
 from cxbridge.events import Level, Logger
@@ -96,6 +97,8 @@ class ClipsLoader:
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
+        self.rewrite: Callable[[str, str], str] | None = None
+        """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
     def load(self, file: str) -> bool:
         """Load the constructs of a file; whether all of them are fine."""
@@ -127,6 +130,8 @@ class ClipsLoader:
         source = (
             prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
         )
+        if self.rewrite is not None:
+            source = replace(source, text=self.rewrite(file, source.text), changed=True)
         self.files.append(path)
         if not native:
             give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
