@@ -1,5 +1,7 @@
 """The times of the language server on the RCLL agent: its start, and each kind of answer, through a client.
 
+On a busy machine, the time of the processor says more.
+
 FAWKES_DIR=/path/to/fawkes ROBOTINO_DIR=/path/to/fawkes-robotino python -m benchmarks.language_server
 """
 
@@ -28,6 +30,15 @@ def milliseconds(work: Callable[[], object]) -> float:
     return (time.perf_counter() - begin) * 1000
 
 
+def processor_ms(editor: Editor) -> float:
+    """Return the time of the processor that the server has used; 0 where the system does not say."""
+    file = Path(f"/proc/{editor.pid}/stat")
+    if not file.exists():
+        return 0.0
+    user, system = file.read_text().rpartition(")")[2].split()[11:13]
+    return (int(user) + int(system)) * 1000 / os.sysconf("SC_CLK_TCK")
+
+
 def editor_of(robotino: Path, fawkes: Path, folder: Path) -> Editor:
     """Return an editor that has the agent open."""
     overlay = folder / "overlay.yaml"
@@ -53,7 +64,8 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         begin = time.perf_counter()
         editor = editor_of(robotino, fawkes, Path(folder))
-        print(f"start, until the client may ask: {time.perf_counter() - begin:.2f} s")
+        used = processor_ms(editor) / 1000
+        print(f"start, until the client may ask: {time.perf_counter() - begin:.2f} s, processor {used:.2f} s")
         try:
             measure(editor, begin)
         finally:
@@ -102,10 +114,12 @@ def measure(editor: Editor, begin: float) -> None:
         "a change, its diagnostics and folding": type_something,
         "formatting": lambda: editor.run(ask.text_document_formatting_async(formatting)),
     }
-    print(f"{'answer (ms)':40} median  slowest of {ROUNDS}")
+    print(f"{'answer (ms)':40} median  slowest of {ROUNDS}, processor of the server on average")
     for name, question in questions.items():
+        before = processor_ms(editor)
         times = [milliseconds(question) for _ in range(ROUNDS)]
-        print(f"{name:40} {statistics.median(times):6.1f}  {max(times):6.1f}")
+        used = (processor_ms(editor) - before) / ROUNDS
+        print(f"{name:40} {statistics.median(times):6.1f}  {max(times):6.1f}  {used:6.1f}")
 
 
 if __name__ == "__main__":

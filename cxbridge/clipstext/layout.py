@@ -65,6 +65,8 @@ class _Open:
 
     def indent(self, token: str) -> int:
         """Return the column of a line that begins within."""
+        if token == ")":
+            return self.column
         if token in _WORDS_OF_IF and self.head == "if":
             return self.column + 1
         if self.head is None or self.head == "(":

@@ -18,7 +18,6 @@ from cxbridge.run.paths import RunPaths, find_paths
 from cxbridge.run.specs import choose_spec
 
 _HOST_FOLDERS: Final = ("host", "features", "planner")
-SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 
 
 class AgentFiles(Struct, frozen=True):
@@ -42,6 +41,11 @@ class AgentFiles(Struct, frozen=True):
         spec = choose_spec(config, options.spec)
         paths = find_paths(options, config, config_file)
         return cls(config, spec, paths, tuple(_library(paths)))
+
+    def clips(self) -> Iterator[Path]:
+        """Yield the CLIPS files that a spec can load by their names alone."""
+        for folder in (*self.paths.before, self.paths.cx, *self.paths.clips_dirs):
+            yield from files_below(folder, (".clp",))
 
     def others(self) -> Iterator[Path]:
         """Yield the files beside CLIPS that the agent can name: interfaces and skills."""
@@ -71,18 +75,3 @@ def _library(paths: RunPaths) -> Iterator[Path]:
         yield paths.robot_memory
     else:
         yield CORE_DIR / "cx" / "robot-memory.clp"
-
-
-def find_scenario(root: Path) -> Path | None:
-    """Return the scenario of a folder: its own, or the only one right below it."""
-    for name in SCENARIO_FILES:
-        if (root / name).is_file():
-            return root / name if name != SCENARIO_FILES[0] else root
-    below = sorted(root.glob("*/scenario.yaml"))
-    return below[0].parent if len(below) == 1 else None
-
-
-def last_recording(root: Path) -> Path | None:
-    """Return the newest recording in a folder, or right below it."""
-    found = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
-    return max(found, key=lambda path: path.stat().st_mtime, default=None)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Final
+from typing import TYPE_CHECKING, Any, Final
 
 from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
@@ -17,7 +17,10 @@ from cxbridge.lsp.examination import Examinations
 from cxbridge.lsp.knowledge import Knowledge
 from cxbridge.lsp.positions import Positions, path_of, uri_of
 from cxbridge.lsp.publishing import FindingsOfFiles
-from cxbridge.lsp.session import Session, files_below
+from cxbridge.lsp.session import Session, files_below, find_scenario, last_recording
+
+if TYPE_CHECKING:
+    from cxbridge.lsp.agent_files import AgentFiles
 
 _SLICE: Final = 4
 """Files that are read before questions are answered again."""
@@ -26,11 +29,23 @@ _FALLBACK: Final = {"scenario": "test-scenario"}
 """The agent whose core and functions are known where no scenario is found."""
 
 
+def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
+    """Return where the files of an agent are.
+
+    :raises CxbridgeError: when that is not known.
+    """
+    # it imports much, and the first answers are to come at once
+    from cxbridge.lsp.agent_files import AgentFiles  # noqa: PLC0415
+    from cxbridge.lsp.examine import run_options  # noqa: PLC0415
+
+    return AgentFiles.find(run_options(options))
+
+
 class AgentServer(LanguageServer):
     """A language server for one agent.
 
     :param options: those of a run, as JSON has them (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...), and
-        ``recording``. The client's initialization options are laid over them.
+        ``recording``. The client's ``initializationOptions`` are laid over them.
     """
 
     def __init__(self, options: Mapping[str, Any] | None = None) -> None:
@@ -76,10 +91,6 @@ class AgentServer(LanguageServer):
         await self.examinations.close()
 
     async def _index(self) -> None:
-        # it imports much, and the first answers are to come at once
-        from cxbridge.lsp.agent_files import AgentFiles, find_scenario, last_recording  # noqa: PLC0415
-        from cxbridge.lsp.examine import run_options  # noqa: PLC0415
-
         root = self.session.root
         options = dict(self._given)
         recording = options.pop("recording", None) or (last_recording(root) if root else None)
@@ -97,11 +108,11 @@ class AgentServer(LanguageServer):
         await self._read(files_below(root) if root is not None else ())
         plain = {name: value for name, value in self._options.items() if name != "recording"}
         try:
-            agent = await asyncio.to_thread(AgentFiles.find, run_options(plain))
+            agent = await asyncio.to_thread(_find_agent, plain)
         except (CxbridgeError, TypeError) as error:
             self._tell(f"the agent's files are not known: {error}")
         else:
-            await self._read(agent.library)
+            await self._read((*agent.library, *agent.clips()))
             self.session.library = {str(path.resolve()) for path in agent.library}
             loaded = agent.loaded(self.session)
             self.session.loaded = loaded if self._has_agent else set()

@@ -12,6 +12,7 @@ from cxbridge.agent.model import SUFFIXES, AgentModel, Found
 from cxbridge.agent.names import Kind, Name, SourceFile
 from cxbridge.lsp.knowledge import NOTHING, FunctionInfo, Knowledge
 
+_SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
 _LARGEST_FILE: Final = 1 << 20
 _MOST_FILES: Final = 5000
@@ -124,6 +125,21 @@ def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Pa
             elif entry.suffix in wanted and entry.is_file() and entry.stat().st_size <= _LARGEST_FILE:
                 count += 1
                 yield entry.resolve()
+
+
+def find_scenario(root: Path) -> Path | None:
+    """Return the scenario of a folder: its own, or the only one right below it."""
+    for name in _SCENARIO_FILES:
+        if (root / name).is_file():
+            return root / name if name != _SCENARIO_FILES[0] else root
+    below = sorted(root.glob("*/scenario.yaml"))
+    return below[0].parent if len(below) == 1 else None
+
+
+def last_recording(root: Path) -> Path | None:
+    """Return the newest recording in a folder, or right below it."""
+    found = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
+    return max(found, key=lambda path: path.stat().st_mtime, default=None)
 
 
 @lru_cache(maxsize=64)

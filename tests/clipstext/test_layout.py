@@ -39,7 +39,7 @@ LAID_OUT = """\
 (deftemplate cup   "A cup."
   (slot colour
     (type SYMBOL))   ; of the cup
-  )
+)
 
 
 (defrule take ; one
@@ -55,7 +55,7 @@ LAID_OUT = """\
   lines" crlf)
    else (modify ?c (colour
                      blue)))
-  )
+)
 """
 
 

@@ -43,6 +43,12 @@ class Editor:
         )
         self.result = self.run(self.client.initialize_session(parameters))
 
+    @property
+    def pid(self) -> int:
+        """The server's process."""
+        assert self.client._server is not None
+        return self.client._server.pid
+
     def run(self, work: Coroutine[Any, Any, T]) -> T:
         return self.loop.run_until_complete(asyncio.wait_for(work, PATIENCE_S))
 

@@ -23,9 +23,7 @@ def test_rules_tell_how_often_they_fired(tmp_path):
         document = lsp.TextDocumentIdentifier(editor.uri("meet-goals.clp"))
 
         def lenses() -> list[str]:
-            found = editor.run(
-                editor.client.text_document_code_lens_async(lsp.CodeLensParams(document))
-            )
+            found = editor.run(editor.client.text_document_code_lens_async(lsp.CodeLensParams(document)))
             return [lens.command.title for lens in found or () if lens.command]
 
         while not lenses():

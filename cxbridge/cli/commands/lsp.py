@@ -26,7 +26,7 @@ def lsp(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="The run that tells how often rules fired; the newest .mcap in the folder by default.",
+            help="A run, for the counts above rules; the newest .mcap in the folder by default.",
             show_default=False,
         ),
     ] = None,
