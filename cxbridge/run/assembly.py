@@ -69,6 +69,9 @@ class Assembly(Closing):
         """Start the components, and join them to the main loop."""
         for warning in self.context.warnings:
             self.bus.logger("Config").warn(warning)
+        if not self.executive.env.loader.quiet:
+            for missing in self.context.missing:
+                self.bus.logger("Config").warn(f"{missing.location}: {missing.message}")
         self._thinking.watch()
         self.bus.subscribe(self.goal_history.note, GoalTransition)
         if self._replay is not None:

@@ -9,12 +9,13 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
@@ -102,6 +103,7 @@ def _run(
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
+        checks = AgentChecks(assembly.agents, on=not options.is_lenient)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -116,8 +118,7 @@ def _run(
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
-        for agent in assembly.agents:
-            _check_constructs(agent, options)
+        checks.start()
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
@@ -127,6 +128,7 @@ def _run(
 
         def done() -> bool:
             nonlocal over, loss
+            checks.look()
             over = assembly.is_over
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
@@ -274,19 +276,6 @@ def make_run(
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
 
     return Team(options, agent_context, names, replay, additions)
-
-
-def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
-    """With ``--strict`` a broken construct ends the run before it begins."""
-    broken = assembly.executive.env.loader.diagnostics
-    if options.strict and broken:
-        first = broken[0]
-        raise ClipsError(
-            f"{first.construct or 'a construct'}: {first.message} [{first.code}]",
-            file=first.file,
-            line=first.line,
-            hint=f"{len(broken)} in all, see above; without --strict the run goes on without them",
-        )
 
 
 def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) -> tuple[int, str]:

@@ -100,6 +100,11 @@ class SkillerGroup(SkillerBackend):
         self.skillers = tuple(skillers)
 
     @property
+    def known_by_name(self) -> dict[str, frozenset[str] | None]:
+        """The skills of each, by its name; None: nobody knows."""
+        return {skiller.name: skiller.known_skills for skiller in self.skillers}
+
+    @property
     def running(self) -> bool:
         """Whether any of them executes a skill string."""
         return any(skiller.running for skiller in self.skillers)

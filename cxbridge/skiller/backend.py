@@ -27,6 +27,11 @@ class SkillerBackend(Closing):
         self.name = name
 
     @property
+    def known_skills(self) -> frozenset[str] | None:
+        """The skills that it can execute; None: nobody knows."""
+        return None
+
+    @property
     @abstractmethod
     def running(self) -> bool:
         """Whether a skill string is being executed: a run is not over before it is not."""

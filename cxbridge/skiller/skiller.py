@@ -105,6 +105,11 @@ class Skiller(SkillerBackend):
         """The names of the skills, in the order of the skill space."""
         return self.engine.skills
 
+    @property
+    def known_skills(self) -> frozenset[str] | None:
+        """The skills that it has; None in the mode ``fawkes``, where any Lua is one."""
+        return None if self.mode == "fawkes" else frozenset(self.engine.skills)
+
     def loop(self) -> None:
         """Take the messages, run the skill string once, publish what changed."""
         while (serial := self._readers.pop()) is not None:

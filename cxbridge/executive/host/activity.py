@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from clips._clips import lib
 
-from cxbridge.executive.host.capi import NULL, decode
+from cxbridge.executive.host.capi import NULL, CData, decode
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -23,14 +23,17 @@ def executing(env: ClipsEnvironment) -> str:
     but the one that keeps the environment from being destroyed.
     """
     with env.life:
-        if not env.is_firing:
-            return ""
-        busy, count = "", 0
-        rule = lib.GetNextDefrule(env.env, NULL)
-        while rule != NULL:
-            if not lib.DefruleIsDeletable(rule):
-                busy, count = decode(lib.DefruleName(rule)), count + 1
-            if count > 1:
-                return MATCHING
-            rule = lib.GetNextDefrule(env.env, rule)
+        return executing_rule(env.env) if env.is_firing else ""
+
+
+def executing_rule(env: CData) -> str:
+    """Return what :func:`executing` does of an environment that cannot be destroyed meanwhile."""
+    busy, count = "", 0
+    rule = lib.GetNextDefrule(env, NULL)
+    while rule != NULL:
+        if not lib.DefruleIsDeletable(rule):
+            busy, count = decode(lib.DefruleName(rule)), count + 1
+        if count > 1:
+            return MATCHING
+        rule = lib.GetNextDefrule(env, rule)
     return busy

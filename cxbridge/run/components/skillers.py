@@ -21,6 +21,7 @@ class Skillers(Component):
 
     def __init__(self, context: RunContext, skillers: SkillerGroup | None = None) -> None:
         self._skillers = skillers or make_skillers(context, local_skillers(context))
+        context.known_skills.update(self._skillers.known_by_name)
 
     def loop(self) -> None:
         """Let each take its step."""
