@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.daemon.lifecycle import ManagedNode
 from cxbridge.run.components.component import Component
-from cxbridge.run.mistakes import AgentChecks
+from cxbridge.run.ending.mistakes import AgentChecks
 
 if TYPE_CHECKING:
     from cxbridge.executive.breakpoints import Breakpoint, Stop

@@ -110,6 +110,15 @@ class Assembly(Closing):
         return self._replay.is_over(self.clock.now_us(), run_is_over=over)
 
     @property
+    def is_quiet(self) -> bool:
+        """Whether nothing happens by itself, but by rules: no component works, nothing comes from outside."""
+        return (
+            self._replay is None
+            and not self.memory.is_open
+            and all(component.is_quiet for component in self._components)
+        )
+
+    @property
     def loss(self) -> str:
         """Why the run cannot come to its end: a component of it is gone; empty while all are there."""
         return next((component.loss for component in self._components if component.loss), "")

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from cxbridge.executive.executive import place_of_skill
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 if TYPE_CHECKING:
@@ -109,6 +111,11 @@ class SkillerGroup(SkillerBackend):
         """Whether any of them executes a skill string."""
         return any(skiller.running for skiller in self.skillers)
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether all of them are."""
+        return all(skiller.is_quiet for skiller in self.skillers)
+
     def loop(self) -> None:
         """Let each take its step."""
         for skiller in self.skillers:
@@ -166,4 +173,5 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
         mode=item.mode,
         limits=limits_of(config),
         navgraph=navgraph,
+        place_of=partial(place_of_skill, config, context.spec),
     )

@@ -36,6 +36,11 @@ class SkillerBackend(Closing):
     def running(self) -> bool:
         """Whether a skill string is being executed: a run is not over before it is not."""
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing happens until a message comes."""
+        return not self.running
+
     @abstractmethod
     def loop(self) -> None:
         """Take the messages and do one step; to be called once a main loop at the hook ``skill``."""

@@ -53,7 +53,8 @@ class PddlParserFeature(Feature):
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"
-                mistake = Diagnostic(path, None, "", "PDDL", text)
+                file, line = env.loader.place_of_executing()
+                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {text}")
                 env.loader.report(mistake, f"Failed to parse domain: {path}: {text}", log)
             except PddlError as error:
                 mistake = Diagnostic(

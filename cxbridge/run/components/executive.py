@@ -76,6 +76,11 @@ class ExecutiveComponent(Component):
         if begun:
             self.executive.finalize()
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it changes nothing but by rules: always."""
+        return True
+
     def close(self) -> None:
         """Finalize, and unload everything."""
         try:

@@ -32,6 +32,11 @@ class Skillers(Component):
         """Whether any of them executes a skill string."""
         return self._skillers.running
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether all wait for a skill string."""
+        return self._skillers.is_quiet
+
     def close(self) -> None:
         """Close them."""
         self._skillers.close()

@@ -11,8 +11,10 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Final, Protocol
 
-from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
+from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.skiller.luacalls import read_calls
+from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.templates import Placeholder, parse_template
 
 if TYPE_CHECKING:
@@ -25,7 +27,6 @@ _UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
 """What CLIPS says, among others, of names that another file would have defined."""
 
 _QUOTED: Final = re.compile(r"'([^']+)'")
-_SKILL: Final = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
 class AgentChecks:
@@ -150,16 +151,35 @@ def mapping_mistakes(context: RunContext, executive: Executive) -> list[Cxbridge
     )
     found: list[CxbridgeError] = []
     for action, template in action_mapping(context.config, context.spec).items():
-        match = _SKILL.match(template)
-        if skills is not None and match is not None and match[1] not in skills:
-            text = f"'{action}' is mapped to the skill '{match[1]}', which there is not"
-            found.append(_of_mapping(context, action, text, match[1], skills))
-        for part in parse_template(template):
-            parameters = operators.get(action)
-            if parameters and isinstance(part, Placeholder) and part.name not in parameters:
-                text = f"'{action}' has no parameter '{part.name}'"
-                found.append(_of_mapping(context, action, text, part.name, parameters))
+        parameters = operators.get(action)
+        for name in _parameters(template):
+            if parameters and name not in parameters:
+                text = f"'{action}' has no parameter '{name}'"
+                found.append(_of_mapping(context, action, text, name, parameters))
+        if skills is None:
+            continue
+        try:
+            names = [call.name for call in read_calls(_with_values(action, template))]
+        except SkillError as error:
+            place = context.config.get(_path(context, action))
+            text = f"the skill string of '{action}' is wrong: {error.message}"
+            found.append(ConfigError(text, file=place.file or None, line=place.line or None))
+            continue
+        for name in names:
+            if name not in skills:
+                text = f"'{action}' is mapped to the skill '{name}', which there is not"
+                found.append(_of_mapping(context, action, text, name, skills))
     return found
+
+
+def _parameters(template: str) -> list[str]:
+    return [part.name for part in parse_template(template) if isinstance(part, Placeholder)]
+
+
+def _with_values(action: str, template: str) -> str:
+    """Return a skill string with a value that every placeholder can have."""
+    mapping = ActionSkillMapping({action: template})
+    return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
 
 
 def known_skills(context: RunContext) -> frozenset[str] | None:
@@ -182,6 +202,9 @@ def _of_mapping(
     """Return a mistake in the mapping of an action, with the name that was probably meant."""
     close = difflib.get_close_matches(word, sorted(known), 1)
     hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(sorted(known)) or 'none'}"
-    path = f"/clips-executive/specs/{context.spec}/action-mapping/{action}"
-    place = context.config.get(path)
+    place = context.config.get(_path(context, action))
     return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
+
+
+def _path(context: RunContext, action: str) -> str:
+    return f"/clips-executive/specs/{context.spec}/action-mapping/{action}"
