@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from clips._clips import lib
+from cxbridge.executive.host.capi import MATCHING, executing_rule
 
-from cxbridge.executive.host.capi import NULL, CData, decode
+__all__ = ["MATCHING", "executing"]
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-
-MATCHING = "(matching)"
-"""In place of a rule: facts are being matched against conditions."""
 
 
 def executing(env: ClipsEnvironment) -> str:
@@ -24,16 +21,3 @@ def executing(env: ClipsEnvironment) -> str:
     """
     with env.life:
         return executing_rule(env.env) if env.is_firing else ""
-
-
-def executing_rule(env: CData) -> str:
-    """Return what :func:`executing` does of an environment that cannot be destroyed meanwhile."""
-    busy, count = "", 0
-    rule = lib.GetNextDefrule(env, NULL)
-    while rule != NULL:
-        if not lib.DefruleIsDeletable(rule):
-            busy, count = decode(lib.DefruleName(rule)), count + 1
-        if count > 1:
-            return MATCHING
-        rule = lib.GetNextDefrule(env, rule)
-    return busy

@@ -17,8 +17,7 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
-from cxbridge.executive.host.activity import executing_rule
-from cxbridge.executive.host.capi import NULL, CData, encode
+from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
 from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
