@@ -27,7 +27,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"operations"},
     {"web", "run"},
     {"check", "daemon", "services"},
-    {"monitor", "testing"},
+    {"dap", "monitor", "testing"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

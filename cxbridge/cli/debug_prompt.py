@@ -18,8 +18,8 @@ from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
-from cxbridge.operations.operation import OperationContext, plain
-from cxbridge.operations.table import operations
+from cxbridge.operations.operation import OperationContext
+from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.evidence import EnvironmentEvidence
@@ -163,9 +163,7 @@ class _Agent:
 
         :raises CxbridgeError: when it makes no sense, or cannot be done.
         """
-        operation = operations()[name]
-        parameters = operation.parse({"env": self.assembly.executive.env.name, **given})
-        return plain(operation.carry_out(self._context, parameters))
+        return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
 
     def tell(self, stop: Stop, *, with_name: bool) -> None:
         """Tell where it has stopped."""

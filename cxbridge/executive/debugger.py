@@ -1,10 +1,12 @@
 """Stop the rules at breakpoints, step, go on; see docs/debugging.md.
 
-A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet.
+A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet. Within one, a stop
+lasts as long as a function that it calls: :meth:`Debugger.at_line`.
 """
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
@@ -16,7 +18,7 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
 from cxbridge.executive.host.agenda import agenda, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
-from cxbridge.executive.host.values import FALSE
+from cxbridge.executive.host.values import FALSE, show
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 
 if TYPE_CHECKING:
@@ -24,6 +26,9 @@ if TYPE_CHECKING:
 
 STEPS: Final = ("rule", "loop", "transition")
 """What can be stepped."""
+
+LINE: Final = "line"
+"""A step to the next line of a right-hand side, where rules call :meth:`Debugger.at_line`."""
 
 
 class Debugger:
@@ -38,15 +43,19 @@ class Debugger:
         self._env = env
         self.on_stop: Callable[[Stop], None] | None = None
         """Called at each stop, in the thread of the rules, with the environment's lock held."""
+        self.expand: Callable[[str, Stop], str] = lambda text, _stop: text
+        """Puts values in place of the variables of a rule, in conditions and texts of breakpoints."""
         self.loops = 0
         """Loops that it has accompanied."""
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
+        self._reached_count: Counter[int] = Counter()
         self._stopped: Stop | None = None
         self._step = ""
         self._asked = False
         self._firing = False
         self._within = False
+        self._interrupted = False
         self._fired = 0
         self._last_rule = ""
         self._one_by_one = False
@@ -130,7 +139,7 @@ class Debugger:
 
         :raises ExecutiveError: when it is none of these.
         """
-        if what not in STEPS:
+        if what not in (*STEPS, LINE):
             raise ExecutiveError(f"cannot step a '{what}'", hint=f"use one of: {', '.join(STEPS)}")
         with self._env.lock:
             self.go_on()
@@ -156,13 +165,57 @@ class Debugger:
             if not self._within and stop is None:
                 break
             if stop is not None:
-                self._stopped, self._step, self._asked = stop, "", False
-                self._env.bus.logger("Debugger").info(f"Stopped {stop.reason}")
-                if self.on_stop is not None:
-                    self.on_stop(stop)
+                self._halt(stop)
                 if not self._within:
                     break
         return fired
+
+    def _halt(self, stop: Stop) -> None:
+        """Stop, and say so."""
+        self._stopped, self._step, self._asked = stop, "", False
+        self._env.bus.logger("Debugger").info(f"Stopped {stop.reason}")
+        if self.on_stop is not None:
+            self.on_stop(stop)
+
+    @property
+    def watches_lines(self) -> bool:
+        """Whether there is any reason to call :meth:`at_line`."""
+        return self._firing and (
+            self._step == LINE or any(item.kind == "line" for item in self._breakpoints.values())
+        )
+
+    def may_stop_at(self, rule: str, line: int) -> bool:
+        """Whether :meth:`at_line` would look at a condition, or stop."""
+        return self._step == LINE or any(item.has_line(rule, line) for item in self._breakpoints.values())
+
+    def at_line(self, rule: str, line: int) -> None:
+        """Stop if there is a reason to, for rules that call this before an action on a line of theirs.
+
+        The stop is over when :attr:`on_stop` returns, resumed or not: until then the right-hand side waits.
+        """
+        if not self._firing:
+            return
+        self._last_rule = rule
+        where = f"at line {line} of rule {rule}"
+        found = (
+            self._reached(item, where, line=line)
+            for item in self._breakpoints.values()
+            if item.has_line(rule, line)
+        )
+        stop = next(filter(None, found), None)
+        if stop is None and self._step == LINE:
+            stop = self._make("step", where, line=line)
+        if stop is None:
+            return
+        self._firing = False  # transitions of edits do not stop it
+        try:
+            self._halt(stop)
+        finally:
+            self._stopped, self._firing = None, True
+        # what there is to stop at now may be another rule: look again when this one is over
+        self._interrupted = True
+        if not self._one_by_one:
+            self._env.api.after_fire(self._after_fire)
 
     def _begin_loop(self) -> None:
         self._within, self._agent_halts = True, False
@@ -183,7 +236,7 @@ class Debugger:
             done = self._fire()
             if (stop := self._after(rules, done)) is not None:
                 return stop
-            if done == 0 or not (self._one_by_one or self._hits):
+            if done == 0 or not (self._one_by_one or self._hits or self._interrupted):
                 break
         self._within = False
         env.end_run()
@@ -193,6 +246,7 @@ class Debugger:
         """Fire a rule, or all there are up to a transition to stop at; returns how many."""
         api = self._env.api
         self._hits.clear()
+        self._interrupted = False
         self._firing = True
         api.after_fire(self._after_fire if self._one_by_one else None)
         try:
@@ -221,7 +275,7 @@ class Debugger:
                 return self._make("step", f"at {describe(event)}", event=event)
             if (stop := self._reached(item, f"at {describe(event)}", event)) is not None:
                 return stop
-        if not done or not self._one_by_one:
+        if not done or not (self._one_by_one or self._interrupted):
             return None
         for item in rules:
             if item.kind == "after" and item.has_rule(self._last_rule):
@@ -230,18 +284,39 @@ class Debugger:
                     return stop
         return self._make("step", f"after rule {self._last_rule}") if self._step == "rule" else None
 
-    def _reached(self, item: Breakpoint, where: str, event: Transition | None = None) -> Stop | None:
-        """Return the stop at a breakpoint, unless its condition does not hold."""
+    def _reached(
+        self, item: Breakpoint, where: str, event: Transition | None = None, line: int = 0
+    ) -> Stop | None:
+        """Return the stop at a breakpoint, unless it does not stop this time."""
+        kind = "transition" if event is not None else item.kind
+        stop = self._make(kind, where, item.number, event, line)
         if item.condition:
             try:
-                if self._env.eval(item.condition) == FALSE:
+                if self._env.eval(self.expand(item.condition, stop)) == FALSE:
                     return None
             except ClipsError as error:
-                where = f"{where} (breakpoint {item.number} has a condition that fails: {error.message})"
-        kind = "transition" if event is not None else item.kind
-        return self._make(kind, where, item.number, event)
+                fails = f"(breakpoint {item.number} has a condition that fails: {error.message})"
+                stop = replace(stop, reason=f"{where} {fails}")
+        self._reached_count[item.number] += 1
+        if not item.is_due(self._reached_count[item.number]):
+            return None
+        if item.log:
+            text = item.logged(lambda expression: self._value(expression, stop))
+            self._env.bus.logger("Debugger").info(text)
+            return None
+        return stop
 
-    def _make(self, kind: str, reason: str, number: int = 0, event: Transition | None = None) -> Stop:
+    def _value(self, expression: str, stop: Stop) -> str:
+        """Return what an expression in a text is, or why that is not known."""
+        try:
+            value = self._env.eval(self.expand(expression, stop))
+        except ClipsError as error:
+            return f"{{{expression}: {error.message}}}"
+        return value if isinstance(value, str) else show(value)
+
+    def _make(
+        self, kind: str, reason: str, number: int = 0, event: Transition | None = None, line: int = 0
+    ) -> Stop:
         return Stop(
             kind=kind,
             reason=reason,
@@ -252,6 +327,7 @@ class Debugger:
             loop=self.loops,
             fired=self._fired,
             time_us=self._env.bus.clock.now_us(),
+            line=line,
         )
 
     # -- what happens while rules fire
@@ -259,7 +335,7 @@ class Debugger:
     def _set_hooks(self) -> None:
         """Listen to transitions if there is a reason to."""
         wanted = self._step == "transition" or any(
-            not item.is_of_rules for item in self._breakpoints.values()
+            item.is_of_transitions for item in self._breakpoints.values()
         )
         if wanted and not self._follows:
             self._statuses.clear()
@@ -295,5 +371,5 @@ class Debugger:
         self._last_rule = decode(lib.ActivationRuleName(activation))
         if self._env.api.rules_halt():
             self._agent_halts = True
-        if self._hits and not self._one_by_one:
+        if (self._hits or self._interrupted) and not self._one_by_one:
             self._env.hold()  # not before: nobody could tell it from the agent's (halt)

@@ -121,8 +121,9 @@ def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | 
 )
 def _add(context: OperationContext, given: _Spec) -> dict[str, Any]:
     debugger = context.debugger
-    if parse_breakpoint(given.spec).condition:
-        context.rights.check(Right.PROGRAMS, "the condition of a breakpoint")
+    made = parse_breakpoint(given.spec)
+    if made.condition or "{" in made.log:
+        context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
     return _row(debugger.add(given.spec))
 
 

@@ -10,7 +10,7 @@ from types import MappingProxyType, ModuleType
 from typing import Any
 
 import cxbridge.operations
-from cxbridge.operations.operation import Operation
+from cxbridge.operations.operation import Operation, OperationContext, plain
 from cxbridge.rights import Right
 
 
@@ -35,3 +35,13 @@ def operations() -> Mapping[str, Operation[Any]]:
 def verbs() -> Mapping[str, Right]:
     """Return the verbs of RequestInterface, and the right that each needs."""
     return {name: each.right for name, each in operations().items() if each.is_verb}
+
+
+def carry_out(context: OperationContext, name: str, **given: Any) -> Any:
+    """Carry out an operation of this name; returns what JSON can have.
+
+    :param given: its parameters.
+    :raises CxbridgeError: when they make no sense, or it cannot be done.
+    """
+    operation = operations()[name]
+    return plain(operation.carry_out(context, operation.parse(given)))

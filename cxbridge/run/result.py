@@ -65,7 +65,7 @@ class RunResult:
             more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
         return {
             "status": self.status,
-            "result": self._word,
+            "result": self.word,
             "reason": self.reason,
             "spec": self.spec,
             "loops": self.loops,
@@ -88,7 +88,8 @@ class RunResult:
         }
 
     @property
-    def _word(self) -> str:
+    def word(self) -> str:
+        """How it ended, in a word or two."""
         if self.is_stuck:
             return "stuck"
         if self.replay is None:
@@ -108,7 +109,7 @@ class RunResult:
     @property
     def verdict(self) -> str:
         """How it ended, and why."""
-        return f"{self.spec}: {self._word}, {self.reason}"
+        return f"{self.spec}: {self.word}, {self.reason}"
 
     @property
     def figures(self) -> str:

@@ -28,6 +28,7 @@ from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
+from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
 
 PATIENCE_S: Final = 60.0
@@ -346,16 +347,31 @@ class AgentRun(Closing):
     # ---- golden runs
 
     def assert_golden(
-        self, name: str | None = None, *, order: str = "partial", level: str = "transitions"
+        self,
+        name: str | None = None,
+        *,
+        order: str = "partial",
+        level: str = "transitions",
+        time_tolerance: float | None = None,
+        time_from: str = "thread",
     ) -> None:
         """Compare what happened so far with a golden file; ``pytest --update-golden`` writes it.
 
         :param name: the file's; None: the test's.
         :param order: ``partial`` or ``total``.
         :param level: ``transitions`` or ``skills``.
+        :param time_tolerance: so many seconds the times of partners may be apart; None: times do not count.
+        :param time_from: what times count from: ``thread`` or ``begin``.
         :raises AssertionError: when they differ, or there is no such file.
         """
-        __tracebackhide__ = True
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        self._golden.check(name, self.transitions, View(level), Order(order))
+        tolerance = None if time_tolerance is None else Tolerance(time_tolerance, TimeFrom(time_from))
+        self._golden.check(
+            name,
+            self.transitions,
+            View(level),
+            Order(order),
+            tolerance=tolerance,
+            start_us=self._start_us,
+        )

@@ -8,7 +8,7 @@ from typing import Final
 
 HELP_SECTIONS: Final = {
     "Run": ("run", "check", "daemon", "plan", "gateway"),
-    "Look": ("view", "monitor", "why", "env"),
+    "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),

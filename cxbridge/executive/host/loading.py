@@ -14,6 +14,7 @@ from pathlib import Path
 
 from clips._clips import lib
 from msgspec import Struct
+from msgspec.structs import replace
 
 from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
@@ -101,6 +102,8 @@ class ClipsLoader:
         self.warn_redefinitions = False
         self.quiet = False
         """Whether mistakes are only for debugging logs: somebody else tells them, all in one piece."""
+        self.rewrite: Callable[[str, str], str] | None = None
+        """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
     def load(self, file: str) -> bool:
         """Load the constructs of a file; whether all of them are fine."""
@@ -132,6 +135,8 @@ class ClipsLoader:
         source = (
             prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
         )
+        if self.rewrite is not None:
+            source = replace(source, text=self.rewrite(file, source.text), changed=True)
         self.files.append(path)
         if not native:
             give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))

@@ -63,6 +63,10 @@ class Constructs:
         """Return which rules there are."""
         return Rulebook(frozenset(self._rules), (), places=self._places)
 
+    def has_function(self, name: str) -> bool:
+        """Whether there is a deffunction of this name."""
+        return name in self._functions
+
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
         return self._rules

@@ -31,6 +31,9 @@ from cxbridge.explain.rules.snapshot import FactRow, Snapshot
 MOST_MATCHES: Final = 100_000
 """Ways to match that are counted."""
 
+FACT_FUNCTION: Final = "cx-why-fact"
+"""Returns the fact that has an index in the snapshot, in expressions for :meth:`Matcher.value`."""
+
 _PROBE = "cx-why-probe"
 _MISSING = re.compile(r"Missing function declaration for '([^']+)'")
 _MESSAGE = re.compile(r"\[(?!DRIVE|PRCCODE4)[A-Z]+\d+\] [^\n]+")
@@ -73,6 +76,7 @@ class Matcher:
         env.define("cx-why-note", self._note, 0, UNBOUNDED)
         env.api.remove_udf("fact-index")
         env.define("fact-index", self._index, 1)
+        env.define(FACT_FUNCTION, lambda index: self._here(FactRef(index)), 1, types="l")
         env.define("cx-why-global", lambda name: self._globals[name], 1, types="y")
         for name in snapshot.globals:
             env.build(f"(defglobal ?*{name}* = (cx-why-global {name}))")

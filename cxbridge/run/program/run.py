@@ -51,7 +51,7 @@ def run(
     :param options: the other options of ``cxbridge run``, e.g. ``clock="real"``, ``skiller="simulator"``.
     :raises CxbridgeError: when the scenario, an option or a skill is wrong; a failed goal is not an error.
     """
-    run_options = _options(
+    run_options = make_options(
         scenario, config=config, trace=trace, trace_level=trace_level, timeout=timeout, **options
     )
     name = Path(scenario).name if scenario is not None else "run"
@@ -61,7 +61,7 @@ def run(
     return Run(kept)
 
 
-def _options(scenario: str | Path | None, **given: Any) -> RunOptions:
+def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
     """Return the options of a run; paths may be texts, and one may stand for several.
 
     :raises CxbridgeError: when there is no such option.

@@ -1,0 +1,31 @@
+"""`cxbridge dap`: the debug adapter, for editors."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from cxbridge.cli.orderly import orderly
+
+
+@orderly()
+def dap() -> int:
+    """Speak the Debug Adapter Protocol on stdin and stdout: editors start this to debug an agent.
+
+    The editor's launch configuration names the scenario or the recording; see docs/debug-adapter.md.
+
+    Exit status: 0 the editor has ended it; 2 it has sent something that is not a message of the protocol.
+
+    Example: cxbridge dap
+    """
+    from cxbridge.dap.adapter import Adapter
+    from cxbridge.dap.wire import Wire
+    from cxbridge.process.interrupt import Interrupt
+
+    # whatever prints must not print into the protocol
+    source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)
+    with os.fdopen(os.dup(sys.stdout.fileno()), "wb") as sink:
+        os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
+        adapter = Adapter(Wire(source, sink))
+        with Interrupt(adapter.end):
+            return adapter.serve()

@@ -1,0 +1,132 @@
+"""The variables of a rule's condition, for the facts that it fires for: matched again, by CLIPS."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import replace
+from itertools import islice, product
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.values import FactRef, Value
+from cxbridge.errors import ClipsError
+from cxbridge.explain.rules.condition import CE, GroupCE, PatternCE, TestCE
+from cxbridge.explain.rules.matcher import Matcher
+from cxbridge.explain.rules.parse import parse_rule, patterns
+from cxbridge.explain.rules.recorded_facts import rows_of
+
+if TYPE_CHECKING:
+    from cxbridge.events import FactChange
+    from cxbridge.explain.rules.snapshot import Snapshot
+
+_FACT: Final = "cx-dap-fact-"
+_MOST_BRANCHES: Final = 64
+_MOST_WAYS: Final = 1000
+
+
+def facts_of(basis: str) -> list[int]:
+    """Return the indices of the facts in a basis, e.g. ``f-1,*,f-3``."""
+    parts = (part.strip().removeprefix("f-") for part in basis.split(","))
+    return [int(part) for part in parts if part.isdecimal()]
+
+
+def bindings(bare: Snapshot, basis: str, fact: Callable[[int], FactChange | None]) -> dict[str, Value]:
+    """Return the variables that a rule's condition gives values to, by name, without ``?``.
+
+    :param bare: the rule, without facts.
+    :param basis: the facts that it fires for.
+    :param fact: finds one by its index.
+    :raises ClipsError: when a fact is not known, or the condition cannot be matched here.
+    """
+    condition = parse_rule(bare.text)
+    indices = facts_of(basis)
+    changes = [fact(index) for index in dict.fromkeys(indices)]
+    known = [change for change in changes if change is not None]
+    if len(known) < len(changes):
+        raise ClipsError("a fact that the rule fired for is not known any more")
+    names = {pattern.template for pattern in patterns(condition.ces)}
+    templates, rows = rows_of(known, {name: each for name, each in bare.templates.items() if name in names})
+    with Matcher(replace(bare, templates=templates, facts=tuple(rows), all_facts=False)) as matcher:
+        failure = ClipsError("the facts do not match the condition any more")
+        for ces in islice(_branches(condition.ces), _MOST_BRANCHES):
+            positive = [ce for ce in ces if isinstance(ce, PatternCE)]
+            if len(positive) != len(indices):
+                continue
+            for loose in (False, True):
+                try:
+                    found = _bound(matcher, ces, positive, indices, loose=loose)
+                except ClipsError as error:
+                    failure = error  # e.g. a function that only the run has
+                    continue
+                if found is not None:
+                    return found
+    raise failure
+
+
+def _branches(ces: Sequence[CE]) -> Iterator[list[PatternCE | TestCE]]:
+    """Yield the patterns and tests of a condition, one list for each way through its ``or``."""
+    choices: list[list[list[PatternCE | TestCE]]] = []
+    for ce in ces:
+        if not isinstance(ce, GroupCE):
+            choices.append([[ce]])
+        elif ce.kind == "and":
+            choices.append(list(islice(_branches(ce.items), _MOST_BRANCHES)))
+        elif ce.kind == "or":
+            each = (way for branch in ce.items for way in _branches((branch,)))
+            choices.append(list(islice(each, _MOST_BRANCHES)))
+    for ways in product(*choices):
+        yield [ce for way in ways for ce in way]
+
+
+def _bound(
+    matcher: Matcher,
+    ces: Sequence[PatternCE | TestCE],
+    positive: Sequence[PatternCE],
+    indices: Sequence[int],
+    *,
+    loose: bool,
+) -> dict[str, Value] | None:
+    """Return the variables in the way to match that has these facts in this order; None when none has."""
+    texts: list[str] = []
+    facts: list[str] = []
+    names: dict[str, None] = {}
+    for ce in ces:
+        if isinstance(ce, TestCE):
+            texts += [] if loose else [ce.text]
+            continue
+        variable = ce.variable or f"{_FACT}{len(facts)}"
+        text = _loose(ce) if loose else ce.text.partition(" <- ")[2] if ce.variable else ce.text
+        texts.append(f"?{variable} <- {text}")
+        facts.append(variable)
+        names |= dict.fromkeys((variable,))
+        names |= dict.fromkeys(field.name for part in ce.parts for field in part.fields if field.name)
+    if not positive:
+        return {}
+    wanted = [FactRef(index) for index in indices]
+    for values in matcher.note(texts, list(names), _MOST_WAYS):
+        found = dict(zip(names, values, strict=True))
+        if [found[variable] for variable in facts] == wanted:
+            return {name: value for name, value in found.items() if not name.startswith(_FACT)}
+    return None
+
+
+def _loose(ce: PatternCE) -> str:
+    """Return a pattern that binds the variables and asks for nothing."""
+    parts = [
+        part.write([field.binder if field.name else field.wildcard for field in part.fields])
+        for part in ce.parts
+    ]
+    return f"({' '.join((ce.template, *parts))})"
+
+
+def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChange]]) -> list[int]:
+    """Return the indices of the facts that match a pattern.
+
+    :param bare: has the deftemplate.
+    :param facts: of that deftemplate, by its name.
+    :raises ClipsError: when it is no pattern.
+    """
+    changes = [change for each in facts.values() for change in each]
+    templates, rows = rows_of(changes, bare.templates)
+    with Matcher(replace(bare, templates=templates, facts=tuple(rows))) as matcher:
+        found = matcher.note([f"?{_FACT}0 <- {pattern}"], [f"{_FACT}0"], len(changes) + 1)
+    return list(dict.fromkeys(values[0].index for values in found))

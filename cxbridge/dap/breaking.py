@@ -1,0 +1,160 @@
+"""The breakpoints that a client has set, and how they stand."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Final
+
+from cxbridge.dap import protocol
+from cxbridge.dap.places import FileLines
+from cxbridge.dap.stops import Sources
+from cxbridge.dap.target import Target
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.breakpoints import Breakpoint, check_hits, parse_breakpoint
+
+FILTERS: Final = {
+    "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),
+    "action-failed": ("A plan-action fails", "action:*:FAILED"),
+    "skill-failed": ("A skill fails", "skill:*:S_FAILED"),
+}
+"""What editors offer as kinds of exceptions: titles and breakpoints."""
+
+_FUNCTIONS: Final = "functions"
+_FILTERS: Final = "filters"
+
+
+@dataclass(frozen=True, slots=True)
+class _OnLine:
+    """A breakpoint on a line."""
+
+    rule: str
+    file: Path
+    shown: protocol.Breakpoint
+
+
+class Breakpoints:
+    """The breakpoints of a client. They may be set before and while the target runs."""
+
+    def __init__(self, sources: Sources) -> None:
+        self._sources = sources
+        self._last = 0
+        self._groups: dict[str, dict[int, Breakpoint]] = {}
+        self._on_lines: dict[str, list[_OnLine]] = {}
+        self._target: Target | None = None
+
+    def attach(self, target: Target) -> None:
+        """Let a target stop there."""
+        self._target = target
+        for group, made in self._groups.items():
+            target.set_breakpoints(group, made)
+
+    def _put(self, group: str, made: dict[int, Breakpoint]) -> None:
+        self._groups[group] = made
+        if self._target is not None:
+            self._target.set_breakpoints(group, made)
+
+    def _next(self) -> int:
+        self._last += 1
+        return self._last
+
+    # -- on lines
+
+    def set_lines(self, arguments: protocol.SetBreakpointsArguments) -> list[protocol.Breakpoint]:
+        """Set those of a file; returns how they stand.
+
+        :raises CxbridgeError: when the file cannot be read.
+        """
+        file, text = self._sources.named(arguments.source)
+        actions = self._target is None or self._target.can_stop_at_actions
+        lines = FileLines(text, actions=actions)
+        made: dict[int, Breakpoint] = {}
+        found: list[protocol.Breakpoint] = []
+        on_lines: list[_OnLine] = []
+        for wanted in arguments.breakpoints:
+            number, place = self._next(), lines.at(wanted.line)
+            if place is None:
+                message = "no rule begins at this line or below"
+                found.append(protocol.Breakpoint(number, verified=False, message=message, line=wanted.line))
+                continue
+            try:
+                check_hits(wanted.hit_condition or "")
+            except CxbridgeError as error:
+                found.append(protocol.Breakpoint(number, verified=False, message=str(error), line=place.line))
+                continue
+            made[number] = place.breakpoint(
+                wanted.condition or "", wanted.hit_condition or "", wanted.log_message or ""
+            )
+            shown = protocol.Breakpoint(
+                number, verified=True, message=_where(place.rule, action=place.action), line=place.line
+            )
+            shown = self._checked(_OnLine(place.rule, file, shown))
+            on_lines.append(_OnLine(place.rule, file, shown))
+            found.append(shown)
+        self._on_lines[str(file)] = on_lines
+        self._put(f"file:{file}", made)
+        return found
+
+    def _checked(self, item: _OnLine) -> protocol.Breakpoint:
+        """Return how a breakpoint stands, as far as it is known which rules there are."""
+        if self._target is None or not self._target.is_loaded:
+            return item.shown
+        reason = self._target.why_not(item.rule, item.file)
+        if not reason:
+            return item.shown
+        return protocol.Breakpoint(item.shown.id, verified=False, message=reason, line=item.shown.line)
+
+    def check(self) -> list[protocol.Breakpoint]:
+        """Return those that have turned out to be at rules that there are not."""
+        pairs = [(item, self._checked(item)) for items in self._on_lines.values() for item in items]
+        return [shown for item, shown in pairs if shown.verified != item.shown.verified]
+
+    def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
+        """Return the lines of a file that one can stop at.
+
+        :raises CxbridgeError: when the file cannot be read.
+        """
+        _, text = self._sources.named(arguments.source)
+        actions = self._target is None or self._target.can_stop_at_actions
+        lines = FileLines(text, actions=actions)
+        return lines.between(arguments.line, arguments.end_line or arguments.line)
+
+    # -- with names
+
+    def set_functions(self, wanted: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
+        """Set those on goals, plan-actions, skills and rules, by name; returns how they stand."""
+        made: dict[int, Breakpoint] = {}
+        found: list[protocol.Breakpoint] = []
+        for each in wanted:
+            number = self._next()
+            hits = f" hit {each.hit_condition.replace(' ', '')}" if each.hit_condition else ""
+            condition = f" if {each.condition}" if each.condition else ""
+            try:
+                made[number] = parse_breakpoint(f"{each.name}{hits}{condition}")
+            except CxbridgeError as error:
+                found.append(protocol.Breakpoint(number, verified=False, message=str(error)))
+            else:
+                found.append(protocol.Breakpoint(number, verified=True))
+        self._put(_FUNCTIONS, made)
+        return found
+
+    def set_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
+        """Set those on what fails; returns how they stand.
+
+        :raises CxbridgeError: when there is no such filter.
+        """
+        unknown = [name for name in names if name not in FILTERS]
+        if unknown:
+            raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")
+        made = {self._next(): parse_breakpoint(FILTERS[name][1]) for name in names}
+        self._put(_FILTERS, made)
+        return [protocol.Breakpoint(number, verified=True) for number in made]
+
+    def is_filter(self, number: int) -> bool:
+        """Whether a breakpoint is one of what fails."""
+        return number in self._groups.get(_FILTERS, {})
+
+
+def _where(rule: str, *, action: bool) -> str:
+    return f"within the right-hand side of rule {rule}" if action else f"before rule {rule} fires"

@@ -1,0 +1,139 @@
+"""What is typed while a target is stopped: expressions with a rule's variables, and patterns."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+
+from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
+from cxbridge.dap.bindings import bindings, matching
+from cxbridge.dap.target import Moment
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.events import FactChange
+from cxbridge.explain.rules.snapshot import Snapshot
+
+_BINDERS = ("bind", "foreach")
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """What came of it.
+
+    :param text: the value; of a pattern how many facts match.
+    :param output: lines that were printed.
+    :param facts: those that match, of a pattern.
+    """
+
+    text: str
+    output: tuple[str, ...] = ()
+    facts: tuple[FactChange, ...] = ()
+
+
+def variables_of(moment: Moment) -> dict[str, Value]:
+    """Return the variables of the rule that a moment is about, by name, without ``?``.
+
+    :raises CxbridgeError: when they are not known.
+    """
+    firing = moment.firing
+    here = moment.locals()
+    if here is not None:
+        return dict(here)
+    if firing is None:
+        return {}
+    return bindings(moment.bare(firing.rule), firing.basis, moment.fact)
+
+
+def known_variables(moment: Moment) -> dict[str, Value]:
+    """Return the variables, none when they are not known."""
+    try:
+        return variables_of(moment)
+    except CxbridgeError:
+        return {}
+
+
+def answer(moment: Moment, text: str) -> Answer:
+    """Evaluate an expression, or find the facts that match a pattern.
+
+    :raises CxbridgeError: when it is neither, or fails.
+    """
+    text = text.strip()
+    nodes = read(text)
+    if len(nodes) == 1 and nodes[0].items is None and text.startswith(("?", "$?")) and "*" not in text:
+        name = text.lstrip("$?")
+        known = variables_of(moment)
+        if name in known:
+            return Answer(show_alone(known[name]))
+        if ":" not in name:
+            there = ", ".join(f"?{each}" for each in known) or "none"
+            raise ClipsError(f"there is no variable {text} here", hint=f"there are: {there}")
+    head = nodes[0].head if len(nodes) == 1 else ""
+    is_template = bool(head) and moment.template(head) is not None
+    if is_template and not moment.is_function(head):
+        return _match(moment, head, text)
+    try:
+        found = moment.evaluate(expanded(text, moment))
+    except CxbridgeError:
+        if is_template:  # a name that a function has, too, as time
+            return _match(moment, head, text)
+        raise
+    return Answer(found.text, found.output)
+
+
+def _match(moment: Moment, template: str, pattern: str) -> Answer:
+    made, facts = moment.template(template), moment.facts(template)
+    assert made is not None
+    bare = Snapshot(moment.agent, 0, "", {template: made}, ())
+    wanted = set(matching(bare, expanded(pattern, moment), {template: facts}))
+    found = tuple(fact for fact in facts if fact.index in wanted)
+    return Answer(f"{len(found)} of {len(facts)} facts match", facts=found)
+
+
+def expanded(text: str, moment: Moment) -> str:
+    """Return an expression with the values of a moment's variables in the place of their names."""
+    return expand(text, known_variables(moment), moment.written) if "?" in text else text
+
+
+def expand(text: str, known: Mapping[str, Value], written: Callable[[int], str] = str) -> str:
+    """Put the values of variables in the place of their names; not of those that the text itself binds.
+
+    ``?fact:slot`` becomes the slot's value.
+
+    :param written: writes a fact, by its index.
+    """
+    if not known:
+        return text
+    nodes = read(text)
+    own = {name for node in nodes for name in _bound_by(node)}
+    parts: list[str] = []
+    position = 0
+    for top in nodes:
+        for node in top.walk():
+            if node.items is not None or not node.text.startswith(("?", "$?")):
+                continue
+            name, _, slot = node.text.lstrip("$?").partition(":")
+            if name in known and name not in own:
+                parts += (text[position : node.start], _literal(known[name], slot, written))
+                position = node.end
+    return "".join((*parts, text[position:]))
+
+
+def _bound_by(top: SyntaxNode) -> set[str]:
+    """Return the variables that some text gives values to itself."""
+    found = set()
+    for node in top.walk():
+        if node.items:
+            first = node.items[1] if node.head in _BINDERS and len(node.items) > 1 else node.items[0]
+            if first.items is None and first.text.startswith(("?", "$?")):
+                found.add(first.text.lstrip("$?"))
+    return found
+
+
+def _literal(value: Value, slot: str, written: Callable[[int], str]) -> str:
+    """Return a value as CLIPS reads it."""
+    if isinstance(value, FactRef):
+        fact = written(value.index)
+        return f"(fact-slot-value {fact} {slot})" if slot else fact
+    if isinstance(value, tuple):
+        return f"(create$ {' '.join(_literal(each, '', written) for each in value)})"
+    return quoted(value) if type(value) is str else show(value)

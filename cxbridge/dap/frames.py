@@ -1,0 +1,111 @@
+"""The stack of a stop: the rule, the plan-action that it works for, its goal, and the goals above."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.dap.bindings import facts_of
+from cxbridge.dap.target import Moment, Place
+from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
+from cxbridge.executive.breakpoints import describe
+from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.tree import goal_title
+
+GOAL: Final = "goal"
+ACTION: Final = "plan-action"
+
+
+@dataclass(frozen=True, slots=True)
+class Frame:
+    """A frame of a stack.
+
+    :param kind: ``rule``, ``plan-action``, ``goal`` or ``event``.
+    :param place: where it is written; None for what is in no file.
+    :param fact: the fact of the goal or plan-action.
+    """
+
+    kind: str
+    name: str
+    place: Place | None = None
+    fact: FactChange | None = None
+
+
+def slots_of(fact: FactChange) -> Mapping[str, str]:
+    """Return the slots of a fact as CLIPS prints their values; none of an ordered fact."""
+    with suppress(FactSyntaxError):
+        return parse_fact(fact.text)[1]
+    return {}
+
+
+def frames_of(moment: Moment) -> list[Frame]:
+    """Return the stack of a moment, the rule first."""
+    return [*_rule(moment), *_works_for(moment)] or [Frame("event", "between two loops")]
+
+
+def _rule(moment: Moment) -> Iterator[Frame]:
+    firing = moment.firing
+    if firing is None:
+        if moment.event is not None:
+            yield Frame("event", describe(moment.event))
+        return
+    place = moment.place(firing.rule)
+    if place is not None and firing.line:
+        place = Place(place.file, firing.line, place.text)
+    yield Frame("rule", firing.rule, place)
+
+
+def _works_for(moment: Moment) -> Iterator[Frame]:
+    """Yield the frames of the plan-action, the goal and those above, as far as it is clear which."""
+    goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
+    action, goal = _about(moment)
+    if action is not None:
+        slots = slots_of(action)
+        text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
+        yield Frame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
+    forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in goals.items()})
+    at = goal if goal in goals else None
+    while at is not None:
+        slots = slots_of(goals[at])
+        outcome = slots.get("outcome", "UNKNOWN")
+        state = " ".join((slots.get("mode", ""), *(outcome,) * (outcome != "UNKNOWN")))
+        yield Frame(GOAL, f"goal {goal_title(at, slots.get('class', ''))}: {state}", fact=goals[at])
+        at = forest.parents[at]
+
+
+def _about(moment: Moment) -> tuple[FactChange | None, str]:
+    """Return the plan-action and the id of the goal that a moment is about."""
+    event = moment.event
+    if isinstance(event, GoalTransition):
+        return None, event.goal
+    if isinstance(event, PlanActionTransition):
+        key = event.goal, event.plan, event.action_id
+        return _plan_action(moment, key), event.goal
+    basis = () if moment.firing is None else facts_of(moment.firing.basis)
+    facts = [fact for fact in map(moment.fact, basis) if fact is not None]
+    action = next((fact for fact in facts if fact.template == ACTION), None)
+    if action is not None:
+        slots = slots_of(action)
+        key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
+        return _plan_action(moment, key) or action, key[0]
+    # of a goal and its parent, which a rule often matches, the last is the one that it works on
+    ids = [slots_of(fact).get("id", "") for fact in facts if fact.template == GOAL]
+    named = [slots_of(fact).get("goal-id", "") for fact in facts]
+    return None, next((name for name in (*_deepest(moment, ids), *named) if name), "")
+
+
+def _deepest(moment: Moment, ids: list[str]) -> list[str]:
+    """Return the goals, those first whose parents are among them."""
+    parents = {slots_of(fact).get("id", ""): slots_of(fact).get("parent", "") for fact in moment.facts(GOAL)}
+    return sorted(ids, key=lambda name: parents.get(name) not in ids)
+
+
+def _plan_action(moment: Moment, key: tuple[str, str, str]) -> FactChange | None:
+    for fact in moment.facts(ACTION):
+        slots = slots_of(fact)
+        if (slots.get("goal-id"), slots.get("plan-id"), slots.get("id")) == key:
+            return fact
+    return None

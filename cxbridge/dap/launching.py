@@ -1,0 +1,110 @@
+"""Makes a target of what an editor's launch configuration asks for."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.dap.target import Target
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import RunOptions
+
+_OF_EDITORS: Final = frozenset(
+    {
+        *("type", "request", "name", "console", "debugServer", "internalConsoleOptions", "noDebug"),
+        *("order", "postDebugTask", "preLaunchTask", "presentation", "serverReadyAction"),
+        *("linux", "osx", "windows", "suppressMultipleSessionWarning"),
+    }
+)
+"""Keys that editors look at themselves."""
+
+_FORBIDDEN: Final = ("replay",)
+_TYPES: Final[Mapping[type, tuple[type, ...]]] = {
+    bool: (bool,),
+    float: (float, int),
+    str: (str,),
+    tuple: (str, list),
+}
+"""What a launch configuration may give for options, by the types of their defaults."""
+
+_CAPITAL: Final = re.compile(r"[A-Z]")
+
+
+def make_target(arguments: Mapping[str, Any]) -> Target:
+    """Return what is to be debugged.
+
+    :param arguments: ``scenario``, and the options of `cxbridge run` as ``skillDirs`` or ``skill-dirs``; or
+        ``recording`` and ``env``; ``stopOnEntry``, ``stopInRules`` and ``cwd`` besides.
+    :raises CxbridgeError: when an argument makes no sense.
+    """
+    given = {
+        name: value
+        for name, value in arguments.items()
+        if name not in _OF_EDITORS and not name.startswith("__") and value is not None
+    }
+    _enter(_text(given, "cwd"))
+    without_stops = bool(arguments.get("noDebug"))
+    recording, env = _text(given, "recording"), _text(given, "env")
+    stop_on_entry, actions = given.pop("stopOnEntry", False), given.pop("stopInRules", True)
+    if recording:
+        if given:
+            raise CxbridgeError(f"'{next(iter(given))}' does not go with a recording")
+        from cxbridge.dap.recorded import RecordedRun  # noqa: PLC0415 - a run has no need of it
+        from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
+
+        return RecordedRun(open_run(recording), env or None)
+    if env:
+        raise CxbridgeError("'env' goes with a recording")
+    from cxbridge.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
+    from cxbridge.run.program.run import make_options  # noqa: PLC0415
+
+    options = {
+        _CAPITAL.sub(lambda m: f"_{m[0].lower()}", name).replace("-", "_"): value
+        for name, value in given.items()
+    }
+    if any(name in options for name in _FORBIDDEN):
+        raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
+    for name, value in options.items():
+        _check_type(name, value)
+    scenario = options.pop("scenario", None)
+    return LiveRun(
+        make_options(scenario, **options),
+        stop_on_entry=bool(stop_on_entry) and not without_stops,
+        actions=bool(actions) and not without_stops,
+    )
+
+
+def _check_type(name: str, value: object) -> None:
+    """See that an option has a value of its type; those that there are not are refused later.
+
+    :raises CxbridgeError: when it has not.
+    """
+    known = RunOptions.__dataclass_fields__.get(name)
+    if known is None:
+        return
+    kinds = next((kinds for kind, kinds in _TYPES.items() if isinstance(known.default, kind)), (str, list))
+    texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
+    if not isinstance(value, kinds) or not texts or (isinstance(value, bool) and bool not in kinds):
+        wanted = {bool: "true or false", float: "a number", str: "a text", list: "texts"}
+        raise CxbridgeError(
+            f"'{name}' must be {' or '.join(wanted[kind] for kind in kinds if kind in wanted)}"
+        )
+
+
+def _text(given: dict[str, Any], name: str) -> str:
+    value = given.pop(name, "")
+    if not isinstance(value, str):
+        raise CxbridgeError(f"'{name}' must be a text")
+    return value
+
+
+def _enter(folder: str) -> None:
+    """Work in a folder: paths of a launch configuration are seen from there."""
+    if folder:
+        try:
+            os.chdir(Path(folder))
+        except OSError as error:
+            raise CxbridgeError(f"'cwd' cannot be {folder}: {error.strerror}") from error

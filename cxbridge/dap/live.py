@@ -1,0 +1,158 @@
+"""A run that is debugged: as `cxbridge run` runs it, in the thread that serves the client's requests."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.dap.agent import DebuggedAgent, LiveMoment
+from cxbridge.dap.target import Client, Stopped, Target
+from cxbridge.events import Event, Level, LogLine
+from cxbridge.explain.rules.environment import rulebook
+from cxbridge.explain.rules.locations import why_missing
+from cxbridge.mainloop import Hook
+from cxbridge.run.run import run_scenario
+
+if TYPE_CHECKING:
+    from cxbridge.executive.breakpoints import Breakpoint, Stop
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.options import RunOptions
+
+_REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
+_INTERRUPTED: Final = 130
+_CATEGORIES: Final = {Level.ERROR: "stderr", Level.WARN: "stderr"}
+
+
+class LiveRun(Target):
+    """A run.
+
+    :param options: those of the run.
+    :param stop_on_entry: whether it stops before its first rule.
+    :param actions: whether it can stop within right-hand sides.
+    """
+
+    def __init__(self, options: RunOptions, *, stop_on_entry: bool = False, actions: bool = True) -> None:
+        options.check()
+        self._options = options
+        self._stop_on_entry = stop_on_entry
+        self.can_stop_at_actions = actions
+        self._agents: list[DebuggedAgent] = []
+        self._groups: dict[str, Mapping[int, Breakpoint]] = {}
+        self._interrupted = False
+        self._step = ""
+
+    @property
+    def agents(self) -> Sequence[str]:
+        """The names of the agents."""
+        return [agent.assembly.name for agent in self._agents]
+
+    def run(self, client: Client) -> int:
+        """Run the scenario; returns the exit status of `cxbridge run`."""
+
+        def tell_line(event: Event) -> None:
+            if isinstance(event, LogLine):
+                category = _CATEGORIES.get(event.level, "stdout")
+                client.tell("output", {"category": category, "output": f"{event.component}: {event.text}\n"})
+
+        result = run_scenario(
+            self._options, tell_line, lambda assembly: self._attach(assembly, client), interactive=True
+        )
+        for agent in self._agents:
+            agent.raise_error()
+        reason = "ended by the client" if self._interrupted else result.reason
+        client.tell("output", {"category": "console", "output": f"{reason}\n"})
+        return _INTERRUPTED if self._interrupted else result.status
+
+    def _attach(self, assembly: Assembly, client: Client) -> None:
+        """Debug an agent, that is made and not started."""
+        agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
+        self._agents.append(agent)
+        number = len(self._agents)
+        for group, wanted in self._groups.items():
+            agent.set_breakpoints(group, wanted)
+        agent.debugger.on_stop = lambda stop: self._stopped(client, number, stop)
+
+        def pump() -> None:
+            agent.watch_again()
+            client.pump()
+
+        assembly.loop.add(Hook.PRE_LOOP, pump)
+        client.tell("thread", {"reason": "started", "threadId": number})
+        if self._stop_on_entry:
+            agent.debugger.stop()
+        if self._interrupted:
+            assembly.interrupt()
+
+    def _stopped(self, client: Client, number: int, stop: Stop) -> None:
+        agent = self._agents[number - 1]
+        reason = _REASONS.get(stop.kind, "breakpoint")
+        if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:
+            reason = "entry"
+        self._end_steps()
+        moment = LiveMoment(agent, stop)
+        stopped = Stopped(number, reason, f"Stopped {stop.reason}", moment, agent.ids.get(stop.breakpoint, 0))
+        client.stay(stopped, lambda: agent.debugger.stopped is None or agent.env.is_ended)
+        if agent.debugger.stopped is not None:
+            agent.debugger.go_on()
+
+    def _end_steps(self) -> None:
+        """One agent has stopped: a step of the others is over, too."""
+        if self._step:
+            for agent in self._agents:
+                if agent.debugger.stopped is None:
+                    agent.debugger.go_on()
+        self._step = ""
+
+    def interrupt(self) -> None:
+        """End the run; from any thread."""
+        self._interrupted = True
+        for agent in self._agents:
+            agent.assembly.loop.stop()
+            agent.assembly.interrupt()
+
+    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
+        """Put breakpoints in the place of those of this group."""
+        self._groups[group] = wanted
+        for agent in self._agents:
+            agent.set_breakpoints(group, wanted)
+
+    def go_on(self) -> None:
+        """Go on to the next breakpoint."""
+        for agent in self._agents:
+            agent.debugger.go_on()
+
+    def step(self, what: str) -> None:
+        """Go on for a ``rule``, a ``loop``, a ``transition`` or a ``line`` of any agent."""
+        self._step = what
+        for agent in self._agents:
+            agent.debugger.step(what)
+
+    def pause(self) -> None:
+        """Stop before the next rule."""
+        for agent in self._agents:
+            agent.debugger.stop()
+
+    @property
+    def is_loaded(self) -> bool:
+        """Whether all agents are initialised."""
+        return bool(self._agents) and all(agent.assembly.executive.initialized for agent in self._agents)
+
+    def why_not(self, rule: str, file: Path) -> str:
+        """Return why a rule of a file cannot stop; empty when it can, in any agent."""
+        reasons = [self._missing(agent, rule, file) for agent in self._agents]
+        return reasons[0] if all(reasons) else ""
+
+    @staticmethod
+    def _missing(agent: DebuggedAgent, rule: str, file: Path) -> str:
+        place = agent.place(rule)
+        if place is not None and place.file != file:
+            return f"the rule {rule} that was loaded is that of {place.file}:{place.line}"
+        book = rulebook(agent.env, agent.assembly.paths.clips_dirs)
+        if rule in book.rules:
+            return ""
+        return why_missing(rule, book) or f"the spec does not load {file.name}"
+
+    def files(self) -> Iterator[Path]:
+        """Yield the files with rules that were loaded."""
+        yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)

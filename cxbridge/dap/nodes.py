@@ -1,0 +1,181 @@
+"""What is shown of a moment as trees: variables, goals, the agenda, facts by template."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
+from cxbridge.dap.expressions import variables_of
+from cxbridge.dap.frames import ACTION, GOAL, Frame, slots_of
+from cxbridge.dap.target import Moment
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import FactChange
+from cxbridge.history.forest import Forest, parent_id
+
+MOST_ROWS: Final = 1000
+"""Facts of a deftemplate, or activations, that are shown."""
+
+_TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRING", Symbol: "SYMBOL"}
+
+
+@dataclass(frozen=True, slots=True)
+class Node:
+    """Something with a name and a value.
+
+    :param children: makes what is below it; None: there is nothing.
+    :param change: gives it another value, from text of CLIPS, and returns that; None: it cannot be changed.
+    """
+
+    name: str
+    value: str
+    kind: str = ""
+    children: Callable[[], Sequence[Node]] | None = None
+    change: Callable[[str], str] | None = None
+    expression: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Group:
+    """A group of nodes of a frame.
+
+    :param expensive: whether a client had better not open it by itself.
+    """
+
+    name: str
+    children: Callable[[], Sequence[Node]]
+    expensive: bool = False
+    hint: str = ""
+
+
+class _Fact:
+    """A fact; it gets another index when it is changed, here or elsewhere among the nodes."""
+
+    def __init__(self, moment: Moment, fact: FactChange) -> None:
+        self._moment = moment
+        self._first = fact
+
+    @property
+    def _now(self) -> FactChange:
+        index = self._first.index
+        while index in self._moment.changed:
+            index = self._moment.changed[index]
+        found = self._first if index == self._first.index else self._moment.fact(index)
+        return found or self._first
+
+    def nodes(self) -> list[Node]:
+        return [
+            Node(name, value, change=partial(self._change, name))
+            for name, value in slots_of(self._now).items()
+        ]
+
+    def _change(self, slot: str, text: str) -> str:
+        before = self._now.index
+        self._moment.changed[before] = self._moment.modify(before, slot, text)
+        return slots_of(self._now).get(slot, text)
+
+
+def groups_of(moment: Moment, frame: Frame) -> list[Group]:
+    """Return what is shown of a frame."""
+    found: list[Group] = []
+    if frame.kind == "rule":
+        found.append(Group("Variables", lambda: _variables(moment), hint="locals"))
+    elif frame.fact is not None:
+        found.append(Group("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
+        if frame.kind == GOAL:
+            found.append(Group("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
+    found.append(Group("Goals", lambda: _goals(moment)))
+    if moment.agenda() is not None:
+        found.append(Group("Agenda", lambda: _agenda(moment)))
+    found.append(Group("Facts", lambda: _templates(moment), expensive=True))
+    return found
+
+
+def fact_node(moment: Moment, fact: FactChange) -> Node:
+    """Return a fact, with its slots below."""
+    changeable = _Fact(moment, fact)
+    return Node(f"f-{fact.index}", fact.text, fact.template, changeable.nodes if slots_of(fact) else None)
+
+
+def _variables(moment: Moment) -> list[Node]:
+    try:
+        known = variables_of(moment)
+    except CxbridgeError as error:
+        return [Node("(not known)", error.message)]
+    return [_variable(moment, name, value) for name, value in known.items()]
+
+
+def _variable(moment: Moment, name: str, value: Value) -> Node:
+    text, shown = f"?{name}", show_alone(value)
+    if isinstance(value, FactRef):
+        fact = moment.fact(value.index)
+        if fact is not None:
+            return Node(
+                text, f"f-{fact.index} {fact.text}", fact.template, _Fact(moment, fact).nodes, None, text
+            )
+    if isinstance(value, tuple):
+        items = [Node(str(number), show(each)) for number, each in enumerate(value, start=1)]
+        return Node(text, shown, "MULTIFIELD", (lambda: items) if items else None, None, text)
+    return Node(text, shown, _TYPES.get(type(value), ""), None, None, text)
+
+
+def _goals(moment: Moment) -> list[Node]:
+    facts = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
+    forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in facts.items()})
+
+    def made(names: Iterable[str]) -> list[Node]:
+        return [_goal(moment, facts[name], partial(below, name)) for name in names]
+
+    def below(name: str) -> list[Node]:
+        return made(forest.children.get(name, ()))
+
+    return made(forest.roots)
+
+
+def _goal(moment: Moment, fact: FactChange, below: Callable[[], list[Node]]) -> Node:
+    slots = slots_of(fact)
+    state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
+    return Node(slots.get("id", ""), state, GOAL, lambda: [*below(), *_Fact(moment, fact).nodes()])
+
+
+def _plan(moment: Moment, goal: str) -> list[Node]:
+    actions = [fact for fact in moment.facts(ACTION) if slots_of(fact).get("goal-id") == goal]
+    found = []
+    for fact in actions:
+        slots = slots_of(fact)
+        name = " ".join(filter(None, (slots.get("action-name", ""), slots.get("param-values", ""))))
+        found.append(
+            Node(f"{slots.get('id', '')} {name}", slots.get("state", ""), ACTION, _Fact(moment, fact).nodes)
+        )
+    return found
+
+
+def _agenda(moment: Moment) -> list[Node]:
+    rows = moment.agenda() or ()
+    return [
+        Node(f"{number}", f"{salience} {rule}: {basis}", "activation")
+        for number, (salience, rule, basis) in enumerate(rows[:MOST_ROWS], start=1)
+    ]
+
+
+def _templates(moment: Moment) -> list[Node]:
+    return [
+        Node(
+            name,
+            f"{count} {'fact' if count == 1 else 'facts'}",
+            "deftemplate",
+            partial(_facts, moment, name),
+        )
+        for name, count in sorted(moment.templates().items())
+        if count
+    ]
+
+
+def _facts(moment: Moment, template: str) -> list[Node]:
+    facts = moment.facts(template)
+    shown = [fact_node(moment, fact) for fact in facts[:MOST_ROWS]]
+    if len(facts) > MOST_ROWS:
+        shown.append(Node("...", f"{len(facts) - MOST_ROWS} more; a pattern in the console finds some"))
+    return shown

@@ -1,0 +1,98 @@
+"""Calls in right-hand sides that let the debugger stop before each of their actions.
+
+CLIPS cannot be stopped within a right-hand side, but a function that it calls may take its time. So files are
+loaded with ``(cx-debug-at NUMBER ?x ...)`` before each action, on the same line: lines keep their numbers.
+CLIPS evaluates the variables only when they are asked for. Recordings and texts of files do not show it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Final
+
+from clips._clips import ffi, lib
+
+from cxbridge.clipstext.values import FactRef, Value
+from cxbridge.dap.actions import Action, rules_of
+from cxbridge.executive.host.capi import CData, callback
+from cxbridge.executive.host.udf import UNBOUNDED
+from cxbridge.executive.host.values import FactAddress, to_python
+
+if TYPE_CHECKING:
+    from cxbridge.executive.debugger import Debugger
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+PROBE_FUNCTION: Final = "cx-debug-at"
+"""The host's function that right-hand sides call."""
+
+_ANY_TYPE: Final = 0x3FF
+
+
+class Probes:
+    """The calls in the files of one environment; to be made before it loads any.
+
+    :ivar error: what went wrong while it was stopped there; an error cannot pass through CLIPS.
+    """
+
+    def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
+        self.error: BaseException | None = None
+        self._debugger = debugger
+        self._actions: list[tuple[str, Action]] = []
+        self._context: CData = None
+        self._values: dict[str, Value] = {}
+        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._reach)
+        env.udfs.define_c(PROBE_FUNCTION, call, 1, UNBOUNDED, "*;l")
+        env.loader.rewrite = self.rewrite
+        self._env = env
+
+    def rewrite(self, _file: str, text: str) -> str:
+        """Return the text of a file with the calls in it."""
+        parts: list[str] = []
+        position = 0
+        for rule in rules_of(text):
+            for action in rule.actions:
+                names = "".join(f" ?{name}" for name in action.names)
+                call = f"({PROBE_FUNCTION} {len(self._actions)}{names}) "
+                parts += (text[position : action.start], call)
+                position = action.start
+                self._actions.append((rule.name, action))
+        return "".join((*parts, text[position:]))
+
+    def values(self) -> Mapping[str, Value] | None:
+        """Return the variables of the right-hand side that is stopped; None when none is."""
+        return None if self._context is None else self._values
+
+    def _reach(self, env: CData, context: CData, result: CData) -> None:
+        result.lexemeValue = lib.FalseSymbol(env)
+        if not self._debugger.watches_lines:
+            return
+        try:
+            self._stop(context)
+        except BaseException as error:  # noqa: BLE001 - it is raised again when CLIPS has returned
+            self.error = error
+            self._env.interrupt()
+
+    def _stop(self, context: CData) -> None:
+        value = ffi.new("UDFValue *")
+        lib.UDFFirstArgument(context, lib.INTEGER_BIT, value)
+        rule, action = self._actions[int(value.integerValue.contents)]
+        if not self._debugger.may_stop_at(rule, action.line):
+            return
+        self._context = context
+        try:
+            self._values = {name: self._next(context, value) for name in action.names}
+            self._debugger.at_line(rule, action.line)
+        finally:
+            self._context, self._values = None, {}
+
+    @staticmethod
+    def _next(context: CData, value: CData) -> Value:
+        lib.UDFNextArgument(context, _ANY_TYPE, value)
+        return _lasting(to_python(value))
+
+
+def _lasting(value: Value) -> Value:
+    """Return a value that is still good when facts are gone."""
+    if isinstance(value, FactAddress):
+        return FactRef(int(lib.FactIndex(value.pointer)))
+    return tuple(map(_lasting, value)) if isinstance(value, tuple) else value

@@ -1,0 +1,350 @@
+"""A recording that is debugged: it goes forwards and backwards, and nothing can be changed."""
+
+from __future__ import annotations
+
+import threading
+from bisect import bisect_left
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.values import show_alone
+from cxbridge.clock import MICROSECONDS
+from cxbridge.dap.expressions import expanded
+from cxbridge.dap.target import Client, Firing, Moment, Place, Stopped, Target
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.events import Event, FactChange, RuleFired
+from cxbridge.executive.breakpoints import Breakpoint, describe
+from cxbridge.executive.host.evaluating import Evaluation
+from cxbridge.explain.rules.constructs import Constructs, TextFile
+from cxbridge.explain.rules.matcher import FACT_FUNCTION, Matcher
+from cxbridge.explain.rules.recorded_facts import rows_of
+from cxbridge.explain.rules.snapshot import MAX_FACTS, Snapshot
+from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge.trace.scrubbing import Scrubber
+from cxbridge.trace.sources import building_steps
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.facts.copying import FactTemplate
+    from cxbridge.history.state import RunState
+    from cxbridge.trace.formats.base import Run
+
+_FOREVER_S: Final = 1e9
+_TEXTS: Final = ("clips", "construct")
+
+
+@dataclass(frozen=True, slots=True)
+class _Sources:
+    """What the environment was built of.
+
+    :param texts: the files, by the names they were loaded by.
+    """
+
+    constructs: Constructs
+    texts: Mapping[str, str]
+
+    @classmethod
+    def of(cls, run: Run, env: str) -> _Sources:
+        """Read what a recording has."""
+        steps = (step for step in building_steps(run, env) if step.role in _TEXTS)
+        texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
+        return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
+
+    def place(self, rule: str) -> Place | None:
+        """Return where a rule was written: on the disk, or in the recording when that has changed since."""
+        name, line = self.constructs.rulebook().places.get(rule, ("", 0))
+        if not name:
+            return None
+        text, path = self.texts[name], Path(name)
+        try:
+            same = path.read_bytes().decode("utf-8", "surrogateescape") == text
+        except OSError:
+            same = False
+        return Place(path.resolve(), line, None if same else text)
+
+
+class RecordedMoment(Moment):
+    """A recording at one of its moments.
+
+    :param state: what holds then.
+    :param gone: facts that the last rule has retracted.
+    """
+
+    def __init__(
+        self,
+        env: str,
+        firing: Firing | None,
+        event: Transition | None,
+        state: RunState,
+        gone: Mapping[int, FactChange],
+        sources: _Sources,
+    ) -> None:
+        super().__init__(env, firing, event)
+        self._known = state.facts.by_env.get(env, {})
+        self._gone = gone
+        self._sources = sources
+
+    def place(self, rule: str) -> Place | None:
+        """Return where a rule was written."""
+        return self._sources.place(rule)
+
+    def bare(self, rule: str) -> Snapshot:
+        """Return a rule without facts."""
+        return self._sources.constructs.snapshot(rule, self.agent, 0)
+
+    def templates(self) -> Mapping[str, int]:
+        """Return how many facts there are, by their deftemplates."""
+        counts: dict[str, int] = {}
+        for fact in self._known.values():
+            counts[fact.template] = counts.get(fact.template, 0) + 1
+        return counts
+
+    def template(self, name: str) -> FactTemplate | None:
+        """Return a deftemplate, or what its facts look like."""
+        known = self._sources.constructs.templates
+        return known.get(name) or rows_of(self.facts(name), known)[0].get(name)
+
+    def facts(self, template: str) -> Sequence[FactChange]:
+        """Return the facts of a deftemplate."""
+        return [fact for fact in self._known.values() if fact.template == template]
+
+    def fact(self, index: int) -> FactChange | None:
+        """Return a fact, also one that the rule has just retracted."""
+        return self._known.get(index) or self._gone.get(index)
+
+    def is_function(self, name: str) -> bool:
+        """Whether the run's files define a function of this name; the others are not in a recording."""
+        return self._sources.constructs.has_function(name)
+
+    def written(self, fact: int) -> str:
+        """Return a fact as expressions name it."""
+        return f"({FACT_FUNCTION} {fact})"
+
+    def evaluate(self, expression: str) -> Evaluation:
+        """Evaluate an expression with the facts of the moment, in an environment of its own."""
+        if len(self._known) > MAX_FACTS:
+            raise ClipsError(f"there are more than {MAX_FACTS} facts")
+        templates, rows = rows_of(self._known.values(), self._sources.constructs.templates)
+        with Matcher(Snapshot(self.agent, 0, "", templates, tuple(rows))) as matcher:
+            value = matcher.value(expression)
+        return Evaluation("" if value is None else show_alone(value), ())
+
+
+class RecordedRun(Target):
+    """A recording.
+
+    :param env: the environment of CLIPS that is looked at; None: the first that fired a rule or had a
+        transition.
+    :raises CxbridgeError: when there is nothing to look at.
+    """
+
+    can_go_back = True
+
+    def __init__(self, run: Run, env: str | None = None) -> None:
+        self._scrubber = scrubber = Scrubber(run)
+        scrubber.load(_FOREVER_S)
+        of_env = (*TRANSITION_TYPES, RuleFired)
+        names = list(dict.fromkeys(each.env for each in scrubber.events if isinstance(each, of_env)))
+        if not names or env not in (None, *names):
+            known = ", ".join(names) or "none"
+            raise CxbridgeError(
+                f"{run.path} has no rules or transitions" + (f" of '{env}'" if env else ""),
+                hint=f"there are environments: {known}",
+            )
+        self._env = env or names[0]
+        self._sources = _Sources.of(run, self._env)
+        self._has_rules = any(isinstance(each, RuleFired) for each in scrubber.events)
+        self._groups: dict[str, Mapping[int, Breakpoint]] = {}
+        self._reached: dict[int, int] = {}
+        self._wanted = ""
+        self._back = False
+        self._over = threading.Event()
+
+    @property
+    def agents(self) -> Sequence[str]:
+        """The environment that is looked at."""
+        return [self._env]
+
+    def run(self, client: Client) -> int:
+        """Go through the recording as the client asks for; returns 0."""
+        for note in self._scrubber.notes:
+            client.tell("output", {"category": "console", "output": f"{note}\n"})
+        client.tell("thread", {"reason": "started", "threadId": 1})
+        self._wanted = "entry"
+        while not self._over.is_set():
+            stopped = self._go(client)
+            if stopped is None:
+                break
+            self._wanted = ""
+            client.stay(stopped, lambda: bool(self._wanted) or self._over.is_set())
+        return 0
+
+    def interrupt(self) -> None:
+        """End it; from any thread."""
+        self._over.set()
+
+    def set_breakpoints(self, group: str, wanted: Mapping[int, Breakpoint]) -> None:
+        """Put breakpoints in the place of those of this group."""
+        self._groups[group] = wanted
+
+    def go_on(self) -> None:
+        """Go on to the next breakpoint."""
+        self._wanted, self._back = "continue", False
+
+    def step(self, what: str) -> None:
+        """Go on for a ``rule``, a ``loop`` or a ``transition``; what happens in a rule is not recorded."""
+        self._wanted, self._back = "rule" if what == "line" else what, False
+
+    def pause(self) -> None:
+        """Nothing goes by itself: there is nothing to stop."""
+
+    def go_back(self, what: str) -> None:
+        """Go back: to the last breakpoint, or a step."""
+        self._wanted, self._back = what or "continue", True
+
+    is_loaded = True
+
+    def why_not(self, rule: str, file: Path) -> str:
+        """Return why a rule of a file cannot stop."""
+        if not self._has_rules:
+            return "no rules were recorded: record with --trace-level rules"
+        if rule not in self._sources.constructs.rule_texts() and self._sources.texts:
+            return f"the run had no rule {rule} of {file.name}"
+        return ""
+
+    def files(self) -> Iterator[Path]:
+        """Yield the files with rules that were loaded."""
+        yield from (Path(name).resolve() for name in self._sources.texts)
+
+    # -- going
+
+    def _go(self, client: Client) -> Stopped | None:
+        """Go as is wanted; return where it stops, None when it has come to its end."""
+        if self._wanted == "entry":
+            return self._first()
+        events, way = self._scrubber.events, -1 if self._back else 1
+        # the moment is the one after the event before: at that event it stands
+        number = self._scrubber.at - 1 + way
+        while 0 <= number < len(events) and not self._over.is_set():
+            event = events[number]
+            found = self._look(event, number, client)
+            if found is not None:
+                return found
+            number += way
+        if self._back:
+            return self._first()
+        if self._scrubber.at == len(events):
+            return None
+        self._scrubber.go(len(events))
+        return self._stop("step", "at the end of the recording", None)
+
+    def _first(self) -> Stopped:
+        number = next((at for at, each in enumerate(self._scrubber.events) if self._is_mine(each)), 0)
+        self._scrubber.go(number + 1)
+        event = self._scrubber.events[number]
+        return self._stop("entry", self._text(event), event)
+
+    def _is_mine(self, event: Event) -> bool:
+        return isinstance(event, (*TRANSITION_TYPES, RuleFired)) and event.env == self._env
+
+    def _look(self, event: Event, number: int, client: Client) -> Stopped | None:
+        """Return the stop at an event, if it is one to stop at."""
+        if not self._is_mine(event):
+            return None
+        for identity, item in ((i, b) for group in self._groups.values() for i, b in group.items()):
+            hit = (
+                item.is_of_rules and item.has_rule(event.rule)
+                if isinstance(event, RuleFired)
+                else isinstance(event, TRANSITION_TYPES)
+                and item.is_of_transitions
+                and self._is_news(number)
+                and item.has_transition(event)
+            )
+            if hit:
+                found = self._reach(identity, item, event, number, client)
+                if found is not None:
+                    return found
+        if self._is_step(event, number):
+            self._scrubber.go(number + 1)
+            return self._stop("step", self._text(event), event)
+        return None
+
+    def _is_news(self, number: int) -> bool:
+        """Whether a transition is one, and not a Skiller that repeats its status."""
+        steps = self._scrubber.transitions
+        place = bisect_left(steps, number + 1)
+        return place < len(steps) and steps[place] == number + 1
+
+    def _is_step(self, event: Event, number: int) -> bool:
+        if self._wanted == "rule":
+            return isinstance(event, RuleFired) or not self._has_rules
+        if self._wanted == "transition":
+            return isinstance(event, TRANSITION_TYPES) and self._is_news(number)
+        if self._wanted != "loop":
+            return False
+        # it begins with the first rule of a run of rules, or, without rules, where time has gone on
+        if isinstance(event, RuleFired) or self._has_rules:
+            return isinstance(event, RuleFired) and event.number == 1
+        times = self._scrubber.times
+        return number == 0 or times[number] != times[number - 1]
+
+    def _reach(
+        self, identity: int, item: Breakpoint, event: Event, number: int, client: Client
+    ) -> Stopped | None:
+        """Return the stop at a breakpoint, unless it does not stop this time."""
+        self._scrubber.go(number + 1)
+        reason = "breakpoint" if item.is_of_rules else "function breakpoint"
+        stopped = replace(self._stop(reason, self._text(event), event), breakpoint=identity)
+        if item.condition:
+            try:
+                if self._value(stopped.moment, item.condition) == "FALSE":
+                    return None
+            except CxbridgeError as error:
+                text = f"{stopped.description} (the condition fails: {error.message})"
+                stopped = replace(stopped, description=text)
+        self._reached[identity] = self._reached.get(identity, 0) + 1
+        if not item.is_due(self._reached[identity]):
+            return None
+        if item.log:
+            text = item.logged(lambda expression: self._shown(stopped.moment, expression))
+            client.tell("output", {"category": "console", "output": f"{text}\n"})
+            return None
+        return stopped
+
+    @staticmethod
+    def _value(moment: Moment, expression: str) -> str:
+        return moment.evaluate(expanded(expression, moment)).text
+
+    def _shown(self, moment: Moment, expression: str) -> str:
+        try:
+            return self._value(moment, expression)
+        except CxbridgeError as error:
+            return f"{{{expression}: {error.message}}}"
+
+    @staticmethod
+    def _text(event: Event) -> str:
+        if isinstance(event, RuleFired):
+            return f"before rule {event.rule}"
+        return f"at {describe(event)}" if isinstance(event, TRANSITION_TYPES) else ""
+
+    def _stop(self, reason: str, where: str, event: Event | None) -> Stopped:
+        """Return the stop at the moment of the scrubber."""
+        scrubber = self._scrubber
+        state, seconds = scrubber.state, scrubber.now_us / MICROSECONDS
+        fired = state.rule if state.rule is not None and state.rule.env == self._env else None
+        firing = None if fired is None else Firing(fired.rule, fired.basis)
+        transition = event if isinstance(event, TRANSITION_TYPES) else None
+        moment = RecordedMoment(self._env, firing, transition, state, self._gone(), self._sources)
+        return Stopped(1, reason, f"Stopped {where} ({seconds:.3f} s)", moment)
+
+    def _gone(self) -> dict[int, FactChange]:
+        """Return the facts that the last rule has retracted up to now."""
+        found: dict[int, FactChange] = {}
+        for number in range(self._scrubber.at - 1, -1, -1):
+            event = self._scrubber.events[number]
+            if isinstance(event, RuleFired) and event.env == self._env:
+                break
+            if isinstance(event, FactChange) and event.env == self._env and not event.asserted:
+                found[event.index] = event
+        return found

@@ -1,0 +1,96 @@
+"""Messages of the Debug Adapter Protocol on a pair of byte streams: a header with the length, then JSON."""
+
+from __future__ import annotations
+
+import threading
+from io import RawIOBase
+from typing import BinaryIO, Final
+
+import msgspec
+
+from cxbridge.dap.protocol import Event, Request, Response
+from cxbridge.errors import CxbridgeError
+
+LONGEST: Final = 16 * 1024 * 1024
+"""Bytes of a message."""
+
+_MOST_HEADERS: Final = 32
+_LONGEST_LINE: Final = 4096
+_LENGTH: Final = b"content-length"
+
+
+class WireError(CxbridgeError):
+    """What was read is not a message of the protocol."""
+
+
+class Wire:
+    """Reads requests from one stream, and writes answers and events to another, from any thread.
+
+    :param source: better one without a buffer: a thread that waits in one holds its lock to the very end.
+    """
+
+    def __init__(self, source: RawIOBase | BinaryIO, sink: BinaryIO) -> None:
+        self._source = source
+        self._sink = sink
+        self._lock = threading.Lock()
+        self._last = 0
+        self._encoder = msgspec.json.Encoder()
+        self._decoder = msgspec.json.Decoder(Request)
+
+    def read(self) -> Request | None:
+        """Return the next request; None when no more come.
+
+        :raises WireError: when it is not one.
+        """
+        length = self._length()
+        if length is None:
+            return None
+        body = self._exactly(length)
+        if body is None:
+            return None
+        try:
+            return self._decoder.decode(body)
+        except msgspec.DecodeError as error:
+            raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
+
+    def _exactly(self, length: int) -> bytes | None:
+        """Read so many bytes; None when the stream ends before."""
+        parts: list[bytes] = []
+        while length > 0:
+            part = self._source.read(length)
+            if not part:
+                return None
+            parts.append(part)
+            length -= len(part)
+        return b"".join(parts)
+
+    def _length(self) -> int | None:
+        """Read a header; return the bytes of the message, None at the end of the stream."""
+        length = None
+        for _ in range(_MOST_HEADERS):
+            line = self._source.readline(_LONGEST_LINE)
+            if not line:
+                return None
+            name, colon, value = line.strip().partition(b":")
+            if not name:
+                if length is None:
+                    raise WireError("a message without Content-Length")
+                return length
+            if colon and name.strip().lower() == _LENGTH:
+                text = value.strip()
+                if not text.isdigit() or len(text) > len(str(LONGEST)) or int(text) > LONGEST:
+                    raise WireError(f"a message cannot have the length {text.decode('ascii', 'replace')}")
+                length = int(text)
+        raise WireError("a message with too many headers")
+
+    def write(self, message: Response | Event) -> None:
+        """Send a message, with the next number. When nobody reads any more, nothing happens."""
+        with self._lock:
+            self._last += 1
+            message.seq = self._last
+            body = self._encoder.encode(message)
+            try:
+                self._sink.write(b"Content-Length: %d\r\n\r\n" % len(body) + body)
+                self._sink.flush()
+            except (BrokenPipeError, ValueError):
+                pass  # the reader's end says so, too

@@ -1,0 +1,176 @@
+"""A client of the debug adapter protocol, as small as can be: requests in order, events as they come."""
+
+from __future__ import annotations
+
+import json
+import queue
+import subprocess
+import sys
+import threading
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Self
+
+PATIENCE_S = 60.0
+
+
+class Client:
+    """A debug adapter in a process of its own, and what it has said. A context manager."""
+
+    def __init__(self, cwd: Path, *, wait_s: float = PATIENCE_S) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "cxbridge", "dap"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            cwd=cwd,
+        )
+        assert self._process.stdin
+        assert self._process.stdout
+        assert self._process.stderr
+        self._stdin, self._stdout, self._stderr = (
+            self._process.stdin,
+            self._process.stdout,
+            self._process.stderr,
+        )
+        self._wait_s = wait_s
+        self._seq = 0
+        self._inbox: queue.Queue[dict[str, Any] | None] = queue.Queue()
+        self.events: list[dict[str, Any]] = []
+        self.log: list[dict[str, Any]] = []
+        threading.Thread(target=self._read, daemon=True).start()
+        self._errors = threading.Thread(target=self._read_errors, daemon=True)
+        self._errors.start()
+        self.stderr = ""
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._process.kill()
+        self._process.wait()
+        self._errors.join()
+        for stream in (self._stdin, self._stdout, self._stderr):
+            stream.close()
+
+    def _read_errors(self) -> None:
+        self.stderr = self._stderr.read().decode()
+
+    def _read(self) -> None:
+        out = self._stdout
+        while header := out.readline():
+            assert header.startswith(b"Content-Length: "), header
+            assert out.readline() == b"\r\n"
+            self._inbox.put(json.loads(out.read(int(header.split()[1]))))
+        self._inbox.put(None)
+
+    def _next(self) -> dict[str, Any]:
+        message = self._inbox.get(timeout=self._wait_s)
+        assert message is not None, f"the adapter has ended: {self.stderr}"
+        self.log.append(message)
+        return message
+
+    def send_bytes(self, data: bytes) -> None:
+        """Send anything."""
+        self._stdin.write(data)
+        self._stdin.flush()
+
+    def end(self) -> int:
+        """Send nothing any more; returns the exit status."""
+        self._stdin.close()
+        return self._process.wait(self._wait_s)
+
+    def wait(self) -> int:
+        """Wait for its end; returns the exit status."""
+        return self._process.wait(self._wait_s)
+
+    def send(self, command: str, **arguments: Any) -> int:
+        """Send a request; returns its number."""
+        self._seq += 1
+        message = {"seq": self._seq, "type": "request", "command": command, "arguments": arguments}
+        self.log.append(message)
+        body = json.dumps(message).encode()
+        self.send_bytes(b"Content-Length: %d\r\n\r\n" % len(body) + body)
+        return self._seq
+
+    def answer(self, command: str, **arguments: Any) -> dict[str, Any]:
+        """Send a request; returns the whole answer."""
+        number = self.send(command, **arguments)
+        while True:
+            message = self._next()
+            if message["type"] == "response":
+                assert message["request_seq"] == number
+                return message
+            self.events.append(message)
+
+    def ask(self, command: str, **arguments: Any) -> Any:
+        """Send a request; returns the body of its answer."""
+        answer = self.answer(command, **arguments)
+        assert answer["success"], answer
+        return answer.get("body")
+
+    def event(self, name: str, fits: Callable[[dict[str, Any]], bool] = lambda _body: True) -> dict[str, Any]:
+        """Return the body of the next event of that name; others are let go by."""
+        while True:
+            found = self.event_of(name)
+            if fits(found.get("body") or {}):
+                return found.get("body") or {}
+
+    def event_of(self, *names: str) -> dict[str, Any]:
+        """Return the next event of these names; others are let go by."""
+        while True:
+            found = self.events.pop(0) if self.events else self._next()
+            assert found["type"] == "event", found
+            if found["event"] in names:
+                return found
+
+    # -- what most tests do
+
+    def launch(self, **arguments: Any) -> Any:
+        """Begin a session, up to the event ``initialized``; returns the capabilities."""
+        known = self.ask("initialize", adapterID="cxbridge", linesStartAt1=True, columnsStartAt1=True)
+        self.ask("launch", **arguments)
+        self.event("initialized")
+        return known
+
+    def break_at(self, file: Path, *lines: int, **more: Any) -> Any:
+        """Set breakpoints in a file."""
+        wanted = [{"line": line, **more} for line in lines]
+        return self.ask("setBreakpoints", source={"path": str(file)}, breakpoints=wanted)["breakpoints"]
+
+    def break_on(self, *names: str, **more: Any) -> Any:
+        """Set breakpoints by name."""
+        wanted = [{"name": name, **more} for name in names]
+        return self.ask("setFunctionBreakpoints", breakpoints=wanted)["breakpoints"]
+
+    def begin(self) -> None:
+        """Let it run."""
+        self.ask("configurationDone")
+
+    def stopped(self) -> dict[str, Any]:
+        """Wait until it stops."""
+        return self.event("stopped")
+
+    def go(self, command: str = "continue") -> dict[str, Any]:
+        """Go on, and wait until it stops."""
+        self.ask(command, threadId=1)
+        return self.stopped()
+
+    def stack(self) -> Any:
+        """Return the stack."""
+        return self.ask("stackTrace", threadId=1)["stackFrames"]
+
+    def scope(self, name: str, frame: int = 1) -> Any:
+        """Return the number of a scope's variables."""
+        scopes = self.ask("scopes", frameId=frame)["scopes"]
+        return next(scope["variablesReference"] for scope in scopes if scope["name"] == name)
+
+    def below(self, reference: int) -> dict[str, dict[str, Any]]:
+        """Return variables by their names."""
+        found = self.ask("variables", variablesReference=reference)["variables"]
+        return {item["name"]: item for item in found}
+
+    def evaluate(self, expression: str, context: str = "repl") -> Any:
+        """Evaluate an expression, or what is wrong with it."""
+        answer = self.answer("evaluate", expression=expression, frameId=1, context=context)
+        return answer["body"]["result"] if answer["success"] else answer["message"]

@@ -1,0 +1,211 @@
+"""What the lines of a file stand for, and the calls that stop within right-hand sides."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.clipstext.syntax import definitions
+from cxbridge.clock import VirtualClock
+from cxbridge.dap.actions import rules_of
+from cxbridge.dap.places import FileLines
+from cxbridge.dap.probes import Probes
+from cxbridge.events import EventBus
+from cxbridge.executive.debugger import Debugger
+from cxbridge.executive.host.environment import ClipsEnvironment
+from tests.support import FAWKES_DIR, ROOT
+
+TEXT = """\
+; a comment
+(deftemplate a (slot x))
+
+(defrule first "with a text"
+  ?a <- (a (x ?x&:(> ?x 1)))
+  (not (b ?gone))
+  =>
+  (bind ?y (+ ?x 1))
+  (if (> ?y 2)
+   then
+    (printout t "big " ?y crlf)
+   else
+    (bind ?z 3)
+    (retract ?a))
+  (assert (b ?y))
+)
+
+(deffunction f () 3)
+(defrule second (b ?x) => )
+"""
+
+
+def lines():
+    return FileLines(TEXT, actions=True)
+
+
+@pytest.mark.parametrize(
+    ("line", "rule", "moved", "action"),
+    [
+        (1, "first", 4, False),  # a comment: the next rule
+        (2, "first", 4, False),
+        (4, "first", 4, False),
+        (6, "first", 4, False),  # a condition: the rule
+        (7, "first", 4, False),
+        (8, "first", 8, True),
+        (9, "first", 9, True),
+        (10, "first", 9, True),  # then: the action that it belongs to
+        (11, "first", 11, True),
+        (13, "first", 13, True),
+        (15, "first", 15, True),
+        (16, "first", 15, True),
+        (17, "second", 19, False),
+        (18, "second", 19, False),  # a function is no rule
+        (19, "second", 19, False),  # nothing on its right-hand side
+    ],
+)
+def test_what_a_line_stands_for(line, rule, moved, action):
+    place = lines().at(line)
+    assert place is not None
+    assert (place.rule, place.line, place.action) == (rule, moved, action)
+
+
+def test_behind_the_last_rule_is_nothing():
+    assert lines().at(20) is None
+    assert FileLines("(deffunction f () 3)\n", actions=True).at(1) is None
+
+
+def test_without_actions_a_line_is_its_rule():
+    place = FileLines(TEXT, actions=False).at(11)
+    assert place is not None
+    assert (place.rule, place.line, place.action) == ("first", 4, False)
+
+
+def test_the_lines_to_stop_at():
+    assert lines().between(1, 100) == [4, 8, 9, 11, 13, 14, 15, 19]
+    assert FileLines(TEXT, actions=False).between(1, 100) == [4, 19]
+
+
+def test_only_variables_that_have_a_value_for_sure():
+    first = next(rules_of(TEXT))
+    names = {action.line: action.names for action in first.actions}
+    assert names[8] == ("a", "x")
+    assert names[11] == ("a", "x", "y")  # not ?gone, which is of the not
+    assert names[14] == ("a", "x", "y", "z")
+    assert names[15] == ("a", "x", "y")  # ?z perhaps
+
+
+def test_a_variable_of_one_branch_of_or_has_no_value_for_sure():
+    rule = next(rules_of("(defrule r (or (a ?x ?y) (b ?x)) (exists (c ?z)) => (f))"))
+    assert rule.actions[0].names == ("x",)
+
+
+EVERYTHING = """
+(deftemplate goal (slot id) (multislot params))
+(defrule all
+  ?go <- (go $?rest)
+  (or (goal (id ?id)) (other ?id))
+  =>
+  (retract ?go)
+  (bind ?sum 0)
+  (progn (bind ?sum (+ ?sum 1)) (bind ?sum (+ ?sum 1)))
+  (while (< ?sum 5) do (bind ?sum (+ ?sum 1)))
+  (loop-for-count (?i 1 3) do (bind ?sum (+ ?sum ?i)))
+  (loop-for-count 2 (bind ?sum (+ ?sum 1)))
+  (progn$ (?each ?rest) (bind ?sum (+ ?sum ?each-index)))
+  (foreach ?each ?rest (bind ?sum (+ ?sum ?each-index)))
+  (do-for-all-facts ((?g goal)) (neq ?g:id nil) (bind ?sum (+ ?sum 1)) (modify ?g (params ?g:id)))
+  (delayed-do-for-all-facts ((?g goal) (?h goal)) TRUE (bind ?sum (+ ?sum 1)))
+  (switch ?sum (case 3 then (bind ?sum 4)) (default (bind ?sum (* 2 ?sum))))
+  (bind ?if (if (> ?sum 3) then big else small))
+  (bind ?rest) (bind ?again ?sum)
+  (assert (result ?sum ?if ?id)))
+"""
+
+
+def environment(text, tmp_path, *, probes):
+    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    debugger = Debugger(env)
+    made = Probes(env, debugger) if probes else None
+    file = tmp_path / "file.clp"
+    file.write_text(text)
+    env.load(file)
+    return env, debugger, made
+
+
+def results(env):
+    env.assert_string("(goal (id g1))")
+    env.assert_string("(go a b c)")
+    env.run()
+    return [slots["implied"] for _, _, slots in env.facts("result")]
+
+
+def test_rules_do_the_same_with_the_calls_in_them(tmp_path):
+    found = []
+    for probes in (False, True):
+        env, _, _ = environment(EVERYTHING, tmp_path, probes=probes)
+        assert [str(each) for each in env.loader.diagnostics] == []
+        found.append(results(env))
+        env.destroy()
+    assert found[0] == found[1] != []
+
+
+def test_it_stops_at_every_action_with_the_variables_there(tmp_path):
+    env, debugger, probes = environment(EVERYTHING, tmp_path, probes=True)
+    seen = []
+
+    def note(stop):
+        seen.append((stop.line, dict(probes.values())))
+        debugger.step("line")
+
+    debugger.on_stop = note
+    env.assert_string("(goal (id g1))")
+    env.assert_string("(go a b c)")
+    debugger.step("line")
+    debugger.run()
+    by_line = dict(seen)
+    assert [line for line, _ in seen[:4]] == [7, 8, 9, 9]
+    assert [line for line, _ in seen].count(10) == 1 + 3  # the loop, and what is in it, three times
+    assert by_line[11]["i"] == 3
+    assert by_line[13]["each"] == "c"
+    assert str(by_line[15]["g"]).startswith("<Fact-")
+    assert "rest" not in by_line[20]
+    assert by_line[20]["id"] == "g1"
+    assert probes.values() is None
+    env.destroy()
+
+
+FILES = sorted(
+    [
+        *(ROOT / "cxbridge" / "executive" / "clips").rglob("*.clp"),
+        *(ROOT / "scenarios").rglob("*.clp"),
+        *([] if FAWKES_DIR is None else (FAWKES_DIR / "src").rglob("*.clp")),
+    ]
+)
+
+
+def test_no_line_of_any_file_moves(tmp_path):
+    env, _, probes = environment("", tmp_path, probes=True)
+    changed = 0
+    for file in FILES:
+        text = file.read_bytes().decode("utf-8", "surrogateescape")
+        made = probes.rewrite(str(file), text)
+        assert [(d.kind, d.name, d.line) for d in definitions(made)] == [
+            (d.kind, d.name, d.line) for d in definitions(text)
+        ]
+        changed += made != text
+    assert changed > 20
+    env.destroy()
+
+
+def test_an_error_while_it_is_stopped_ends_the_run_and_is_kept(tmp_path):
+    env, debugger, probes = environment(EVERYTHING, tmp_path, probes=True)
+
+    def fail(_stop):
+        raise KeyboardInterrupt
+
+    debugger.on_stop = fail
+    env.assert_string("(goal (id g1))")
+    env.assert_string("(go a b c)")
+    debugger.step("line")
+    debugger.run()
+    assert isinstance(probes.error, KeyboardInterrupt)
+    assert env.is_ended
+    env.destroy()

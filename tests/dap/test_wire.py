@@ -1,0 +1,94 @@
+"""The frames of the protocol, and what is none."""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import json
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.dap.protocol import Event
+from cxbridge.dap.wire import LONGEST, Wire, WireError
+
+
+def frame(body: bytes, more: bytes = b"") -> bytes:
+    return more + b"Content-Length: %d\r\n\r\n" % len(body) + body
+
+
+class Pieces(io.RawIOBase):
+    """A pipe that gives little at a time."""
+
+    def __init__(self, data: bytes) -> None:
+        self._data = io.BytesIO(data)
+
+    def readable(self) -> bool:
+        return True
+
+    def readinto(self, buffer) -> int:
+        part = self._data.read(min(len(buffer), 3))
+        buffer[: len(part)] = part
+        return len(part)
+
+
+def read_all(data: bytes) -> list[tuple[str, bytes]]:
+    wire = Wire(Pieces(data), io.BytesIO())
+    found = []
+    while (request := wire.read()) is not None:
+        found.append((request.command, bytes(request.arguments)))
+    return found
+
+
+def test_requests_come_in_order_whatever_the_pieces():
+    one = json.dumps({"seq": 1, "type": "request", "command": "threads"}).encode()
+    two = json.dumps({"seq": 2, "command": "launch", "arguments": {"scenario": "ä"}}).encode()
+    data = frame(one) + frame(two, b"Content-Type: application/json\r\n")
+    assert read_all(data) == [("threads", b"{}"), ("launch", b'{"scenario": "\\u00e4"}')]
+
+
+def test_a_message_that_is_cut_off_is_the_end():
+    assert read_all(frame(b'{"command": "a"}') + b"Content-Length: 50\r\n\r\n{}") == [("a", b"{}")]
+
+
+@pytest.mark.parametrize(
+    "data",
+    [
+        b"\r\n\r\n",
+        b"hello\r\n\r\n",
+        b"Content-Length: -1\r\n\r\n",
+        b"Content-Length: x\r\n\r\n",
+        b"Content-Length: %d\r\n\r\n" % (LONGEST + 1),
+        b"Content-Length: " + b"9" * 5000 + b"\r\n\r\n",
+        b"A: b\r\n" * 100,
+        frame(b"[]"),
+        frame(b"{"),
+        frame(b'{"command": 3}'),
+    ],
+)
+def test_what_is_no_message_is_an_error(data):
+    with pytest.raises(WireError):
+        read_all(data)
+
+
+@given(st.binary(max_size=300))
+def test_any_bytes_are_messages_or_an_error(data):
+    with contextlib.suppress(WireError):
+        read_all(data)
+
+
+def test_what_is_sent_is_numbered():
+    sink = io.BytesIO()
+    wire = Wire(io.BytesIO(), sink)
+    wire.write(Event("initialized"))
+    wire.write(Event("output", {"output": "ä"}))
+    first = b'{"type":"event","event":"initialized","seq":1}'
+    second = '{"type":"event","event":"output","body":{"output":"ä"},"seq":2}'.encode()
+    assert sink.getvalue() == frame(first) + frame(second)
+
+
+def test_nobody_reads_any_more():
+    sink = io.BytesIO()
+    sink.close()
+    Wire(io.BytesIO(), sink).write(Event("initialized"))

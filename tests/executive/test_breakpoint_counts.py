@@ -1,0 +1,84 @@
+"""How often a breakpoint must be reached, and what it logs in place of a stop."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import ExecutiveError
+from cxbridge.events import EventBus, LogLine
+from cxbridge.executive.breakpoints import parse_breakpoint
+from cxbridge.executive.debugger import Debugger
+from cxbridge.executive.host.environment import ClipsEnvironment
+
+
+@pytest.mark.parametrize(
+    "spec",
+    [
+        "rule:a hit 3",
+        "rule:a hit >=3 if (eq 1 1)",
+        'goal:*:FINISHED if (eq 1 1) log "it is {(+ 1 2)}"',
+        'rule:a hit %2 log "a"',
+        'skill:say{text="a log b"}:S_FINAL if (f)',
+    ],
+)
+def test_the_text_of_a_breakpoint_is_read_again(spec):
+    assert str(parse_breakpoint(spec)) == spec
+
+
+def test_its_parts():
+    found = parse_breakpoint('rule:a* hit >3 if (f "x") log "said {?x}"')
+    assert (found.name, found.hits, found.condition, found.log) == ("a*", ">3", '(f "x")', "said {?x}")
+
+
+@pytest.mark.parametrize("hits", ["0", "x", "-1", ">", "1e9", "%0"])
+def test_what_is_no_count(hits):
+    with pytest.raises(ExecutiveError, match="is not a count"):
+        parse_breakpoint(f"rule:a hit {hits}")
+
+
+@pytest.mark.parametrize(
+    ("hits", "due"),
+    [
+        ("3", [3]),
+        ("==3", [3]),
+        (">3", [4, 5, 6]),
+        (">=3", [3, 4, 5, 6]),
+        ("<3", [1, 2]),
+        ("<=3", [1, 2, 3]),
+        ("%3", [3, 6]),
+        ("", [1, 2, 3, 4, 5, 6]),
+    ],
+)
+def test_when_it_is_due(hits, due):
+    breakpoint_ = parse_breakpoint("rule:a" + (f" hit {hits}" if hits else ""))
+    assert [number for number in range(1, 7) if breakpoint_.is_due(number)] == due
+
+
+@pytest.fixture(name="env")
+def _env():
+    env = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    env.build("(defrule count ?f <- (count ?n&:(< ?n 5)) => (retract ?f) (assert (count (+ ?n 1))))")
+    env.assert_string("(count 0)")
+    yield env
+    env.destroy()
+
+
+def test_it_stops_the_third_time(env):
+    debugger = Debugger(env)
+    debugger.add("rule:count hit 3")
+    debugger.run()
+    assert [slots["implied"] for _, _, slots in env.facts("count")] == [(2,)]
+    debugger.go_on()
+    assert debugger.run() == 3
+
+
+def test_it_logs_and_does_not_stop(env):
+    said = []
+    env.bus.subscribe(lambda event: said.append(event.text), LogLine)
+    debugger = Debugger(env)
+    debugger.add(
+        'rule:count if (any-factp ((?f count)) (= 1 (mod (nth$ 1 ?f:implied) 2))) log "{(+ 1 2)} {(x)}"'
+    )
+    assert debugger.run() == 5
+    assert [line[:8] for line in said] == ["3 {(x): "] * 2
