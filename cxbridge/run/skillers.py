@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, get_args
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
+from cxbridge.errors import ConfigError, SkillError
 from cxbridge.executive.executive import place_of_skill
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
@@ -20,6 +20,7 @@ if TYPE_CHECKING:
 KINDS = ("lua", "simulator")
 """The Skillers of this process."""
 
+_SPACE = "/skiller/skillspace"
 _KEYS = ("kind", "skillspace", "mode")
 
 
@@ -162,16 +163,22 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
         )
     from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
 
-    return make_lua_skiller(
-        context.board,
-        context.clock,
-        context.bus,
-        folders=context.paths.skill_dirs,
-        config=config,
-        space=item.space,
-        name=item.name,
-        mode=item.mode,
-        limits=limits_of(config),
-        navgraph=navgraph,
-        place_of=partial(place_of_skill, config, context.spec),
-    )
+    try:
+        return make_lua_skiller(
+            context.board,
+            context.clock,
+            context.bus,
+            folders=context.paths.skill_dirs,
+            config=config,
+            space=item.space,
+            name=item.name,
+            mode=item.mode,
+            limits=limits_of(config),
+            navgraph=navgraph,
+            place_of=partial(place_of_skill, config, context.spec),
+        )
+    except SkillError as error:
+        if error.file is None and config.exists(_SPACE):
+            place = config.get(_SPACE)
+            error.file, error.line = place.file or None, place.line or None
+        raise

@@ -7,6 +7,7 @@ import tempfile
 import time
 from pathlib import Path
 
+from cxbridge.cli.console import say_text as say
 from tests.forked import Nursery
 from tests.mistakes.making import tell
 from tests.mistakes.table import MISTAKES
@@ -25,16 +26,14 @@ def main(kinds: list[str]) -> None:
                     try:
                         done = tell(mistake, Path(folder), nursery, _PATIENCE_S)
                     except TimeoutError:
-                        print(f"\n### {kind}: {mistake.name}\nNO END")
+                        say(f"\n### {kind}: {mistake.name}\nNO END")
                         continue
                     seconds = time.perf_counter() - begun
                 slowest, count = max(slowest, seconds), count + 1
                 text = (done.stdout + done.stderr).decode().replace(f"{folder}/", "").rstrip()
                 mark = "" if done.returncode == mistake.status else f" (not {mistake.status})"
-                print(
-                    f"\n### {kind}: {mistake.name}; status {done.returncode}{mark}, {seconds:.2f} s\n{text}"
-                )
-    print(f"\n{count} mistakes, the slowest took {slowest:.2f} s")
+                say(f"\n### {kind}: {mistake.name}; status {done.returncode}{mark}, {seconds:.2f} s\n{text}")
+    say(f"\n{count} mistakes, the slowest took {slowest:.2f} s")
 
 
 if __name__ == "__main__":

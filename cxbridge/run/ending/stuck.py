@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive.host.values import Symbol
 
 if TYPE_CHECKING:
     from cxbridge.events import Event
@@ -149,8 +150,10 @@ def _place_of_signal(agent: Assembly, signal: str) -> str:
 def _goals(agent: Assembly) -> Iterator[str]:
     """Yield the goals that are open, each with its plan-actions that are not over."""
     env, goals = agent.executive.env, agent.executive.goals
+    modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
     for goal in goals.open_roots:
-        yield f"{goal.goal} is {goal.mode}"
+        remark = "" if not isinstance(modes, tuple) or goal.mode in modes else ", which is no mode of goals"
+        yield f"{goal.goal} is {goal.mode}{remark}"
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
         if str(slots["goal-id"]) in known and slots["state"] not in _ACTIONS_OVER:

@@ -4,20 +4,20 @@ from __future__ import annotations
 
 from typing import Final
 
-from tests.mistakes.table.mistake import Mistake, mistake
+from tests.mistakes.table.mistake import RUN, Edit, Mistake, mistake
 
 _DOMAIN: Final = "hello-domain.clp"
 _GOALS: Final = "hello-goals.clp"
 _PLAN: Final = "hello-plan.clp"
-STUCK: Final = 3
+_STUCK: Final = 3
 
-MISTAKES: Final[tuple[Mistake, ...]] = (
+_SYNTAX: Final = (
     mistake(
         "a parenthesis is missing",
         _GOALS,
         "(mode SELECTED)))",
         "(mode SELECTED))",
-        "defrule hello-select never closes",
+        "hello-select never closes",
         "hello-goals.clp:23",
     ),
     mistake(
@@ -25,7 +25,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _PLAN,
         "(mode EXPANDED)))",
         "(mode EXPANDED))",
-        "defrule hello-expand never closes",
+        "hello-expand never closes",
         "hello-plan.clp:1",
     ),
     mistake(
@@ -33,31 +33,53 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _GOALS,
         "(mode DISPATCHED)))",
         "(mode DISPATCHED))))",
-        "",
+        "Expected the beginning|too many",
         "hello-goals.clp:38",
     ),
-    mistake("a string never closes", _GOALS, '"It is "', '"It is ', "", "hello-goals.clp:40"),
     mistake(
-        "a function is misspelt",
+        "a string never closes",
         _GOALS,
-        "printout t",
-        "prinout t",
-        "there is no function 'prinout'",
-        "hello-goals.clp:43",
+        '"It is "',
+        '"It is ',
+        "hello-evaluate never closes|string",
+        "hello-goals.clp:4",
     ),
+    mistake(
+        "the arrow is missing",
+        _GOALS,
+        "  (skiller-control (acquired TRUE))\n  =>\n",
+        "  (skiller-control (acquired TRUE))\n",
+        "hello-select",
+        "hello-goals.clp:2",
+    ),
+    mistake(
+        "a rule has no name", _GOALS, "(defrule hello-dispatch", "(defrule", "name", "hello-goals.clp:35"
+    ),
+    mistake(
+        "a construct is misspelt",
+        _GOALS,
+        "(defrule hello-dispatch",
+        "(defule hello-dispatch",
+        "Expected the beginning|defule",
+        "hello-goals.clp:35",
+    ),
+)
+
+_NAMES: Final = (
+    mistake("a function is misspelt", _GOALS, "printout t", "prinout t", "prinout", "hello-goals.clp:43"),
     mistake(
         "a deffunction is misspelt",
         _GOALS,
         "(id (hello-id ?name))",
         "(id (hello-di ?name))",
-        "there is no function 'hello-di'",
+        "hello-di",
         "hello-goals.clp:20",
     ),
     mistake(
         "a deffunction gets too many arguments",
         _GOALS,
-        "(hello-id ?name))",
-        "(hello-id ?name 1))",
+        "(id (hello-id ?name))",
+        "(id (hello-id ?name 1))",
         "hello-id",
         "hello-goals.clp:20",
     ),
@@ -66,31 +88,31 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _GOALS,
         "(class GREET) (mode FINISHED)",
         "(class GREET) (mod FINISHED)",
-        "has no slot 'mod'",
+        "'mod'",
         "hello-goals.clp:41",
-    ),
-    mistake(
-        "a slot is misspelt in modify",
-        _GOALS,
-        "(modify ?goal (mode RETRACTED))",
-        "(modify ?goal (moed RETRACTED))",
-        "'moed'",
-        "hello-goals.clp:49",
     ),
     mistake(
         "a slot is misspelt in assert",
         _PLAN,
         "(type SEQUENTIAL)",
         "(typ SEQUENTIAL)",
-        "has no slot 'typ'",
+        "'typ'",
         "hello-plan.clp:4",
+    ),
+    mistake(
+        "a slot of a goal is misspelt in assert",
+        _GOALS,
+        "(class GREET) (params",
+        "(clas GREET) (params",
+        "'clas'",
+        "hello-goals.clp:20",
     ),
     mistake(
         "a deftemplate is misspelt in a condition",
         _GOALS,
         "(hello-visitor (name ?name))",
         "(hello-visiter (name ?name))",
-        "there is no deftemplate 'hello-visiter'",
+        "hello-visiter",
         "hello-goals.clp:16",
     ),
     mistake(
@@ -98,8 +120,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _PLAN,
         "(plan-action (id 1)",
         "(plan-acton (id 1)",
-        "plan-acton",
-        "hello-plan.clp:5",
+        "hello-expand",
+        "hello-plan.clp:",
     ),
     mistake(
         "a variable is misspelt",
@@ -110,40 +132,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello-goals.clp:43",
     ),
     mistake(
-        "a value has the wrong type",
-        _GOALS,
-        "(hello-visitor (name ann))",
-        '(hello-visitor (name "ann"))',
-        "",
-        "hello-goals.clp:12",
-    ),
-    mistake(
-        "a value is none of those allowed",
-        _GOALS,
-        "(mode SELECTED)",
-        "(mode SELECT)",
-        "",
-        "hello-goals.clp:27",
-    ),
-    mistake(
         "a defglobal is not defined", _GOALS, '"It is "', "?*HELLO*", r"\?\*HELLO\*", "hello-goals.clp:43"
-    ),
-    mistake(
-        "the arrow is missing",
-        _GOALS,
-        "  (skiller-control (acquired TRUE))\n  =>\n",
-        "  (skiller-control (acquired TRUE))\n",
-        "",
-        "hello-goals.clp:23",
-    ),
-    mistake("a rule has no name", _GOALS, "(defrule hello-dispatch", "(defrule", "", "hello-goals.clp:35"),
-    mistake(
-        "a construct is misspelt",
-        _GOALS,
-        "(defrule hello-dispatch",
-        "(defule hello-dispatch",
-        "defule",
-        "hello-goals.clp:35",
     ),
     mistake(
         "a file is loaded by a wrong name",
@@ -153,14 +142,70 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "more.clp",
         "hello-plan.clp:1",
     ),
+)
+
+_VALUES: Final = (
+    mistake(
+        "a value has the wrong type",
+        _GOALS,
+        "(hello-visitor (name ann))",
+        '(hello-visitor (name "ann"))',
+        "allowed types",
+        "hello-goals.clp:12",
+    ),
+    mistake(
+        "a goal mode is misspelt in a condition",
+        _GOALS,
+        "(mode COMMITTED))\n  =>",
+        "(mode COMITTED))\n  =>",
+        "hello-dispatch",
+        "hello-goals.clp:36",
+    ),
+    mistake(
+        "a type of a slot is misspelt",
+        _GOALS,
+        "(type INTEGER)",
+        "(type INT)",
+        "hello-visitor",
+        "hello-goals.clp:3",
+    ),
+    mistake(
+        "a default is of another type",
+        _GOALS,
+        "(default 30)",
+        '(default "30")',
+        "hello-visitor",
+        "hello-goals.clp:3",
+    ),
+)
+
+_STUCK_AGENTS: Final = (
+    mistake(
+        "a goal mode is misspelt in modify",
+        _GOALS,
+        "(mode SELECTED)",
+        "(mode SELECT)",
+        "GREET-ann is SELECT, which is no mode of goals|'?SELECT'?",
+        "",
+        status=_STUCK,
+    ),
+    mistake(
+        "a slot is misspelt in modify",
+        _GOALS,
+        "(modify ?goal (mode RETRACTED))",
+        "(modify ?goal (moed RETRACTED))",
+        "GREET-ann is EVALUATED.*actions of rule hello-retract",
+        "hello-goals.clp:46",
+        status=_STUCK,
+    ),
     mistake(
         "an error happens in a rule",
         _GOALS,
         '"It is "',
         "(/ 1 0)",
-        "hello-evaluate",
+        "GREET-ann is FINISHED.*actions of rule hello-evaluate",
         "hello-goals.clp:40",
-        status=STUCK,
+        status=_STUCK,
     ),
     mistake(
         "facts of deffacts never come",
@@ -169,15 +214,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "(deffacts hello-visitors\n  (hello-visitor (name ann)))",
         "deffacts hello-visitors",
         "hello-goals.clp:9",
-        status=STUCK,
-    ),
-    mistake(
-        "a goal mode is misspelt in a condition",
-        _GOALS,
-        "(mode COMMITTED))\n  =>",
-        "(mode COMITTED))\n  =>",
-        "COMITTED",
-        "hello-goals.clp:36",
+        status=_STUCK,
     ),
     mistake(
         "a goal is never dispatched",
@@ -186,33 +223,72 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "(defrule hello-dispatch\n  ?goal <- (goal (class GRET)",
         "GREET-ann is COMMITTED",
         "",
-        status=STUCK,
+        status=_STUCK,
     ),
     mistake(
         "nobody asks for control of the Skiller",
         _DOMAIN,
         "(assert (domain-loaded)\n          (skiller-control))",
         "(assert (domain-loaded))",
-        "GREET-ann is FORMULATED",
+        r"GREET-ann is FORMULATED; no \(skiller-control\)",
         "",
-        status=STUCK,
+        status=_STUCK,
     ),
     mistake(
-        "an interface is read that nobody writes",
-        _GOALS,
-        "  (skiller-control (acquired TRUE))\n",
-        '  (skiller-control (acquired TRUE))\n  (HelloInterface (id "ear"))\n',
+        "the Skiller is misspelt",
+        _DOMAIN,
+        "(skiller-control)",
+        '(skiller-control (skiller "Skilller"))',
+        "nobody has got control of Skilller",
         "",
-        "",
-        status=STUCK,
+        status=_STUCK,
     ),
     mistake(
-        "a file hides behind one of the core",
+        "the file of action selection is forgotten",
         "scenario.yaml",
-        "hello-plan.clp]",
-        "plan.clp]",
-        "GREET-ann is SELECTED",
+        "action-selection/sequential.clp, ",
         "",
-        status=STUCK,
+        "GREET-ann is DISPATCHED; action greet ann is FORMULATED",
+        "",
+        status=_STUCK,
+    ),
+    mistake(
+        "nothing tells the domain that all facts are there",
+        _DOMAIN,
+        "(assert (domain-facts-loaded))",
+        "(assert (domain-facts-lodaed))",
+        "no goal has appeared",
+        "",
+        status=_STUCK,
+    ),
+    mistake(
+        "the time is forgotten",
+        "scenario.yaml",
+        "  assert-time-each-loop: true\n",
+        "",
+        "assert-time-each-loop is not true",
+        "",
+        status=_STUCK,
+    ),
+    Mistake(
+        "an interface is read that nobody writes",
+        "nobody writes SkillerInterface::Arm",
+        (
+            Edit(
+                _DOMAIN,
+                'blackboard-open-writing "HelloInterface" "eye"',
+                'blackboard-open-reading "SkillerInterface" "Arm"',
+            ),
+            Edit(
+                _GOALS,
+                "  (skiller-control (acquired TRUE))\n",
+                '  (skiller-control (acquired TRUE))\n  (SkillerInterface (id "Arm"))\n',
+            ),
+        ),
+        "",
+        RUN,
+        _STUCK,
     ),
 )
+
+MISTAKES: Final[tuple[Mistake, ...]] = (*_SYNTAX, *_NAMES, *_VALUES, *_STUCK_AGENTS)

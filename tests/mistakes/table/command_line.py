@@ -42,8 +42,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         command=(*RUN, "--log", "agent/hello-goals.clp"),
     ),
     Mistake(
-        "nobody is at the URL of the Skiller",
-        "tcp://127.0.0.1:9",
-        command=(*RUN, "--skiller", "tcp://127.0.0.1:9"),
+        "the URL of the Skiller is misspelt",
+        "'tpc://127.0.0.1:1911'",
+        command=(*RUN, "--skiller", "tpc://127.0.0.1:1911"),
     ),
 )

@@ -8,6 +8,9 @@ from tests.mistakes.table.mistake import Mistake, mistake
 
 _SKILL: Final = "skills/skills/hello/greet.lua"
 _SPACE: Final = "skills/skills/hello.lua"
+_GOES_ON: Final = 0
+"""As in Fawkes: a state whose init fails is left all the same."""
+
 _FAILED: Final = 1
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
@@ -17,12 +20,19 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "self.fsm.vars.name\nend",
         "self.fsm.vars.name\n",
         "'end' expected",
-        "greet.lua:24",
+        "greet.lua:25",
     ),
     mistake(
-        "a comma is missing", _SKILL, 'name=name, start="START"', 'name=name start="START"', "", "greet.lua:4"
+        "a comma is missing",
+        _SKILL,
+        'name=name, start="START"',
+        'name=name start="START"',
+        "near 'start'",
+        "greet.lua:4",
     ),
-    mistake("a bracket of a text never closes", _SKILL, "]==]", "]]", "", "greet.lua:7"),
+    mistake(
+        "a bracket of a text never closes", _SKILL, "]==]", "]]", "unfinished long string", "greet.lua:25"
+    ),
     mistake(
         "a function is misspelt as the file loads",
         _SKILL,
@@ -45,26 +55,10 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         '"FINAL", cond=true',
         '"FINISH", cond=true',
         "FINISH",
-        "greet.lua:19",
-    ),
-    mistake("a condition does not compile", _SKILL, "cond=true", 'cond="1 +"', "", "greet.lua:19"),
-    mistake(
-        "a variable is misspelt in a state",
-        _SKILL,
-        "self.fsm.vars.name\nend",
-        "self.fsm.vras.name\nend",
-        "greet.lua:23",
-        "",
-        status=_FAILED,
+        "greet.lua:18",
     ),
     mistake(
-        "a function is misspelt in a state",
-        _SKILL,
-        "  self.fsm.vars.text",
-        "  self.fsm.vars.text = gret()\n  self.fsm.vars.text",
-        "greet.lua:23",
-        "",
-        status=_FAILED,
+        "a condition does not compile", _SKILL, "cond=true", 'cond="1 +"', "unexpected symbol", "greet.lua:18"
     ),
     mistake(
         "an interface is misspelt",
@@ -72,7 +66,34 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "depends_interfaces = {}",
         'depends_interfaces = {{v="eye", type="HeloInterface", id="eye"}}',
         "HeloInterface",
-        "greet.lua",
+        "greet.lua:12",
+    ),
+    mistake(
+        "a variable is misspelt in a state",
+        _SKILL,
+        "self.fsm.vars.name\nend",
+        "self.fsm.vras.name\nend",
+        "'vras'",
+        "greet.lua:23",
+        status=_GOES_ON,
+    ),
+    mistake(
+        "a function is misspelt in a state",
+        _SKILL,
+        "  self.fsm.vars.text",
+        "  self.fsm.vars.text = gret()\n  self.fsm.vars.text",
+        "'gret'",
+        "greet.lua:23",
+        status=_GOES_ON,
+    ),
+    mistake(
+        "an error ends a condition",
+        _SKILL,
+        "cond=true",
+        'cond="vars.name.first > 1"',
+        "first|nil",
+        "greet.lua:",
+        status=_FAILED,
     ),
     mistake(
         "the start is a state that there is not",
@@ -80,7 +101,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         'start="START"',
         'start="STRAT"',
         "STRAT",
-        "greet.lua",
+        "scenario.yaml:9",
+        status=_FAILED,
     ),
     mistake(
         "the name of the skill is not that of the file",

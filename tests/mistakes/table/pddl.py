@@ -7,23 +7,15 @@ from typing import Final
 from tests.mistakes.table.mistake import Mistake, mistake
 
 _FILE: Final = "domain.pddl"
+_EFFECT: Final = ":effect (greeted ?who)"
+_FAILED: Final = 1
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
     mistake(
-        "a parenthesis is missing",
-        _FILE,
-        ":effect (greeted ?who)))",
-        ":effect (greeted ?who))",
-        "",
-        "domain.pddl:1",
+        "a parenthesis is missing", _FILE, f"{_EFFECT}))", f"{_EFFECT})", "never closed", "domain.pddl:1"
     ),
     mistake(
-        "a parenthesis is too many",
-        _FILE,
-        ":effect (greeted ?who)))",
-        ":effect (greeted ?who))))",
-        "",
-        "domain.pddl:10",
+        "a parenthesis is too many", _FILE, f"{_EFFECT}))", f"{_EFFECT})))", "too many", "domain.pddl:10"
     ),
     mistake(
         "a predicate is misspelt", _FILE, ":effect (greeted", ":effect (greted", "greted", "domain.pddl:10"
@@ -37,19 +29,20 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "domain.pddl:4",
     ),
     mistake(
-        "a parameter is misspelt",
+        "a type of a parameter is misspelt",
         _FILE,
-        ":effect (greeted ?who)",
-        ":effect (greeted ?how)",
-        r"\?how",
-        "domain.pddl:10",
+        ":parameters (?who - person)",
+        ":parameters (?who - persno)",
+        "persno",
+        "domain.pddl:8",
     ),
+    mistake("a parameter is misspelt", _FILE, _EFFECT, ":effect (greeted ?how)", r"\?how", "domain.pddl:10"),
     mistake(
         "a predicate gets too many arguments",
         _FILE,
-        ":effect (greeted ?who)",
+        _EFFECT,
         ":effect (greeted ?who ann)",
-        "greeted",
+        "expected 1 but got 2",
         "domain.pddl:10",
     ),
     mistake("a section is misspelt", _FILE, ":predicates", ":predicate", ":predicate", "domain.pddl:5"),
@@ -61,9 +54,14 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         ":preconditions",
         "domain.pddl:9",
     ),
-    mistake("a requirement is not known", _FILE, ":typing", ":types", ":types", "domain.pddl:2"),
+    mistake("typing is not required", _FILE, ":strips :typing", ":strips", "typing", "domain.pddl:3"),
     mistake(
-        "the word domain is missing", _FILE, "(define (domain hello)", "(define (hello)", "", "domain.pddl:1"
+        "the word domain is missing",
+        _FILE,
+        "(define (domain hello)",
+        "(define (hello)",
+        "domain NAME",
+        "domain.pddl:1",
     ),
     mistake(
         "the file is named wrongly",
@@ -78,8 +76,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello-plan.clp",
         "(action-name greet)",
         "(action-name greeet)",
-        "greeet",
-        "hello-plan.clp:6",
-        status=3,
+        "No action executor for action 'greeet'",
+        "",
+        status=_FAILED,
     ),
 )

@@ -9,7 +9,7 @@ from tests.mistakes.table.mistake import Mistake, mistake
 _FILE: Final = "HelloInterface.xml"
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
-    mistake("an element never closes", _FILE, "</data>", "", "", "HelloInterface.xml:11"),
+    mistake("an element never closes", _FILE, "</data>", "", "not well-formed", "HelloInterface.xml:11"),
     mistake(
         "a type is misspelt",
         _FILE,
@@ -18,16 +18,30 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "unit32",
         "HelloInterface.xml:6",
     ),
-    mistake("a text has no length", _FILE, ' length="32"', "", "length", "HelloInterface.xml:5"),
-    mistake("a field has no name", _FILE, ' name="count"', "", "name", "HelloInterface.xml:6"),
-    mistake("a name comes twice", _FILE, 'name="count"', 'name="person"', "person", "HelloInterface.xml:6"),
+    mistake("a field has no name", _FILE, ' name="count"', "", "no attribute 'name'", "HelloInterface.xml:6"),
+    mistake("a name comes twice", _FILE, 'name="count"', 'name="person"', "'person'", "HelloInterface.xml:6"),
     mistake(
         "the name is not that of the file",
         _FILE,
         '<interface name="HelloInterface"',
         '<interface name="HelloInterfaces"',
-        "HelloInterface",
+        "defines HelloInterfaces",
+        "HelloInterface.xml:",
+    ),
+    mistake(
+        "an attribute has no quotes",
+        _FILE,
+        'year="2024"',
+        "year=2024",
+        "not well-formed",
         "HelloInterface.xml:2",
     ),
-    mistake("an attribute has no quotes", _FILE, 'year="2024"', "year=2024", "", "HelloInterface.xml:2"),
+    mistake(
+        "the type is misspelt where it is opened",
+        "hello-domain.clp",
+        '"HelloInterface"',
+        '"HeloInterface"',
+        "HeloInterface",
+        "hello-domain.clp:14",
+    ),
 )

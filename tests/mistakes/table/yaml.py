@@ -9,9 +9,25 @@ from tests.mistakes.table.mistake import Mistake, mistake
 _FILE: Final = "scenario.yaml"
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
-    mistake("the colon of a key is missing", _FILE, "  spec: hello", "  spec hello", "", "scenario.yaml:2"),
-    mistake("a tab indents a line", _FILE, "  spec: hello", "\tspec: hello", "tab", "scenario.yaml:2"),
-    mistake("a bracket never closes", _FILE, "hello-plan.clp]", "hello-plan.clp", "", "scenario.yaml:16"),
+    mistake(
+        "the colon of a key is missing",
+        _FILE,
+        "  spec: hello",
+        "  spec hello",
+        "not valid YAML",
+        "scenario.yaml:3",
+    ),
+    mistake(
+        "a tab indents a line", _FILE, "  spec: hello", "\tspec: hello", "not valid YAML", "scenario.yaml:2"
+    ),
+    mistake(
+        "a bracket never closes",
+        _FILE,
+        "hello-plan.clp]",
+        "hello-plan.clp",
+        "not valid YAML",
+        "scenario.yaml:18",
+    ),
     mistake(
         "the spec is misspelt",
         _FILE,
@@ -26,8 +42,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "hello-goals.clp,",
         "hello-gaols.clp,",
-        "there is no file hello-gaols.clp",
-        "scenario.yaml:16",
+        "hello-gaols.clp",
+        "scenario.yaml:17",
     ),
     mistake(
         "a feature is misspelt",
@@ -37,15 +53,15 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "asks for the feature 'pddl-praser', which is not available",
         "scenario.yaml:12",
     ),
-    mistake("an entry has no name", _FILE, "name: domain", "nmae: domain", "has no name", "scenario.yaml:14"),
-    mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:14"),
+    mistake("an entry has no name", _FILE, "name: domain", "nmae: domain", "has no name", "scenario.yaml:15"),
+    mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:15"),
     mistake(
         "files are a text",
         _FILE,
         "[hello-goals.clp, hello-plan.clp]",
         "hello-goals.clp",
         "not a list",
-        "scenario.yaml:16",
+        "scenario.yaml:17",
     ),
     mistake(
         "a stage is a map",
@@ -60,7 +76,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         "automatic-goal-retraction: true",
         "automatic-goal-retraction: yes please",
-        "",
+        "must be true or false",
         "scenario.yaml:4",
     ),
     mistake(
