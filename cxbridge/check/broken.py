@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Final
 
 from cxbridge.check.findings import Finding, Severity
 from cxbridge.check.run import check
 from cxbridge.errors import BrokenAgentError, CxbridgeError
+from cxbridge.run.ending.mistakes import names_any
 from cxbridge.run.options import RunOptions
 
 _MISSING_FILE: Final = "CX102"
+_FUNCTION: Final = "CX204"
+_TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
 _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
 """Findings about names that a file which is not there may define."""
 
@@ -27,6 +31,12 @@ def retold(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
         return error
     if any(each.code.name == _MISSING_FILE for each in findings):
         findings = [each for each in findings if each.code.name not in _UNKNOWN_NAMES]
+    lost = {match[1] for each in findings if (match := _TEMPLATE.match(each.message))}
+    findings = [
+        each
+        for each in findings
+        if each.code.name != _FUNCTION or not names_any(each.place.file, each.place.line, lost)
+    ]
     files = {each.place.file for each in findings}
     mistakes = [*map(_error, findings), *(each for each in error.mistakes if each.file not in files)]
     return BrokenAgentError(mistakes, started=error.started)

@@ -114,8 +114,8 @@ class AgentRun(Closing):
         try:
             check()
         except BrokenAgentError as error:
-            told = retold(error, self.options)
-            raise AssertionError(f"{told}; strict=False goes on without what is broken") from None
+            report = retold(error, self.options)
+            raise AssertionError(f"{report}; strict=False goes on without what is broken") from None
 
     def close(self) -> None:
         """End the run and let go of everything; a second call does nothing."""

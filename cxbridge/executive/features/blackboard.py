@@ -13,7 +13,7 @@ from weakref import WeakKeyDictionary
 from msgspec import Struct, field
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.errors import NoWriterError
+from cxbridge.blackboard.errors import NoWriterError, UnknownTypeError
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError, CxbridgeError, InterfaceError
 from cxbridge.events import Level, Logger
@@ -27,6 +27,9 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 _INTERFACE = Symbol("blackboard-interface")
+_DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
+"""That a type cannot be used: a mistake of the agent itself."""
+
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
@@ -173,7 +176,7 @@ class BlackBoardFeature(Feature):
     def _tell_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
         """Tell why an interface cannot be opened; a type that is not defined is a mistake of the agent."""
         loader = context.env.loader
-        if not isinstance(error, InterfaceError):
+        if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
             return
         place = (error.file, error.line) if error.file else loader.place_of_executing()
@@ -190,7 +193,9 @@ class BlackBoardFeature(Feature):
             interface = open_interface(kind, identifier, owner=f"CLIPS:{context.env.name}")
         except CxbridgeError as error:
             level = (
-                Level.DEBUG if context.env.loader.quiet and isinstance(error, InterfaceError) else Level.WARN
+                Level.DEBUG
+                if context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
+                else Level.WARN
             )
             context.log.log(level, f"Failed to open interface {kind}:{identifier}, exception follows")
             self._tell_definition(context, kind, error)

@@ -101,7 +101,7 @@ class ClipsLoader:
         self.files: list[Path] = []
         self.warn_redefinitions = False
         self.quiet = False
-        """Whether mistakes are only for debugging logs: somebody else tells them, all in one piece."""
+        """Whether mistakes are only for debugging logs: somebody else reports them, all in one piece."""
         self.rewrite: Callable[[str, str], str] | None = None
         """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
@@ -258,7 +258,7 @@ class ClipsLoader:
     def report(
         self, diagnostic: Diagnostic, text: str = "", log: Logger | None = None, level: Level = Level.ERROR
     ) -> None:
-        """Note a mistake in a file that the agent uses, whoever has found it.
+        """Note a mistake in a file that the agent uses, found by CLIPS or by a feature.
 
         :param text: what the log gets; empty: nothing.
         :param log: which log that is; None: that of the environment.

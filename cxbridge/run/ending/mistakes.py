@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
@@ -130,11 +131,24 @@ def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> It
                 continue
             if lost.intersection(_QUOTED.findall(each.message)) and each.code in _UNKNOWN_NAME:
                 continue
+            if each.code in _UNKNOWN_NAME and names_any(each.file, each.line, lost):
+                continue
         what = f"{each.construct} is not defined: " if each.construct else ""
         code = "" if each.code.isupper() and each.code.isalpha() else f" [{each.code}]"
         yield CxbridgeError(
             f"{what}{each.message}{code}", file=each.file, line=each.line, hint=each.hint or None
         )
+
+
+def names_any(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
+    """Whether a line of a file has a list that begins with the name of one of these constructs."""
+    if not (file and line and constructs):
+        return False
+    try:
+        text = Path(file).read_text("utf-8", "surrogateescape").splitlines()[line - 1]
+    except (OSError, IndexError):
+        return False
+    return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
 
 
 def mapping_mistakes(context: RunContext, executive: Executive) -> list[CxbridgeError]:

@@ -98,7 +98,7 @@ def _may_change(agent: Assembly, kind: str, name: str) -> bool:
 
 
 class RuleErrors:
-    """Keeps in which rules there were errors, by what CLIPS says of them; a sink of log lines."""
+    """Keeps in which rules there were errors, as CLIPS reports them; a sink of log lines."""
 
     def __init__(self) -> None:
         self.rules: dict[str, None] = {}

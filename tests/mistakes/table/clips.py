@@ -235,15 +235,6 @@ _STUCK_AGENTS: Final = (
         status=_STUCK,
     ),
     mistake(
-        "the Skiller is misspelt",
-        _DOMAIN,
-        "(skiller-control)",
-        '(skiller-control (skiller "Skilller"))',
-        "nobody has got control of Skilller",
-        "",
-        status=_STUCK,
-    ),
-    mistake(
         "the file of action selection is forgotten",
         "scenario.yaml",
         "action-selection/sequential.clp, ",

@@ -32,7 +32,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
     Mistake(
         "the folder of skills is forgotten",
         "skill space 'hello'",
-        at="scenario.yaml:20",
+        at="scenario.yaml:21",
         command=("run", "agent", "--interface-dir", "agent"),
     ),
     Mistake(

@@ -91,8 +91,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _SKILL,
         "cond=true",
         'cond="vars.name.first > 1"',
-        "first|nil",
-        "greet.lua:",
+        "condition 'vars.name.first > 1'",
+        "",
         status=_FAILED,
     ),
     mistake(

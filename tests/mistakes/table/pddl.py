@@ -54,7 +54,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         ":preconditions",
         "domain.pddl:9",
     ),
-    mistake("typing is not required", _FILE, ":strips :typing", ":strips", "typing", "domain.pddl:3"),
+    mistake("typing is not required", _FILE, ":strips :typing", ":strips", "typing", "domain.pddl:4"),
     mistake(
         "the word domain is missing",
         _FILE,

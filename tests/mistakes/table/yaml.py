@@ -102,6 +102,6 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "skillspace: hello",
         "skillspace: helo",
         "skill space 'helo'",
-        "scenario.yaml:20",
+        "scenario.yaml:21",
     ),
 )
