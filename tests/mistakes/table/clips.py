@@ -167,7 +167,7 @@ _VALUES: Final = (
         "(type INTEGER)",
         "(type INT)",
         "hello-visitor",
-        "hello-goals.clp:3",
+        "hello-goals.clp:1",
     ),
     mistake(
         "a default is of another type",
