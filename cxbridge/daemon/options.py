@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import LogOptions, SourceOptions
+from cxbridge.run.options import BrokenOptions, LogOptions, SourceOptions
 from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
 
 Setting = bool | int | str | list[str]
@@ -163,7 +163,9 @@ class DaemonSourceOptions(SourceOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DaemonOptions(ConfigurationOptions, ServerOptions, PartOptions, DaemonSourceOptions, LogOptions):
+class DaemonOptions(
+    ConfigurationOptions, ServerOptions, PartOptions, DaemonSourceOptions, LogOptions, BrokenOptions
+):
     """The options of ``cxbridge daemon``; see its help.
 
     :param settings: more settings, by path below ``cxbridge``; they win over all else.

@@ -89,6 +89,24 @@ class LogOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BrokenOptions:
+    """What becomes of a broken agent: an option of runs and of daemons.
+
+    :param strict: None: strict, but lenient with a checkout.
+    """
+
+    strict: Annotated[
+        bool | None,
+        typer.Option(
+            "--strict/--lenient",
+            help="Do not start a broken agent, or start it without what is broken; strict by default, "
+            "lenient with --fawkes-dir or --ros2cx.",
+            show_default=False,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ScenarioOptions:
     """Which agent, and its configuration.
 
@@ -162,7 +180,7 @@ class TraceOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions):
+class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, BrokenOptions):
     """The options of ``cxbridge run``; see its help."""
 
     replay: Annotated[
@@ -184,9 +202,13 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             show_default=False,
         ),
     ] = None
-    strict: Annotated[
-        bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
-    ] = False
+
+    @property
+    def is_lenient(self) -> bool:
+        """Whether a broken agent is started without what is broken: checkouts live with their defects."""
+        if self.strict is None:
+            return self.fawkes_dir is not None or self.ros2cx is not None
+        return not self.strict
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""

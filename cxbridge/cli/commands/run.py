@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
@@ -81,10 +82,11 @@ def run(
         else:
             story.finish(result)
 
-    if web.web is not None:
-        from cxbridge.cli.web_options import run_with_page
+    with in_words_of_check(options):
+        if web.web is not None:
+            from cxbridge.cli.web_options import run_with_page
 
-        return run_with_page(options, web, shown, attach, show)
-    result = run_scenario(options, shown, attach, interactive=bool(breaks))
+            return run_with_page(options, web, shown, attach, show)
+        result = run_scenario(options, shown, attach, interactive=bool(breaks))
     show(result)
     return result.status

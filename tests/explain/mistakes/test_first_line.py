@@ -18,7 +18,9 @@ from cxbridge.trace.formats.registry import open_run
 from tests.explain.mistakes.agents import MISTAKES, Mistake
 from tests.support import ROOT
 
-TO_THE_END: dict[str, Any] = {"lenient": True} if "lenient" in {field.name for field in fields(RunOptions)} else {}
+TO_THE_END: dict[str, Any] = (
+    {"lenient": True} if "lenient" in {field.name for field in fields(RunOptions)} else {}
+)
 """A run with a broken rule goes on; where runs know no other way there is no such option."""
 
 
