@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.dap.conftest import GOALS, SCENARIO, line_of
+from tests.dap.conftest import GOALS, line_of
 from tests.support import ROOT
 
 EXTENSION = ROOT / "editors" / "vscode"
@@ -24,7 +24,36 @@ SESSION = """
 const { DebugClient } = require("@vscode/debugadapter-testsupport");
 const given = JSON.parse(process.argv[1]);
 const client = new DebugClient(given.python, given.arguments, "cxbridge", { cwd: given.cwd });
-const told = {};
+const told = { log: [] };
+
+// the protocol in short: what the page on VS Code shows
+const asked = {
+  setBreakpoints: (args) => `line ${args.breakpoints.map((each) => each.line).join(", ") || "(none)"}`,
+  stackTrace: () => "",
+  scopes: () => "",
+  evaluate: (args) => args.expression,
+  next: () => "",
+  continue: () => "",
+};
+const line = (each) => (each.line ? `, line ${each.line}` : "");
+const answered = {
+  setBreakpoints: (body) =>
+    body.breakpoints.map((each) => `verified: ${each.verified}${line(each)}, ${each.message}`),
+  stackTrace: (body) => body.stackFrames.map((each) => `${each.name}${line(each)}`),
+  scopes: (body) => [body.scopes.map((each) => each.name).join(", ")],
+  evaluate: (body) => [body.result],
+};
+const send = client.send.bind(client);
+client.send = async (command, args) => {
+  if (command in asked) told.log.push(`-> ${command} ${asked[command](args)}`.trim());
+  const answer = await send(command, args);
+  if (command in answered) told.log.push(...answered[command](answer.body).map((each) => `<-   ${each}`));
+  return answer;
+};
+client.on("stopped", (event) =>
+  told.log.push(`<- stopped (${event.body.reason}): ${event.body.description}`),
+);
+client.on("terminated", () => told.log.push("<- terminated"));
 
 async function live() {
   await client.hitBreakpoint(
@@ -40,6 +69,7 @@ async function live() {
   const variables = await client.variablesRequest({ variablesReference: reference });
   told.variables = variables.body.variables.map((each) => each.name);
   told.value = (await client.evaluateRequest({ expression: "?mode", context: "hover" })).body.result;
+  await client.evaluateRequest({ expression: "(goal (class TALK) (mode ?m))", context: "repl" });
   await Promise.all([client.nextRequest({ threadId: 1 }), client.waitForEvent("stopped")]);
   await client.setBreakpointsRequest({ source: { path: given.file }, breakpoints: [] });
   await Promise.all([client.continueRequest({ threadId: 1 }), client.waitForEvent("terminated")]);
@@ -100,11 +130,13 @@ def _starter(tmp_path):
 
 def test_it_debugs_a_run(starter):
     rule = line_of(GOALS, "(defrule talk-root-goes-on")
-    told = session(starter=starter, scenario=str(SCENARIO), file=str(GOALS), line=rule, rule=rule)
+    told = session(starter=starter, scenario="test-scenario", file=str(GOALS), line=rule, rule=rule)
     assert told["stack"][0] == "talk-root-goes-on"
     assert told["stack"][1].endswith("(TESTGOAL-PARENT): FORMULATED")
     assert told["variables"] == ["?root", "?mode"]
     assert told["value"] == "FORMULATED"
+    shown = (ROOT / "docs" / "vscode.md").read_text().partition("```text\n")[2].partition("```")[0]
+    assert shown.splitlines() == told["log"]
 
 
 def test_it_goes_through_a_recording(starter, recording):
