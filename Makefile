@@ -56,7 +56,7 @@ run: $(RUN)
 run-pddl: $(RUN)
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
-# the types are checked while the tests run, and told of after them
+# the types are checked while the tests run, and reported after them
 test: lint
 	@told=$$(mktemp); $(MAKE) --no-print-directory types >$$told 2>&1 & checker=$$!; \
 	trap 'rm -f $$told' EXIT; trap 'kill $$checker; exit 130' INT TERM; \

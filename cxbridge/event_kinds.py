@@ -57,6 +57,7 @@ class EventKind(Struct, frozen=True):
     :param patterns: the fields that it is selected by, by their names in patterns; the first is what a bare
         pattern means. An empty field is one that the selection has to find elsewhere.
     :param subject: the fields that identify what has the state; empty: it carries no state.
+    :param details: fields that not every recording has; empty in an event, they are not recorded.
     :param on_demand: whether making it costs so much that streams listen only while a client wants it.
     """
 
@@ -67,6 +68,7 @@ class EventKind(Struct, frozen=True):
     views: tuple[View, ...] = ()
     patterns: Mapping[str, str] = field(default_factory=dict)
     subject: tuple[str, ...] = ()
+    details: tuple[str, ...] = ()
     on_demand: bool = False
 
 

@@ -113,14 +113,23 @@ class FactChange(Event):
 
 @event_class
 class GoalTransition(Event):
-    """A goal got another mode, outcome, parent or error, or is new."""
+    """A goal got another mode, outcome, parent or error, or is new.
+
+    :param params: its slot of this name as it was then, in parentheses, as CLIPS prints the fields:
+        ``(max-tries 3)``; empty: not recorded. ``meta`` and ``resources`` (those that it requires): likewise.
+    :param priority: as CLIPS prints it; empty: not recorded.
+    """
 
     KIND = EventKind(
         "goal",
         "/goals",
         views=(View.TRANSITIONS,),
-        patterns=pattern_fields("id=goal env class=goal_class sub-type=sub_type parent mode outcome error"),
+        patterns=pattern_fields(
+            "id=goal env class=goal_class sub-type=sub_type parent mode outcome error"
+            " params meta priority resources"
+        ),
         subject=("env", "goal"),
+        details=("params", "meta", "priority", "resources"),
     )
 
     env: str
@@ -131,18 +140,27 @@ class GoalTransition(Event):
     mode: str
     outcome: str
     error: str
+    params: str = ""
+    meta: str = ""
+    priority: str = ""
+    resources: str = ""
 
 
 @event_class
 class PlanActionTransition(Event):
-    """A plan-action got another state, or is new."""
+    """A plan-action got another state, or is new.
+
+    :param params: the values of its parameters as they were then, in parentheses, as CLIPS prints them:
+        ``(warn "This is a text")``; empty: not recorded.
+    """
 
     KIND = EventKind(
         "plan-action",
         "/plan-actions",
         views=(View.TRANSITIONS,),
-        patterns=pattern_fields("action env goal plan id=action_id state class="),
+        patterns=pattern_fields("action env goal plan id=action_id state class= params"),
         subject=("env", "goal", "plan", "action_id"),
+        details=("params",),
     )
 
     env: str
@@ -151,6 +169,7 @@ class PlanActionTransition(Event):
     plan: str
     action: str
     state: str
+    params: str = ""
 
 
 @event_class

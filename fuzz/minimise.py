@@ -15,7 +15,7 @@ from pathlib import Path
 from types import CodeType, FrameType
 from typing import Any, Final
 
-import google.protobuf  # type: ignore[import-untyped]
+import google.protobuf
 
 import cxbridge
 from fuzz.targets import TARGETS

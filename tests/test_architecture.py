@@ -22,6 +22,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"blackboard"},
     {"navgraph", "tf", "gateway", "process"},
     {"executive", "skiller", "trace"},
+    {"agent"},
     {"explain", "ros2cx"},
     {"operations"},
     {"web", "run"},

@@ -7,6 +7,7 @@ from enum import StrEnum
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import one_line
 
 
 class Severity(StrEnum):
@@ -75,8 +76,8 @@ class Finding:
             place += f":{self.place.line}"
             if self.place.column:
                 place += f":{self.place.column}"
-        hint = f"\n  hint: {self.hint}" if self.hint else ""
-        return f"{place}: {self.code.severity.value} {self.code.name}: {self.message}{hint}"
+        text = one_line(f"{place}: {self.code.severity.value} {self.code.name}: {self.message}")
+        return text + (f"\n  hint: {one_line(self.hint)}" if self.hint else "")
 
 
 INPUT: Final = Code(

@@ -32,8 +32,8 @@ Each character of a text belongs to one.
 PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
 
-HIDDEN: Final = re.compile(rf"{_STRING}|{_UNCLOSED}|{_COMMENT}", re.DOTALL)
-"""A string or a comment: what is in it is no code."""
+HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", re.DOTALL)
+"""A string or a comment: what is in it is no code. The group ``unclosed`` is a string that never closes."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
@@ -92,9 +92,20 @@ class Lines(Struct, frozen=True, dict=True):
         """Return the number of the line that a place is in, from 1."""
         return bisect_right(self._starts, place)
 
+    def column(self, place: int) -> int:
+        """Return the column of a place in its line, from 1."""
+        return place - self._starts[self.at(place) - 1] + 1
 
-def read(text: str) -> list[SyntaxNode]:
-    """Return the nodes at the top level of ``text``. What is in a list that never closes is left out."""
+    def place(self, line: int, column: int = 1) -> int:
+        """Return the place of a line and a column, both from 1; the end of the text for a line behind it."""
+        return self._starts[line - 1] + column - 1 if line <= len(self._starts) else len(self.text)
+
+
+def read(text: str, *, close: bool = False) -> list[SyntaxNode]:
+    """Return the nodes at the top level of ``text``.
+
+    :param close: whether lists that never close end where the text does; else what is in them is left out.
+    """
     stack: list[tuple[int, list[SyntaxNode]]] = [(0, [])]
     for match in TOKEN.finditer(text):
         if match.lastgroup == "blank":
@@ -107,6 +118,9 @@ def read(text: str) -> list[SyntaxNode]:
         elif len(stack) > 1:
             start, items = stack.pop()
             stack[-1][1].append(SyntaxNode(text, start, match.end(), tuple(items)))
+    while close and len(stack) > 1:
+        start, items = stack.pop()
+        stack[-1][1].append(SyntaxNode(text, start, len(text), tuple(items)))
     return stack[0][1]
 
 

@@ -20,8 +20,11 @@ TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 
 TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "skill_string", "msgid", "status"),
-    "goal": ("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
-    "plan-action": ("goal-id", "plan-id", "id", "action-name", "state"),
+    "goal": (
+        *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
+        *("params", "meta", "priority", "required-resources"),
+    ),
+    "plan-action": ("goal-id", "plan-id", "id", "action-name", "state", "param-values"),
 }
 """The deftemplates whose facts can mean a transition, and the slots that tell it; no other fact, and no other
 slot, need be shown to the tracker."""
@@ -37,6 +40,9 @@ MAX_RETIRED: Final = 1000
 
 Key = TypeVar("Key")
 State = TypeVar("State")
+
+
+_GOAL_STATE: Final = ("mode", "outcome", "parent", "error")
 
 
 class _Memory(Generic[Key, State]):
@@ -79,7 +85,7 @@ class TransitionTracker:
 
     def __init__(self, env: str) -> None:
         self.env = env
-        self._goals: _Memory[str, tuple[str, str, str, str]] = _Memory()
+        self._goals: _Memory[str, tuple[str, ...]] = _Memory()
         self._actions: _Memory[tuple[str, str, str], str] = _Memory()
 
     def __len__(self) -> int:
@@ -118,36 +124,44 @@ class TransitionTracker:
         :raises KeyError: when a slot is missing.
         """
         goal = slots["id"]
-        state = (slots["mode"], slots["outcome"], slots["parent"], slots["error"])
-        event = GoalTransition(
+        mode, outcome, parent, error = state = tuple(slots[name] for name in _GOAL_STATE)
+        goal_class, sub_type = slots["class"], slots["sub-type"]
+        if not self._goals.is_new(goal, state):
+            return None
+        return GoalTransition(
             time_us=time_us,
             env=self.env,
             goal=goal,
-            goal_class=slots["class"],
-            sub_type=slots["sub-type"],
-            parent=state[2],
-            mode=state[0],
-            outcome=state[1],
-            error=state[3],
+            goal_class=goal_class,
+            sub_type=sub_type,
+            parent=parent,
+            mode=mode,
+            outcome=outcome,
+            error=error,
+            params=_detail(slots, "params"),
+            meta=_detail(slots, "meta"),
+            priority=slots.get("priority", ""),
+            resources=_detail(slots, "required-resources"),
         )
-        return event if self._goals.is_new(goal, state) else None
 
     def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
         """Return a transition when the action (goal, plan and id name it) has another state than before.
 
         :raises KeyError: when a slot is missing.
         """
-        key, state = _action_key(slots), slots["state"]
-        event = PlanActionTransition(
+        key, state, action = _action_key(slots), slots["state"], slots["action-name"]
+        if not self._actions.is_new(key, state):
+            return None
+        return PlanActionTransition(
             time_us=time_us,
             env=self.env,
             action_id=key[2],
             goal=key[0],
             plan=key[1],
-            action=slots["action-name"],
+            action=action,
             state=state,
+            params=_detail(slots, "param-values"),
         )
-        return event if self._actions.is_new(key, state) else None
 
     def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
         """Return the status in a SkillerInterface fact; each fact is one.
@@ -167,6 +181,12 @@ class TransitionTracker:
 
 def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
     return slots["goal-id"], slots["plan-id"], slots["id"]
+
+
+def _detail(slots: Mapping[str, str], name: str) -> str:
+    """Return what is in a slot in parentheses; empty when the deftemplate has no such slot."""
+    value = slots.get(name)
+    return "" if value is None else f"({value})"
 
 
 def unquote(text: str) -> str:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from types import TracebackType
-from typing import Any, ClassVar, Self, TypeVar, cast
+from typing import Any, ClassVar, Self, TypeGuard, TypeVar
 from uuid import UUID
 
 from cxbridge.interfaces.instance_errors import (
@@ -160,7 +160,7 @@ class Interface(SharedBlock):
         if message is None:
             return None
         if _is_a(message, message_class):
-            return cast("M", message)
+            return message
         raise WrongMessageError
 
     def msgq_pop(self) -> Message | None:
@@ -196,7 +196,7 @@ class Interface(SharedBlock):
         return self._queue
 
 
-def _is_a(message: Message, message_class: type[Message]) -> bool:
+def _is_a(message: Message, message_class: type[M]) -> TypeGuard[M]:
     """Return whether a message is of this class, or of another class that was made of the same definition."""
     return isinstance(message, message_class) or (
         message.type == message_class.SCHEMA.name and message_class.belongs_to(message.INTERFACE)

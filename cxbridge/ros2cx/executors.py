@@ -59,7 +59,7 @@ class MoveExecutor(SkillExecutor):
     Derive from it for other places and speeds.
     """
 
-    skills: ClassVar[tuple[str, ...]] = ("move",)
+    skills = ("move",)
     speed: ClassVar[float] = 0.22
     """Metres per second, a TurtleBot3 Burger's."""
     positions: ClassVar[dict[str, tuple[float, float]]] = {

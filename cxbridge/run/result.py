@@ -63,7 +63,7 @@ class RunResult:
             more["agents"] = {name: result.as_dict() for name, result in self.agents.items()}
         return {
             "status": self.status,
-            "result": self._word,
+            "result": self.word,
             "reason": self.reason,
             "spec": self.spec,
             "loops": self.loops,
@@ -86,7 +86,8 @@ class RunResult:
         }
 
     @property
-    def _word(self) -> str:
+    def word(self) -> str:
+        """How it ended, in a word or two."""
         if self.replay is None:
             return _WORDS[self.status]
         return _REPLAY_WORDS[self.status]
@@ -104,7 +105,7 @@ class RunResult:
     @property
     def verdict(self) -> str:
         """How it ended, and why."""
-        return f"{self.spec}: {self._word}, {self.reason}"
+        return f"{self.spec}: {self.word}, {self.reason}"
 
     @property
     def figures(self) -> str:

@@ -135,10 +135,12 @@ class FileVoice(Voice):
 
     def close(self) -> None:
         """Close the file."""
-        if self._sound is not None:
-            self._sound.close()
-        if self._file is not None:
-            self._file.close()
+        try:
+            if self._sound is not None:
+                self._sound.close()
+        finally:
+            if self._file is not None:
+                self._file.close()
 
 
 def is_sound_file(target: Path) -> bool:

@@ -25,6 +25,7 @@ from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
+from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
 
 PATIENCE_S: Final = 60.0
@@ -60,7 +61,6 @@ class AgentRun(Closing):
         patience: float = PATIENCE_S,
         golden: GoldenFiles | None = None,
     ) -> None:
-        __tracebackhide__ = True
         self.options = options
         self._golden = golden
         self.patience = patience
@@ -104,7 +104,6 @@ class AgentRun(Closing):
             self.transitions.append(event)
 
     def _check_constructs(self, *, strict: bool) -> None:
-        __tracebackhide__ = True
         broken = self._assembly.executive.env.loader.diagnostics
         if strict and broken:
             first = broken[0]
@@ -126,13 +125,11 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run loops of the main loop."""
-        __tracebackhide__ = True
         end = self._assembly.loop.loops + loops
         self._run(lambda: self._assembly.loop.loops >= end)
 
     def advance(self, seconds: float) -> None:
         """Let time pass."""
-        __tracebackhide__ = True
         end = self.seconds + seconds
         self._run(lambda: self.seconds >= end)
 
@@ -141,7 +138,6 @@ class AgentRun(Closing):
 
         :raises AssertionError: when it is not within so many seconds of the run's clock.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         met = False
 
@@ -160,7 +156,6 @@ class AgentRun(Closing):
         :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
             before.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         self._run(lambda: self.is_over or self.seconds >= end)
         if not self.is_over:
@@ -184,7 +179,6 @@ class AgentRun(Closing):
             self._due.pop(0)[1]()
 
     def _run(self, done: Callable[[], bool]) -> None:
-        __tracebackhide__ = True
         loop, clock = self._assembly.loop, self._assembly.clock
         with self._watched() as out_of_patience:
             while not out_of_patience.is_set():
@@ -198,7 +192,6 @@ class AgentRun(Closing):
             raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
 
     def _check_patience(self, out_of_patience: threading.Event) -> None:
-        __tracebackhide__ = True
         if out_of_patience.is_set():
             problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
             raise AssertionError(self._with_goals(problem))
@@ -236,6 +229,10 @@ class AgentRun(Closing):
         if self._skills is None:
             raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
         return self._skills
+
+    def unmet_skills(self) -> list[str]:
+        """Return what of the script of skills no call has met, a line each."""
+        return [] if self._skills is None else self._skills.unmet()
 
     # ---- the world
 
@@ -299,7 +296,6 @@ class AgentRun(Closing):
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
-        __tracebackhide__ = True
         for name, outcome in outcomes.items():
             found = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]
@@ -342,16 +338,31 @@ class AgentRun(Closing):
     # ---- golden runs
 
     def assert_golden(
-        self, name: str | None = None, *, order: str = "partial", level: str = "transitions"
+        self,
+        name: str | None = None,
+        *,
+        order: str = "partial",
+        level: str = "transitions",
+        time_tolerance: float | None = None,
+        time_from: str = "thread",
     ) -> None:
         """Compare what happened so far with a golden file; ``pytest --update-golden`` writes it.
 
         :param name: the file's; None: the test's.
         :param order: ``partial`` or ``total``.
         :param level: ``transitions`` or ``skills``.
+        :param time_tolerance: so many seconds the times of partners may be apart; None: times do not count.
+        :param time_from: what times count from: ``thread`` or ``begin``.
         :raises AssertionError: when they differ, or there is no such file.
         """
-        __tracebackhide__ = True
         if self._golden is None:
             raise AssertionError("this run was not made by the fixture cx: it has no golden files")
-        self._golden.check(name, self.transitions, View(level), Order(order))
+        tolerance = None if time_tolerance is None else Tolerance(time_tolerance, TimeFrom(time_from))
+        self._golden.check(
+            name,
+            self.transitions,
+            View(level),
+            Order(order),
+            tolerance=tolerance,
+            start_us=self._start_us,
+        )

@@ -11,6 +11,7 @@ from pathlib import Path
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.history.transitions import Transition
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
@@ -25,7 +26,7 @@ class GoldenFiles:
     """The golden files of a test.
 
     :param folder: where they lie.
-    :param test: the test's name, which the file has that is given none.
+    :param test: the test's name, which the file has that is given none; empty: several tests share the run.
     :param update: write the files again instead of comparing with them.
     """
 
@@ -34,23 +35,41 @@ class GoldenFiles:
     update: bool = False
 
     def file(self, name: str | None = None) -> Path:
-        """Return the file of a name, or of the test."""
+        """Return the file of a name, or of the test.
+
+        :raises AssertionError: when there is neither.
+        """
+        if not (name or self.test):
+            raise AssertionError("several tests share this run: assert_golden needs a name for its file")
         return self.folder / f"{file_name(name or self.test)}{SUFFIX}"
 
-    def check(self, name: str | None, transitions: Sequence[Transition], view: View, order: Order) -> None:
+    def check(
+        self,
+        name: str | None,
+        transitions: Sequence[Transition],
+        view: View,
+        order: Order,
+        *,
+        tolerance: Tolerance | None = None,
+        start_us: int = 0,
+    ) -> None:
         """Compare what happened with a golden file, or write that again.
 
+        :param tolerance: how far times may be apart; None: times do not count, and are not written.
+        :param start_us: when the run began, microseconds.
         :raises AssertionError: when they differ, or there is no such file.
         :raises TraceError: when the file cannot be read or written.
         """
-        __tracebackhide__ = True
         file = self.file(name)
+        since_us = None if tolerance is None else start_us
         if self.update:
-            write_golden(file, transitions)
+            write_golden(file, transitions, since_us)
             return
         if not file.exists():
             raise AssertionError(f"there is no golden file {file}: pytest --update-golden writes it")
-        report = compare_with_golden(file, transitions, view=view, order=order)
+        report = compare_with_golden(
+            file, transitions, view=view, order=order, tolerance=tolerance, start_us=since_us
+        )
         if report:
             raise AssertionError("\n".join(["this run is not the golden one", *report]))
 
@@ -60,31 +79,40 @@ def file_name(text: str) -> str:
     return re.sub(r"[^A-Za-z0-9._=-]+", "_", text).strip("_")
 
 
-def write_golden(file: Path, transitions: Sequence[Transition]) -> None:
+def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | None = None) -> None:
     """Write a golden file, and the folders that it is in.
 
+    :param start_us: when the run began, microseconds, to write times; None: without them.
     :raises TraceError: when it cannot be written.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    with TransitionsWriter(file) as writer:
+    with TransitionsWriter(file, details=True, start_us=start_us) as writer:
         for each in transitions:
             writer.write(each)
 
 
 def compare_with_golden(
-    file: Path, transitions: Sequence[Transition], *, view: View, order: Order
+    file: Path,
+    transitions: Sequence[Transition],
+    *,
+    view: View,
+    order: Order,
+    tolerance: Tolerance | None = None,
+    start_us: int | None = None,
 ) -> list[str]:
     """Return how a run differs from a golden file: the lines of a report, none when it does not.
 
-    :raises TraceError: when the file cannot be read, or holds nothing of the level.
+    :raises TraceError: when the file cannot be read, or holds nothing of the level, or no times.
     """
     with tempfile.TemporaryDirectory(prefix="cxbridge-golden-") as folder:
         came = Path(folder, "this run")
-        write_golden(came, transitions)
+        write_golden(came, transitions, start_us)
         run, golden = TransitionsText(came), TransitionsText(file)
         if not any(True for _ in golden):
             raise TraceError("holds no transitions", file=file, hint="write it with pytest --update-golden")
-        comparison = compare_runs(run, [golden], view, order)
+        if tolerance is not None and not golden.has_times():
+            raise TraceError("holds no times", file=file, hint="write it with pytest --update-golden")
+        comparison = compare_runs(run, [golden], view, order, tolerance=tolerance)
         if comparison.same:
             return []
         report = make_report(comparison, run, [golden])

@@ -19,6 +19,7 @@ from cxbridge.events import (
     RuleFired,
 )
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.printing import to_record
 from cxbridge.trace.codec import dump, encode_with_kind, plain_values
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.transitions_text import format_transition
@@ -81,6 +82,12 @@ def describe(event: Event) -> str:
     if isinstance(event, InterfaceMessage):
         return _message_text(event)
     return _planner_text(event) if isinstance(event, PlannerCall) else str(event)
+
+
+def describe_details(event: Event) -> str:
+    """Return the parameters of a goal or plan-action and the like, as far as they were recorded."""
+    values = ((name, getattr(event, name)) for name in event.KIND.details)
+    return to_record(" ".join(f"{name}={value}" for name, value in values if value))
 
 
 def _message_text(event: InterfaceMessage) -> str:

@@ -5,19 +5,25 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import Any, Final
+from heapq import merge
+from itertools import islice
+from typing import Any, Final, NamedTuple
 
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.trace.codec import encode_with_kind
 
 MOST_EVENTS: Final = 10_000
-"""Events that are kept."""
+"""Events of each group that are kept."""
 
 MOST_BYTES: Final = 16 << 20
-"""Bytes of text that are kept."""
+"""Bytes of text of each group that are kept."""
 
 BUNCH_BYTES: Final = 64 << 10
 """Bytes after which a bunch is sent."""
+
+HISTORY: Final = frozenset({"goal", "plan-action", "skill", "planner"})
+"""Kinds that tell what a run has done. They are a group of their own: the many other events, facts and log
+lines above all, do not crowd them out, so that a client that comes late has them."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,46 +37,96 @@ class EventSelection:
     kinds: frozenset[str]
     env: str = ""
 
+    def wants(self, kind: str, env: str) -> bool:
+        """Whether an event is one of them."""
+        return kind in self.kinds and (not self.env or not env or env == self.env)
+
+
+class Position(NamedTuple):
+    """How far a client has come.
+
+    :param history: how many events of :data:`HISTORY` there were up to there.
+    :param others: how many others.
+    :param lost: how many were gone before they came here.
+    """
+
+    history: int = 0
+    others: int = 0
+    lost: int = 0
+
+    def __str__(self) -> str:
+        return ".".join(map(str, self))
+
 
 @dataclass(frozen=True, slots=True)
 class _BufferedEvent:
-    number: int
+    position: Position
     kind: str
     env: str
     text: bytes
 
 
+class _Group:
+    """The newest events of a group, within bounds."""
+
+    def __init__(self, most_events: int, most_bytes: int) -> None:
+        self.entries: deque[_BufferedEvent] = deque()
+        self.gone = 0
+        """How many have made room."""
+        self.bytes = 0
+        self._most_events = most_events
+        self._most_bytes = most_bytes
+
+    def add(self, entry: _BufferedEvent) -> None:
+        self.entries.append(entry)
+        self.bytes += len(entry.text)
+        while len(self.entries) > self._most_events or self.bytes > self._most_bytes:
+            self.bytes -= len(self.entries.popleft().text)
+            self.gone += 1
+
+    def after(self, count: int) -> list[_BufferedEvent]:
+        """Return what came after so many; quick for those who are up to date."""
+        later = list(islice(reversed(self.entries), max(0, self.gone + len(self.entries) - count)))
+        later.reverse()
+        return later
+
+
 class EventBuffer:
-    """Events by numbers that count up; a number that is missing is an event that is gone.
+    """Events in their order, in two groups: see :data:`HISTORY`.
 
     For one thread.
     """
 
     def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
-        self.newest = 0
-        """Number of the event that came last, 0 when there was none."""
-        self._entries: deque[_BufferedEvent] = deque()
-        self._most_events = most_events
-        self._most_bytes = most_bytes
-        self._bytes = 0
+        self.end = Position()
+        """After the event that came last."""
+        self._history = _Group(most_events, most_bytes)
+        self._others = _Group(most_events, most_bytes)
         self._values: dict[str, Any] = {}
 
     @property
-    def oldest(self) -> int:
-        """Number of the oldest event that is kept; of the next one when none is."""
-        return self._entries[0].number if self._entries else self.newest + 1
+    def begin(self) -> Position:
+        """Before the oldest events that are kept."""
+        oldest = [group.entries[0] for group in (self._history, self._others) if group.entries]
+        lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
+        return Position(self._history.gone, self._others.gone, lost)
+
+    @property
+    def count(self) -> int:
+        """How many events there were."""
+        return sum(self.end)
 
     @property
     def size(self) -> int:
         """Bytes of text that are kept."""
-        return self._bytes
+        return self._history.bytes + self._others.bytes
 
     def __len__(self) -> int:
-        return len(self._entries)
+        return len(self._history.entries) + len(self._others.entries)
 
     def skip(self, count: int) -> None:
         """Note that so many events are gone before they came here."""
-        self.newest += count
+        self.end = self.end._replace(lost=self.end.lost + count)
 
     def add(self, events: Iterable[Event]) -> None:
         """Keep events; of each interface what is new, and of what comes together the last."""
@@ -82,45 +138,49 @@ class EventBuffer:
                     continue
                 self._values[event.uid] = event.values
             self._keep(event)
-        while len(self._entries) > self._most_events or self._bytes > self._most_bytes:
-            self._bytes -= len(self._entries.popleft().text)
 
     def forget_interfaces(self) -> None:
         """Take the next values of each interface as new."""
         self._values.clear()
 
     def _keep(self, event: Event) -> None:
-        text = encode_with_kind(event)
-        self.newest += 1
-        self._entries.append(_BufferedEvent(self.newest, event.KIND.name, getattr(event, "env", ""), text))
-        self._bytes += len(text)
+        kind, (history, others, lost) = event.KIND.name, self.end
+        is_history = kind in HISTORY
+        self.end = Position(history + is_history, others + (not is_history), lost)
+        entry = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
+        (self._history if is_history else self._others).add(entry)
 
-    def after(self, number: int, selection: EventSelection) -> tuple[list[tuple[int, bytes]], int, int]:
-        """Return what came after an event: a bunch of about :data:`BUNCH_BYTES`.
+    def after(
+        self, position: Position, selection: EventSelection
+    ) -> tuple[list[tuple[Position, bytes]], Position, int]:
+        """Return what came after a position: a bunch of about :data:`BUNCH_BYTES`.
 
-        :returns: numbers and texts; the number to go on after; how many events are gone in between.
+        :returns: the events with the positions after them; the position to go on after; how many events are
+            gone in between, of the groups that are wanted.
         """
-        found: list[tuple[int, bytes]] = []
-        size, seen, upto = 0, 0, number
-        for entry in self._since(number):
-            seen, upto = seen + 1, entry.number
-            if entry.kind in selection.kinds and (
-                not selection.env or not entry.env or entry.env == selection.env
-            ):
-                found.append((entry.number, entry.text))
+        later = self._history.after(position.history) if selection.kinds & HISTORY else []
+        if selection.kinds - HISTORY:
+            later = list(merge(later, self._others.after(position.others), key=_order))
+        found: list[tuple[Position, bytes]] = []
+        size, upto = 0, self.end
+        for entry in later:
+            if selection.wants(entry.kind, entry.env):
+                found.append((entry.position, entry.text))
                 size += len(entry.text)
                 if size >= BUNCH_BYTES:
+                    upto = entry.position
                     break
-        else:
-            upto = max(number, self.newest)
-        return found, upto, upto - number - seen
+        return found, upto, self._gone(position, upto, selection)
 
-    def _since(self, number: int) -> list[_BufferedEvent]:
-        """Return the entries after a number; quick for those who are up to date."""
-        later: list[_BufferedEvent] = []
-        for entry in reversed(self._entries):
-            if entry.number <= number:
-                break
-            later.append(entry)
-        later.reverse()
-        return later
+    def _gone(self, position: Position, upto: Position, selection: EventSelection) -> int:
+        """Return how many events between two positions are not kept any more."""
+        gone = upto.lost - position.lost
+        if selection.kinds & HISTORY:
+            gone += max(0, min(upto.history, self._history.gone) - position.history)
+        if selection.kinds - HISTORY:
+            gone += max(0, min(upto.others, self._others.gone) - position.others)
+        return gone
+
+
+def _order(entry: _BufferedEvent) -> int:
+    return entry.position.history + entry.position.others

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections import Counter, deque
 from collections.abc import Callable, Iterable
+from heapq import merge
+from itertools import count
+from operator import itemgetter
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
+from cxbridge.web.event_buffer import HISTORY
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -18,7 +22,7 @@ WATCHED: Final = ("fact", "rule")
 """Kinds that CLIPS reports only while it watches for them."""
 
 MOST_PENDING: Final = 10_000
-"""Events that wait for the server's thread."""
+"""Events of each group (:data:`~cxbridge.web.event_buffer.HISTORY`) that wait for the server's thread."""
 
 
 def default_kinds() -> frozenset[str]:
@@ -34,7 +38,9 @@ class EventCollector:
 
     def __init__(self, host: WebHost) -> None:
         self._host = host
-        self._pending: deque[Event] = deque(maxlen=MOST_PENDING)
+        self._history: deque[tuple[int, Event]] = deque(maxlen=MOST_PENDING)
+        self._others: deque[tuple[int, Event]] = deque(maxlen=MOST_PENDING)
+        self._numbers = count()
         self._lost = 0
         self._wanted: Counter[str] = Counter()
         self._open: dict[str, Sink] = {}
@@ -53,9 +59,10 @@ class EventCollector:
     # -- in the threads of those who tell
 
     def _take(self, event: Event) -> None:
-        if len(self._pending) >= MOST_PENDING:
+        pending = self._history if event.KIND.name in HISTORY else self._others
+        if len(pending) >= MOST_PENDING:
             self._lost += 1
-        self._pending.append(event)
+        pending.append((next(self._numbers), event))
 
     def _take_firing(self, event: Event) -> None:
         if isinstance(event, RuleFired):
@@ -72,8 +79,8 @@ class EventCollector:
     def drain(self) -> tuple[list[Event], int]:
         """Return the events that came since the last time, and how many were lost before them."""
         lost, self._lost = self._lost, 0
-        pending = self._pending
-        return [pending.popleft() for _ in range(len(pending))], lost
+        found = [[group.popleft() for _ in range(len(group))] for group in (self._history, self._others)]
+        return [event for _, event in merge(*found, key=itemgetter(0))], lost
 
     # -- in the main loop's thread
 

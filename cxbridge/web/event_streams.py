@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import json
+import re
 import secrets
 from typing import TYPE_CHECKING, Final
 
@@ -12,7 +13,7 @@ from starlette.responses import PlainTextResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.web.endpoint import to_json
-from cxbridge.web.event_buffer import EventBuffer, EventSelection
+from cxbridge.web.event_buffer import EventBuffer, EventSelection, Position
 from cxbridge.web.event_collector import EventCollector, default_kinds
 
 if TYPE_CHECKING:
@@ -29,6 +30,7 @@ ALIVE_S: Final = 15.0
 MOST_CLIENTS: Final = 100
 """Who may follow at the same time."""
 
+_ID: Final = re.compile(r"([^-]*)-" + r"\.".join([r"(\d{1,19})"] * 3), re.ASCII)
 _HEADERS: Final = [(b"content-type", b"text/event-stream"), (b"cache-control", b"no-store")]
 
 
@@ -54,7 +56,7 @@ class EventStreams:
         self._news = asyncio.Event()
         self._ticker: asyncio.Task[None] | None = None
         self._closed = False
-        self._bunches: dict[tuple[int, EventSelection], tuple[bytes, int]] = {}
+        self._bunches: dict[tuple[Position, EventSelection], tuple[bytes, Position]] = {}
         self.clients = 0
         """How many follow now."""
         self.dropped = 0
@@ -62,8 +64,8 @@ class EventStreams:
 
     @property
     def count(self) -> int:
-        """Number of the newest event."""
-        return self._buffer.newest
+        """How many events there were."""
+        return self._buffer.count
 
     def close(self) -> None:
         """End all streams; in the thread of the server."""
@@ -100,23 +102,25 @@ class EventStreams:
             if "interface" in selection.kinds:
                 self._buffer.forget_interfaces()
 
-    def _position(self, request: Request) -> int:
-        """Return the number of the event after which the client wants to go on.
+    def _position(self, request: Request) -> Position:
+        """Return after what the client wants to go on.
 
         :raises ValueError: when it is no id.
         """
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:
-            return self._buffer.newest
+            return self._buffer.end
         if text == "0":
-            return self._buffer.oldest - 1
-        epoch, dash, number = text.partition("-")
-        if not dash or not number.isdecimal() or not number.isascii() or len(number) > len(str(1 << 63)):
+            return self._buffer.begin
+        found = _ID.fullmatch(text)
+        if found is None:
             raise ValueError(f"'{text[:40]}' is not an id of an event")
-        # one of a server before: all that is kept is new
-        return min(int(number), self._buffer.newest) if epoch == self._epoch else self._buffer.oldest - 1
+        epoch, *counts = found.groups()
+        if epoch != self._epoch:  # one of a server before: all that is kept is new
+            return self._buffer.begin
+        return Position(*map(min, map(int, counts), self._buffer.end))
 
-    async def _follow(self, send: Send, selection: EventSelection, position: int) -> None:
+    async def _follow(self, send: Send, selection: EventSelection, position: Position) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
         hello = to_json(
             {"kind": "hello", "time_us": self._host.bus.clock.now_us(), "last": self._id(position)}
@@ -126,7 +130,7 @@ class EventStreams:
             text, position = self._bunch(position, selection)
             if text:
                 await _send(send, text)
-            if position >= self._buffer.newest:
+            if position == self._buffer.end:
                 await self._wait(send)
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
@@ -141,7 +145,7 @@ class EventStreams:
             else:
                 return
 
-    def _bunch(self, position: int, selection: EventSelection) -> tuple[bytes, int]:
+    def _bunch(self, position: Position, selection: EventSelection) -> tuple[bytes, Position]:
         """Return what came after a position as text, and the position after it; made once for all."""
         key = (position, selection)
         bunch = self._bunches.get(key)
@@ -152,12 +156,12 @@ class EventStreams:
                 dropped = json.dumps({"kind": "dropped", "count": gone})
                 parts.append(f"event: dropped\ndata: {dropped}\n\n".encode())
                 self.dropped += gone
-            parts += [b"id: %s\ndata: %s\n\n" % (self._id(number).encode(), text) for number, text in found]
+            parts += [b"id: %s\ndata: %s\n\n" % (self._id(after).encode(), text) for after, text in found]
             bunch = self._bunches[key] = (b"".join(parts), upto)
         return bunch
 
-    def _id(self, number: int) -> str:
-        return f"{self._epoch}-{number}"
+    def _id(self, position: Position) -> str:
+        return f"{self._epoch}-{position}"
 
     async def _tell(self) -> None:
         """Look for events as long as there are clients."""
@@ -169,13 +173,13 @@ class EventStreams:
 
     def _collect(self) -> bool:
         """Take over what came; return whether there is anything new."""
-        before = self._buffer.newest
+        before = self._buffer.end
         events, lost = self._collector.drain()
         if lost:
             self._buffer.skip(lost)
         if events:
             self._buffer.add(events)
-        if self._buffer.newest == before:
+        if self._buffer.end == before:
             return False
         self._bunches.clear()
         return True

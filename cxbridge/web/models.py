@@ -37,6 +37,7 @@ def _enum(*values: str) -> Schema:
     return {"type": "string", "enum": list(values)}
 
 
+_STATE: Final = _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED")
 _FORMULA: Final = _ref("GroundedFormula")
 
 SCHEMAS: Final[dict[str, Schema]] = {
@@ -206,7 +207,7 @@ SCHEMAS: Final[dict[str, Schema]] = {
     ),
     "Status": _model(
         {
-            "state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"),
+            "state": _STATE,
             "version": STRING,
             "pid": INTEGER,
             "started_us": INTEGER,
@@ -225,13 +226,12 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "web": _object({"clients": INTEGER, "events": INTEGER, "dropped": INTEGER}),
             "stalled": STRING,
             "stopped": _ref("Stop"),
+            "result": _object({"status": INTEGER, "word": STRING, "reason": STRING}),
         },
-        "stopped",
+        "stopped result",
     ),
     "NavGraph": _model({"graph": STRING, "nodes": OBJECT, "edges": OBJECT}),
-    "Health": _model(
-        {"state": _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING"), "error": STRING}
-    ),
+    "Health": _model({"state": _STATE, "error": STRING}),
     "Stop": _object(
         {
             "kind": _enum("before", "after", "transition", "step", "asked"),

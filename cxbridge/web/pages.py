@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from collections.abc import MutableMapping
+from collections.abc import MutableMapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -42,15 +42,25 @@ def views_module() -> str:
     return f"export default {json.dumps(sorted(path.stem for path in VIEWS.glob('*.js')))};\n"
 
 
+def site_module(runs: Sequence[tuple[str, str]] | None) -> str:
+    """Return the module that says to the page what is behind it.
+
+    :param runs: recorded runs, by path and name; None: a daemon or a run, with the API.
+    """
+    found = None if runs is None else [{"path": path, "name": name} for path, name in runs]
+    return f"export default {json.dumps({'runs': found})};\n"
+
+
 @cache
 def _asset(name: str) -> str:
     return asset(name)
 
 
-def shared_file(path: str) -> tuple[str, str] | None:
+def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
     """Return a shared file's text and media type; None: there is no such file.
 
     :param path: of the request.
+    :param runs: see :func:`site_module`.
     """
     match path.removeprefix(SHARED):
         case "base.css":
@@ -59,6 +69,8 @@ def shared_file(path: str) -> tuple[str, str] | None:
             return _asset("base.js"), "text/javascript"
         case "looks.js":
             return f"export default {json.dumps(plain_looks(), ensure_ascii=False)};\n", "text/javascript"
+        case "site.js":
+            return site_module(runs), "text/javascript"
         case "views.js":
             return views_module(), "text/javascript"
         case _:
@@ -66,9 +78,13 @@ def shared_file(path: str) -> tuple[str, str] | None:
 
 
 class Pages:
-    """Serves the files of a folder, with ETag. An ASGI application."""
+    """Serves the files of a folder, with ETag. An ASGI application.
 
-    def __init__(self) -> None:
+    :param runs: see :func:`site_module`.
+    """
+
+    def __init__(self, runs: Sequence[tuple[str, str]] | None = None) -> None:
+        self._runs = runs
         self._files = StaticFiles(directory=FOLDER, html=True, check_dir=False)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
@@ -80,10 +96,12 @@ class Pages:
             await send(message)
 
         path = scope["path"]
-        if path.startswith(SHARED) and scope["method"] in {"GET", "HEAD"} and (shared := shared_file(path)):
-            text, kind = shared
-            await Response(text, media_type=kind)(scope, receive, sender)
-            return
+        if path.startswith(SHARED) and scope["method"] in {"GET", "HEAD"}:
+            shared = shared_file(path, self._runs)
+            if shared is not None:
+                text, kind = shared
+                await Response(text, media_type=kind)(scope, receive, sender)
+                return
         if "\0" in path:  # old starlette asks the system for such a file
             await PlainTextResponse("Not Found\n", 404)(scope, receive, sender)
             return

@@ -70,7 +70,10 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert any("unsuccessful, G ended FAILED" in line for line in iter(process.stdout.readline, ""))
         assert "The page stays open: Ctrl-C ends\n" in iter(process.stderr.readline, "")
         status, answer = get(address, "/api/cxbridge/status")
-        assert (status, json.loads(answer)["clock"]) == (200, "real")
+        found = json.loads(answer)
+        assert (status, found["clock"], found["state"]) == (200, "real", "FINISHED")
+        assert found["result"] == {"status": 1, "word": "unsuccessful", "reason": "G ended FAILED"}
+        assert json.loads(get(address, "/api/cxbridge/status")[1])["now_us"] == found["now_us"], "it is over"
         assert get(address, "/api/clips/executive/facts")[0] == 200, "facts are there after the end"
         why = get(address, "/api/cxbridge/why?goal=G")
         assert why[0] == 200, why

@@ -116,7 +116,7 @@ TALKATIVE = """
 
 
 def endpoints() -> tuple[Endpoint, ...]:
-    of_server: Any = SimpleNamespace(status=None)
+    of_server: Any = SimpleNamespace(status=None, maps=None, describe_constructs=None)
     made: Directory = directory(of_server)
     return made.endpoints
 

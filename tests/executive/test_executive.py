@@ -40,7 +40,12 @@ class NoBlackBoard(Feature):
     def init_context(self, env):
         for function in ("blackboard-enable-time-read", "blackboard-read"):
             env.define(function, lambda: None)
-        for function in ("blackboard-open", "blackboard-close", "blackboard-create-msg"):
+        for function in (
+            "blackboard-open",
+            "blackboard-open-reading",
+            "blackboard-close",
+            "blackboard-create-msg",
+        ):
             env.define(function, lambda *_: 0, 2)
         for function in ("blackboard-send-msg", "blackboard-preload"):
             env.define(function, lambda *_: 0, 1)

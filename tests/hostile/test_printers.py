@@ -233,7 +233,14 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("{scenario}", "--config", "{wrong}"),
         ("{text}",),
     ],
+    ("new",): [
+        ("{text}",),
+        ("{tmp}/fresh",),
+        ("{tmp}/x", "--from-fawkes", "{text}", "--fawkes-dir", "{tmp}"),
+    ],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
+    ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
+    ("view",): [("{text}",)],  # what is there, it serves until Ctrl-C
     ("doctor",): [(), ("--json",)],
     ("gateway",): [("{text}", "{text}")],
     ("keys",): [("{text}", "-o", "{tmp}/{text}")],
@@ -312,6 +319,9 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("*", "--timeout", "0.2", "--json", *BOARD),
     ],
     ("bb", "set"): [("{uid}", "error={text}", *BOARD)],
+    ("bb", "hz"): [("*", "--timeout", "0.2", *BOARD), ("{text}", "--timeout", "0.2", *BOARD)],
+    ("bb", "bw"): [("*", "--timeout", "0.2", *BOARD)],
+    ("bb", "plot"): [("{uid}", "{text}", "--timeout", "0.2", *BOARD)],
     ("bb", "send"): [("{uid}", "{text}", *BOARD)],
     ("skill", "exec"): [
         ("{text}", "--timeout", "1", *DAEMON),

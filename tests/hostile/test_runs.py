@@ -20,7 +20,7 @@ SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (wh
 
 def start(*arguments, wait_for):
     """Start a run, and return it when it has logged a text."""
-    command = [sys.executable, "-m", "cxbridge", "run", *map(str, arguments)]
+    command = [sys.executable, "-m", "cxbridge", "run", "-v", *map(str, arguments)]
     process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
     assert process.stderr is not None
     for line in process.stderr:
@@ -127,7 +127,7 @@ def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
     (scenario / "mini.clp").unlink()
     os.mkfifo(scenario / "mini.clp")
     assert invoke(["run", str(scenario), "--timeout", "1"]) == 3
-    assert "Cannot load file mini.clp" in capsys.readouterr().err
+    assert "mini.clp, which no folder has" in capsys.readouterr().err
 
 
 def test_a_full_stdout_is_one_message():

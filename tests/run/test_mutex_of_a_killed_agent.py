@@ -86,7 +86,7 @@ def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
     with MongoServer() as server:
         holder = write(tmp_path / "holder", "holder", server.uri)
         heir = write(tmp_path / "heir", "heir", server.uri)
-        command = f"cxbridge run {holder} --clock real --skiller none --timeout 60".split()
+        command = f"cxbridge run -v {holder} --clock real --skiller none --timeout 60".split()
         with subprocess.Popen(
             [sys.executable, "-m", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
         ) as run:

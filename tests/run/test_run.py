@@ -249,7 +249,7 @@ def test_folders_that_are_not_there(tmp_path):
     scenario = write_scenario(tmp_path / "s")
     for option in ("clips_dirs", "interface_dirs", "skill_dirs"):
         assert bad(scenario, **{option: (tmp_path / "none",)}).message == "there is no such folder"
-    assert "no Fawkes checkout" in bad(scenario, fawkes_dir=tmp_path).message
+    assert "not a Fawkes checkout" in bad(scenario, fawkes_dir=tmp_path).message
 
 
 def test_a_file_of_the_agent_that_is_missing_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):

@@ -75,7 +75,7 @@ def test_a_graph_that_is_cut_off_is_told(engine: LuaEngine):
 
 @pytest.mark.parametrize("text", ["say\nwait\n", "graph x {}", "digraph x y"])
 def test_what_is_no_graph_is_refused(text: str):
-    with pytest.raises(SkillerError, match="no graph of a state machine"):
+    with pytest.raises(SkillerError, match="not a graph of a state machine"):
         parse_graph(text)
 
 

@@ -129,8 +129,9 @@ def test_a_voice_that_fails_later_is_told_and_the_run_goes_on(
     bad = "if 'bad' in sys.stdin.read(): sys.exit('the voice has a cold')\n"
     fake_program(tmp_path, monkeypatch, bad + GOOD)
     rig = Rig()
-    rig.add(make_speech(rig.board, rig.clock, rig.bus, speech=str(tmp_path / "run.wav")))
+    speech = rig.add(make_speech(rig.board, rig.clock, rig.bus, speech=str(tmp_path / "run.wav")))
     say(rig, "bad", "good")
+    speech.close()
     (text,) = rig.logged(Level.ERROR)
     assert text.startswith("cannot say 'bad': speech is not possible here: the voice has a cold")
     assert rig.writes("text", "final", "duration", uid=UID)[-1] == ("good", True, 0.5)

@@ -96,6 +96,11 @@ MUTATIONS: list[Mutation] = [
     _altered(GoalTransition, "outcome", ["COMPLETED", "FAILED", "REJECTED"]),
     _altered(GoalTransition, "error", ["ODD", "SUB-GOAL-FAILED gen8"]),
     _altered(GoalTransition, "goal_class", ["ODD"]),
+    _altered(GoalTransition, "params", ["(odd)", "()"]),
+    _altered(GoalTransition, "meta", ["(odd)"]),
+    _altered(GoalTransition, "priority", ["77.0"]),
+    _altered(GoalTransition, "resources", ["(odd)"]),
+    _altered(PlanActionTransition, "params", ["(odd)", '("with text")']),
     _altered(PlanActionTransition, "state", ["PENDING", "RUNNING", "FINAL", "EXECUTION-FAILED"]),
     _altered(PlanActionTransition, "action", ["odd"]),
     _altered(PlanActionTransition, "action_id", ["15"]),
@@ -125,7 +130,7 @@ class Renaming:
     def __call__(self, event: Event) -> Event:
         self._now += self._random.randrange(1_000_000)
         changed: dict[str, Any] = {"time_us": self._now}
-        for name in ("goal", "parent", "error", "plan", "text", "skill_string"):
+        for name in ("goal", "parent", "error", "plan", "text", "skill_string", "params", "meta"):
             if (value := getattr(event, name, None)) is not None:
                 changed[name] = self._text(value)
         if isinstance(event, FactChange):

@@ -41,11 +41,14 @@ def goal(
     error: str = "",
     time_us: int = 0,
 ) -> GoalTransition:
-    return GoalTransition(time_us, "executive", goal_id, goal_class, "nil", parent, mode, outcome, error)
+    details = ("()", "()", "0.0", "()")
+    return GoalTransition(
+        time_us, "executive", goal_id, goal_class, "nil", parent, mode, outcome, error, *details
+    )
 
 
 def action(goal_id: str, action_id: str, state: str, name: str = "say") -> PlanActionTransition:
-    return PlanActionTransition(0, "executive", action_id, goal_id, f"{goal_id}-PLAN", name, state)
+    return PlanActionTransition(0, "executive", action_id, goal_id, f"{goal_id}-PLAN", name, state, "(peggy)")
 
 
 def skill(text: str, status: str, msgid: int = 1) -> SkillStatus:

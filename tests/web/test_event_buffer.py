@@ -3,33 +3,42 @@
 from __future__ import annotations
 
 import json
+from types import SimpleNamespace
 
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.events import InterfaceWrite, Level, LogLine, RuleFired
-from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
+from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, Position
+from cxbridge.web.event_collector import MOST_PENDING, EventCollector
 
-ALL = EventSelection(frozenset({"log", "rule", "interface"}))
+ALL = EventSelection(frozenset({"log", "rule", "interface", "goal"}))
+START = Position()
 
 
 def line(text="x"):
     return LogLine(1, Level.INFO, "C", text)
 
 
-def numbers(buffer, after=0, selection=ALL):
-    return [number for number, _ in buffer.after(after, selection)[0]]
+def goal(name="G"):
+    return GoalTransition(1, "e", name, "CLASS", "", "", "FORMULATED", "UNKNOWN", "")
+
+
+def texts(buffer, after=START, selection=ALL):
+    found = (json.loads(text) for _, text in buffer.after(after, selection)[0])
+    return [each.get("goal") or each.get("text") or each.get("env") for each in found]
 
 
 def test_events_are_counted_and_chosen_by_kind_and_environment():
     buffer = EventBuffer()
     buffer.add([line(), RuleFired(1, "a", 1, "r", "*"), RuleFired(1, "b", 1, "r", "*")])
-    assert numbers(buffer) == [1, 2, 3]
-    assert numbers(buffer, 1) == [2, 3]
-    assert numbers(buffer, selection=EventSelection(ALL.kinds, "a")) == [1, 2]
-    assert buffer.after(0, EventSelection(frozenset({"log"}))) == (
-        [(1, b'{"kind":"log","time_us":1,"level":"I","component":"C","text":"x"}')],
-        3,
+    assert texts(buffer) == ["x", "a", "b"]
+    assert texts(buffer, Position(0, 1)) == ["a", "b"]
+    assert texts(buffer, selection=EventSelection(ALL.kinds, "a")) == ["x", "a"]
+    assert buffer.after(START, EventSelection(frozenset({"log"}))) == (
+        [(Position(0, 1), b'{"kind":"log","time_us":1,"level":"I","component":"C","text":"x"}')],
+        Position(0, 3),
         0,
     )
 
@@ -37,11 +46,48 @@ def test_events_are_counted_and_chosen_by_kind_and_environment():
 def test_what_is_gone_is_told_at_the_begin_and_in_between():
     buffer = EventBuffer(most_events=3)
     buffer.add([line() for _ in range(5)])
-    assert buffer.after(0, ALL)[1:] == (5, 2)
+    assert buffer.after(START, ALL)[1:] == (Position(0, 5), 2)
+    assert buffer.after(buffer.begin, ALL)[2] == 0, "who asks for all that is kept misses nothing"
     buffer.skip(4)
     buffer.add([line()])
-    found, upto, gone = buffer.after(4, ALL)
-    assert ([number for number, _ in found], upto, gone) == ([5, 10], 10, 4)
+    found, upto, gone = buffer.after(Position(0, 4), ALL)
+    assert ([after for after, _ in found], upto, gone) == (
+        [Position(0, 5), Position(0, 6, 4)],
+        Position(0, 6, 4),
+        4,
+    )
+
+
+def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
+    buffer = EventBuffer(most_events=10)
+    buffer.add([goal("first"), line("between"), goal("second")])
+    buffer.add([line(str(number)) for number in range(1000)])
+    assert texts(buffer, buffer.begin) == ["first", "second", *map(str, range(990, 1000))]
+    assert buffer.after(buffer.begin, ALL)[2] == 0
+    assert buffer.after(START, EventSelection(frozenset({"goal"})))[2] == 0, "nothing that it wants is gone"
+    assert buffer.after(START, ALL)[2] == 991
+
+
+def test_goals_are_there_though_nobody_has_looked_for_long():
+    bus = EventBus(RealClock())
+    collector = EventCollector(SimpleNamespace(bus=bus, environments=dict))
+    for event in (line("before"), goal(), *(line() for _ in range(MOST_PENDING)), goal("last"), line("end")):
+        bus.emit(event)
+    events, lost = collector.drain()
+    collector.close()
+    assert (events[0], events[-2], events[-1], lost) == (goal(), goal("last"), line("end"), 2)
+
+
+def test_events_of_both_groups_come_in_their_order_in_bunches():
+    buffer = EventBuffer()
+    events = [goal(f"g{number}") if number % 7 == 0 else line("z" * 1000) for number in range(300)]
+    buffer.add(events)
+    at, seen = START, []
+    while at != buffer.end:
+        seen += texts(buffer, at)
+        _, at, gone = buffer.after(at, ALL)
+        assert gone == 0
+    assert seen == [f"g{number}" if number % 7 == 0 else "z" * 1000 for number in range(300)]
 
 
 def test_bytes_are_bounded():
@@ -54,13 +100,13 @@ def test_bytes_are_bounded():
 def test_a_bunch_is_bounded_and_goes_on_where_it_ended():
     buffer = EventBuffer()
     buffer.add([line("z" * 1000) for _ in range(300)])
-    at, seen = 0, []
-    while at < buffer.newest:
+    at, seen = START, []
+    while at != buffer.end:
         found, at, gone = buffer.after(at, ALL)
         assert gone == 0
         assert sum(len(text) for _, text in found) < BUNCH_BYTES + 2000
-        seen += [number for number, _ in found]
-    assert seen == list(range(1, 301))
+        seen += [after for after, _ in found]
+    assert seen == [Position(0, number) for number in range(1, 301)]
 
 
 def test_interfaces_are_told_of_when_they_have_changed_the_last_of_those_that_come_together():
@@ -72,23 +118,27 @@ def test_interfaces_are_told_of_when_they_have_changed_the_last_of_those_that_co
     buffer.add([write(1), write(2), write(9, "T::b")])
     buffer.add([write(2)])
     buffer.add([write(3)])
-    values = [json.loads(text)["values"]["v"] for _, text in buffer.after(0, ALL)[0]]
+    values = [json.loads(text)["values"]["v"] for _, text in buffer.after(START, ALL)[0]]
     assert values == [2, 9, 3]
     buffer.forget_interfaces()
     buffer.add([write(3)])
     assert len(buffer) == 4
 
 
-@given(st.lists(st.tuples(st.integers(0, 5), st.integers(0, 4)), max_size=30), st.integers(1, 8))
+STEP = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 4))
+
+
+@given(st.lists(STEP, max_size=30), st.integers(1, 8))
 def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
     """However events come and clients read: what is sent and what is told to be gone add up."""
-    buffer, at, sent, gone = EventBuffer(most_events=room), 0, 0, 0
-    for count, lost in steps:
+    buffer, at, sent, gone = EventBuffer(most_events=room), START, 0, 0
+    for goals, lines, lost in steps:
         buffer.skip(lost)
-        buffer.add([line() for _ in range(count)])
-        if count % 2:
+        buffer.add([*(line() for _ in range(lines)), *(goal() for _ in range(goals))])
+        if lines % 2:
             found, at, missing = buffer.after(at, ALL)
             sent, gone = sent + len(found), gone + missing
-            assert at == sent + gone
+            assert sum(at) == sent + gone
     found, at, missing = buffer.after(at, ALL)
-    assert sent + len(found) + gone + missing == at == buffer.newest
+    assert sent + len(found) + gone + missing == sum(at) == buffer.count
+    assert at == buffer.end

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections import deque
 from dataclasses import dataclass
-from typing import Final, cast
+from typing import Final
 
 from cxbridge.blackboard.fawkesnet.messages.blackboard import data_frame, data_frame_size
 
@@ -83,7 +83,7 @@ class Outbox:
     def take(self) -> bytes:
         """Take the next bytes to send, some whole frames; empty when nothing waits."""
         if self.size < _BATCH and not self._newest:
-            frames = b"".join(cast("deque[bytes]", self._waiting))
+            frames = b"".join(frame for frame in self._waiting if isinstance(frame, bytes))
             self._waiting.clear()
             self.size = 0
             return frames

@@ -79,7 +79,7 @@ def coverage(
     *,
     outputs: _CoverageOutputs,
 ) -> int:
-    """Tell which rules, goal classes and modes, actions and skills a set of recorded runs has used.
+    """Show which rules, goal classes and modes, actions and skills a set of recorded runs used.
 
     Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
 

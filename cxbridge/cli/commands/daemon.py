@@ -85,7 +85,7 @@ def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> i
 
 @app.command()
 def status(url: Connect = DEFAULT_URL, as_json: AsJson = False) -> int:
-    """Tell how a daemon and its components stand.
+    """Show the state of a daemon and its components.
 
     Exit status: 0 all components are active; 1 some are not; 2 there is no daemon.
 

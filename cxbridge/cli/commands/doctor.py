@@ -12,7 +12,7 @@ from cxbridge.cli.console import say, say_json
 def doctor(
     as_json: Annotated[bool, typer.Option("--json", help="Print the findings as JSON.")] = False,
 ) -> int:
-    """Tell what is installed, what works, what is missing and how to get it.
+    """List what is installed, what works, what is missing and how to get it.
 
     Exit status: 0 everything that a run needs works; 1 something is missing.
 

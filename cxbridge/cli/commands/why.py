@@ -81,7 +81,7 @@ def why(
     rules: Annotated[int, typer.Option(min=0, max=3, help="Rules shown before each step of a goal.")] = 1,
     as_json: AsJson = False,
 ) -> int:
-    """Tell why a rule has not fired, or how a goal came to its outcome.
+    """Explain why a rule has not fired, or how a goal came to its outcome.
 
     `why rule NAME` and `why goal NAME` when a name may be both. Exit status: 0 explained; 2 nothing of
     that name, or the source cannot tell; 3 the daemon did not answer.

@@ -48,7 +48,8 @@ class RunWeb:
         self._start_us = run.clock.now_us()
         self._transforms: TransformListener | None = None
         self.paused = False
-        self.is_over = False
+        self._result: dict[str, Any] | None = None
+        self._end_us = 0
         self.service = EnvironmentService(self._agent.manager)
         self.operations = OperationContext(self.rights, self, component_rows=self._components)
         self._explainer = DaemonExplainer(
@@ -93,27 +94,33 @@ class RunWeb:
         return found
 
     def _components(self) -> list[dict[str, Any]]:
-        state = "INACTIVE" if self.is_over else "ACTIVE"
+        state = "ACTIVE" if self._result is None else "INACTIVE"
         return [
             {"name": agent.name or "executive", "state": state, "since_us": self._start_us, "reason": ""}
             for agent in self._run.agents
         ]
 
+    def finish(self, result: RunResult) -> None:
+        """Note that the run has come to its end: its clock stands still for clients from now on."""
+        self._end_us = self._run.clock.now_us()
+        self._result = {"status": result.status, "word": result.word, "reason": result.reason}
+
     def status(self) -> dict[str, Any]:
-        """Return how the run stands; ``STOPPING`` when it has come to its end."""
-        state = "STOPPING" if self.is_over else "PAUSED" if self.paused else "RUNNING"
+        """Return how the run stands; ``FINISHED`` when it has come to its end, and with which result."""
+        over = self._result is not None
         loop = self._run.loop
         return {
-            "state": state,
+            "state": "FINISHED" if over else "PAUSED" if self.paused else "RUNNING",
             "version": __version__,
             "pid": os.getpid(),
             "started_us": self._start_us,
-            "now_us": self._run.clock.now_us(),
+            "now_us": self._end_us if over else self._run.clock.now_us(),
             "clock": self._run.clock.name,
             "endpoints": [],
             "error": "",
             "loop": {"count": loop.loops, "period_us": loop.period_us},
             "components": self._components(),
+            **({"result": self._result} if over else {}),
         }
 
     def command(self, what: str) -> None:
@@ -224,7 +231,7 @@ class RunPage:
     def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
         """Keep the page open."""
         if self._host is not None:
-            self._host.is_over = True
+            self._host.finish(result)
         self._on_end(result)
         while not (is_over() or self._has_seen_enough()):
             self._attend()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.planning_base import DomainOf, Known, PlanningFeature, PlanningUser
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
@@ -32,6 +33,7 @@ class _PlannerUser(PlanningUser):
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
         self._told: dict[str, ToldCall] = {}
+        self._began_us: dict[str, int] = {}
         self._made = 0
         self._goals_loaded = False
 
@@ -47,6 +49,7 @@ class _PlannerUser(PlanningUser):
         call_id = Symbol(f"plan-{self._made}")
         self._told[call_id] = told.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
+        self._began_us[call_id] = self.env.bus.clock.now_us()
         self.env.assert_fact(
             "planner-call", {"id": call_id, "goal-id": Symbol(goal_id), "planner": Symbol(request.planner)}
         )
@@ -101,6 +104,8 @@ class _PlannerUser(PlanningUser):
         self._told.pop(call_id).ended(result)
         text = f"{len(result.actions)} actions" if planned else result.message
         self._log.info(f"{call_id}: {result.status.value} by {result.planner}: {text}")
+        # by the run's clock: real time in a fact would make each run another one
+        seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
             "planner-call-ended",
             Symbol(call_id),
@@ -108,7 +113,7 @@ class _PlannerUser(PlanningUser):
             Symbol(result.planner),
             Symbol(call_id) if planned else NIL,
             result.message,
-            result.seconds,
+            seconds,
         )
 
     def close(self) -> None:

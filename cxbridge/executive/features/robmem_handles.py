@@ -18,7 +18,7 @@ from cxbridge.executive.robmem.values import Document
 
 T = TypeVar("T")
 
-_NUMBERS = itertools.count(1 << 32)
+_FIRST = 1 << 32
 """Far from the numbers of messages, which are external addresses, too."""
 
 _MANY = 100_000
@@ -52,6 +52,7 @@ class Handles:
 
     def __init__(self, log: Logger) -> None:
         self._things: dict[int, object] = {}
+        self._numbers = itertools.count(_FIRST)  # of this environment: facts show them, and runs repeat
         self._log = log
         self._warn_at = _MANY
 
@@ -60,7 +61,7 @@ class Handles:
 
     def add(self, thing: object) -> ExternalAddress:
         """Give a thing a number."""
-        number = next(_NUMBERS)
+        number = next(self._numbers)
         self._things[number] = thing
         if len(self._things) >= self._warn_at:
             self._log.warn(

@@ -25,7 +25,7 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
         first; and what the compiler says about files with a mistake, which are left out.
     :raises ProtobufError: when there is no compiler, or it does not come to an end.
     """
-    from google.protobuf import descriptor_pb2  # type: ignore[import-untyped]  # noqa: PLC0415
+    from google.protobuf import descriptor_pb2  # noqa: PLC0415
 
     names = sorted(file.name for file in folder.glob("*.proto"))
     if not names:

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, Final
 
-from google.protobuf import message_factory  # type: ignore[import-untyped]
-from google.protobuf.descriptor import FieldDescriptor  # type: ignore[import-untyped]
+from google.protobuf import message_factory
+from google.protobuf.descriptor import FieldDescriptor
 
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
@@ -134,7 +134,7 @@ def _elements(message: Message, field: Any) -> list[Any]:
     entry = message_factory.GetMessageClass(field.message_type)
     made = []
     for key in here:
-        one = entry(key=key)
+        one: Any = entry(key=key)
         if field.message_type.fields_by_name["value"].message_type is None:
             one.value = here[key]
         else:

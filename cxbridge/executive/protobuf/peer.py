@@ -7,6 +7,7 @@ import ipaddress
 import socket
 from collections import deque
 from collections.abc import Callable
+from contextlib import ExitStack
 from typing import Final
 
 from cxbridge.errors import ProtobufError
@@ -56,15 +57,16 @@ class Peer(asyncio.DatagramProtocol):
 
         :raises ProtobufError: when the port cannot be had.
         """
-        bound = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        try:
-            bound.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-            bound.bind((_LOOPBACK if _is_loopback(self._address) else "", port))
-        except OSError as error:
-            bound.close()
-            raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
-        loop = asyncio.get_running_loop()
-        self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=bound)
+        with ExitStack() as opened:
+            bound = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
+            try:
+                bound.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
+                bound.bind((_LOOPBACK if _is_loopback(self._address) else "", port))
+            except OSError as error:
+                raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
+            loop = asyncio.get_running_loop()
+            self._transport, _ = await loop.create_datagram_endpoint(lambda: self, sock=bound)
+            opened.pop_all()
         self._resolving = asyncio.create_task(self._resolve(port))
 
     async def close(self) -> None:

@@ -31,7 +31,7 @@ class RecordedExecutor(SkillExecutor):
         report: Callable[[Divergence], None],
     ) -> None:
         super().__init__(context)
-        self.skills = script.skills  # type: ignore[misc]  # of this one, not of the class
+        self.skills = script.skills
         who = f"SkillExecutorInterface::{script.name}"
         self.expected = Expectation(who, script.executions, start_us, whole=whole, report=report)
 

@@ -79,7 +79,7 @@ class SkillExecutor:
     :param context: what it works with.
     """
 
-    skills: ClassVar[tuple[str, ...]] = ()
+    skills: tuple[str, ...] = ()
     """The names of the skills that it executes."""
 
     known_settings: ClassVar[tuple[str, ...]] = ()

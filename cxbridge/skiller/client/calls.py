@@ -19,6 +19,9 @@ TYPE = "SkillerInterface"
 CONTROL_S = 5.0
 """Seconds in which a Skiller must have answered who has control."""
 
+RELEASE_S = 0.5
+"""Seconds to wait for control: a caller that has just ended gives it back a loop later."""
+
 T = TypeVar("T")
 _Steps: TypeAlias = Generator[Deadline | None, InterfaceChange | None, T]
 """Takes news: yields how long it waits for them, None for as long as its caller does."""
@@ -167,9 +170,11 @@ class SkillerCall(Closing):
         us = str(self._interface.serial)
         news: InterfaceChange | None = self._feed.now(self._interface)
         assert news is not None
-        holder = news.values["exclusive_controller"]
-        if holder and holder != us and not self._steal:
-            return f"somebody else has control of the Skiller (serial {holder}); --steal takes it"
+        deadline = Deadline(RELEASE_S)
+        while (holder := news.values["exclusive_controller"]) not in ("", us) and not self._steal:
+            news = yield deadline
+            if news is None:
+                return f"somebody else has control of the Skiller (serial {holder}); --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
         while news is not None and news.values["exclusive_controller"] != us:

@@ -11,7 +11,8 @@ from typing import Final, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.trace.compare.names import anonymous
+from cxbridge.trace.compare.details import DetailNews
+from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import State, Steps, Streams
 
 UNKNOWN: Final = "?"
@@ -27,6 +28,8 @@ class Goal:
 
     :param parent: the parent it had last, None for none.
     :param plans: by plan id.
+    :param details: what it said of its parameters and the like, where that changed.
+    :param plan_details: what its plan-actions did, by plan id; each state begins with the action's id.
     :param deeds: what it did, once somebody asked.
     :param named_by: kind of each goal that names this one in an error, and at which of its transitions.
     """
@@ -37,6 +40,8 @@ class Goal:
     parent: GoalKey | None = None
     own: Steps = field(default_factory=Steps)
     plans: dict[str, Steps] = field(default_factory=dict)
+    details: Steps = field(default_factory=Steps)
+    plan_details: dict[str, Steps] = field(default_factory=dict)
     children: list[Goal] = field(default_factory=list)
     named_by: list[tuple[tuple[str, ...], int]] = field(default_factory=list)
     deeds: Counter[State] | None = None
@@ -68,6 +73,8 @@ class Goal:
             self.deeds = Counter((*state[:2], anonymous(state[2])) for state in self.own.states)
             for steps in self.plans.values():
                 self.deeds.update(steps.states)
+            for steps in (self.details, *self.plan_details.values()):
+                self.deeds.update(steps.states)
             self.deeds.update((child.goal_class, child.sub_type) for child in self.children)
         return self.deeds
 
@@ -88,17 +95,14 @@ class GoalForest:
         self.count = 0
         self.start_us = 0
         self._states: dict[State, State] = {}
+        self._news = DetailNews()
         for event in events:
             if not self.count:
                 self.start_us = event.time_us
             if isinstance(event, GoalTransition):
                 self._goal_transition(event)
             elif isinstance(event, PlanActionTransition):
-                goal = self._goal((intern(event.env), intern(event.goal)))
-                plan = goal.plans.setdefault(intern(event.plan), Steps())
-                plan.append(
-                    self._state(event.action_id, event.action, event.state), self.count, event.time_us
-                )
+                self._action_transition(event)
             elif isinstance(event, SkillStatus):
                 self.skillers.add(event, self.count)
             else:
@@ -122,6 +126,25 @@ class GoalForest:
         state = self._state(event.mode, event.outcome, event.error)
         if goal.own.states[-1:] != [state]:
             goal.own.append(state, self.count, event.time_us)
+        self._take_details(goal.details, event, ())
+
+    def _action_transition(self, event: PlanActionTransition) -> None:
+        """Take a transition of a plan-action."""
+        goal, plan = self._goal((intern(event.env), intern(event.goal))), intern(event.plan)
+        state = self._state(event.action_id, event.action, event.state)
+        goal.plans.setdefault(plan, Steps()).append(state, self.count, event.time_us)
+        details = goal.plan_details.setdefault(plan, Steps())
+        self._take_details(details, event, (event.action_id, event.action))
+
+    def _take_details(self, steps: Steps, event: Event, subject: State) -> None:
+        """Note the details of an event where they are new."""
+        words = [
+            f"{name}={anonymous_fact(value)}"
+            for name, value in zip(event.KIND.details, self._news.of(event), strict=True)
+            if value
+        ]
+        if words:
+            steps.append(self._state(*subject, *words), self.count, event.time_us)
 
     def _state(self, *parts: str) -> State:
         """Return a state; equal ones are one object, for there are many."""
@@ -195,6 +218,8 @@ class Signer:
                     (plan_stem(goal, plan), tuple(steps.states), tuple(goal.before(steps)))
                     for plan, steps in goal.plans.items()
                 ),
+                tuple(goal.details.states),
+                tuple(tuple(steps.states) for steps in goal.plan_details.values()),
                 tuple(sorted(signatures[child.key] for child in goal.children)),
             )
             signatures[goal.key] = self._numbers.setdefault(what, len(self._numbers))
@@ -206,10 +231,13 @@ def plan_stem(goal: Goal, plan: str) -> str:
     return anonymous(plan.replace(goal.key[1], "@"))
 
 
-def plans_by_stem(goal: Goal) -> dict[str, Steps]:
-    """Return the plans of a goal by ids that are the same in every run."""
+def plans_by_stem(goal: Goal, of: Mapping[str, Steps] | None = None) -> dict[str, Steps]:
+    """Return the plans of a goal by ids that are the same in every run.
+
+    :param of: steps by the plan's id; None: those of the plans.
+    """
     plans: dict[str, Steps] = {}
-    for plan, steps in goal.plans.items():
+    for plan, steps in (goal.plans if of is None else of).items():
         stem = name = plan_stem(goal, plan)
         number = 1
         while name in plans:

@@ -50,6 +50,7 @@ class KeyForm:
     :param subject: what the event is about, in words, with the event as ``{0}``.
     :param scope: what tells scenarios apart, in words, and the number of the part that is it.
     :param named: the attributes with names that differ from run to run.
+    :param details: the last parts, likewise; they may hold fact indices and absolute times, too.
     """
 
     kind: str
@@ -58,6 +59,7 @@ class KeyForm:
     subject: str
     scope: tuple[str, int]
     named: frozenset[str] = frozenset()
+    details: tuple[tuple[str, str], ...] = ()
 
 
 FORMS: Final[Mapping[type[Event], KeyForm]] = {
@@ -77,6 +79,12 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
         subject="goal {0.goal} of class {0.goal_class}",
         scope=("goal class", 3),
         named=frozenset({"goal", "parent", "error"}),
+        details=(
+            ("set of parameters", "params"),
+            ("meta value", "meta"),
+            ("priority", "priority"),
+            ("set of required resources", "resources"),
+        ),
     ),
     PlanActionTransition: KeyForm(
         "plan-action",
@@ -92,6 +100,7 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
         subject="plan {0.plan} of goal {0.goal}",
         scope=("action", 5),
         named=frozenset({"goal", "plan"}),
+        details=(("set of parameters", "params"),),
     ),
     SkillStatus: KeyForm(
         "skill",
@@ -131,6 +140,9 @@ FORMS: Final[Mapping[type[Event], KeyForm]] = {
 """The form of the key of each kind of event."""
 
 _BY_KIND: Final = {form.kind: form for form in FORMS.values()}
+
+_SUBJECTS: Final = {form.kind: len(event_type.KIND.subject) + 1 for event_type, form in FORMS.items()}
+"""So many parts of a key, the kind included, name what the event is about."""
 
 
 class Token(NamedTuple):
@@ -203,10 +215,12 @@ class _KeyMaker:
 
     def __init__(self, form: KeyForm, namer: Namer) -> None:
         self._kind = form.kind
-        self._values = attrgetter(*(attribute for _, attribute in form.parts))
+        self._values = attrgetter(*(attribute for _, attribute in (*form.parts, *form.details)))
         self._named = [at for at, (_, attribute) in enumerate(form.parts) if attribute in form.named]
+        self._details = range(len(form.parts), len(form.parts) + len(form.details))
         self._thread = form.thread - 1
         self._split = namer.split
+        self._split_detail = namer.split_fact
 
     def make(self, event: Event) -> tuple[Key, Names, int]:
         """Return the key, the names in it, and how many of them name the thread."""
@@ -218,6 +232,9 @@ class _KeyMaker:
             names += found
             if at < self._thread:
                 thread_names = len(names)
+        for at in self._details:
+            values[at], found = self._split_detail(values[at])
+            names += found
         return (self._kind, *values), names, thread_names
 
 
@@ -295,11 +312,28 @@ def changed_parts(one: Key, labels_one: Names, other: Key, labels_other: Names) 
     """
     if one[0] != other[0]:
         return "another event"
-    parts = zip(_BY_KIND[one[0]].parts, _parts(one, labels_one), _parts(other, labels_other), strict=True)
+    form = _BY_KIND[one[0]]
+    words = (*form.parts, *form.details)
+    parts = zip(words, _parts(one, labels_one), _parts(other, labels_other), strict=True)
     differing = [word for (word, _), a, b in parts if a != b]
     if not differing or len(differing) > MAX_CHANGED:
         return "another event"
     return "another " + " and ".join(differing)
+
+
+def detail_change(one: Key, labels_one: Names, other: Key, labels_other: Names) -> Key | None:
+    """Return what differs between two events when only details do; None when anything else does.
+
+    :returns: the parts that name the goal or plan-action, and the details of both.
+    """
+    form = _BY_KIND[one[0]]
+    if one[0] != other[0] or not form.details:
+        return None
+    parts, others = list(_parts(one, labels_one)), list(_parts(other, labels_other))
+    start = len(form.parts)
+    if parts[:start] != others[:start]:
+        return None
+    return (*parts[: _SUBJECTS[one[0]] - 1], *parts[start:], *others[start:])
 
 
 def _parts(key: Key, labels: Names) -> Iterator[tuple[str, Names]]:

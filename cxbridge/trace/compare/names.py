@@ -38,7 +38,7 @@ def anonymous(text: str) -> str:
 
 def anonymous_fact(text: str) -> str:
     """Return ``text`` with one name for all gensym ids, UUIDs, fact indices, message ids and times each."""
-    return _MSGID.sub("(msgid #)", _split(_without_times(text), None, indices=True))
+    return _MSGID.sub("(msgid #)", _split(without_times(text), None, indices=True))
 
 
 def interface_text(values: Mapping[str, Any]) -> str:
@@ -54,7 +54,7 @@ def take_msgid(text: str) -> tuple[str, int | None]:
     return f"{text[: match.start()]}(msgid #){text[match.end() :]}", int(match.group(1))
 
 
-def _without_times(text: str) -> str:
+def without_times(text: str) -> str:
     """Return ``text`` with one name for all absolute times."""
     return text if _TIME_WITHIN.search(text) is None else _TIMES.sub("time#", text)
 
@@ -117,7 +117,7 @@ class Namer:
         """Likewise, for gensym ids, UUIDs and fact indices; absolute times have one name and no number."""
         found = self._split_fact.get(text)
         if found is None:
-            found = self._remember(self._split_fact, text, _without_times(text), indices=True)
+            found = self._remember(self._split_fact, text, without_times(text), indices=True)
         return found
 
     def _remember(

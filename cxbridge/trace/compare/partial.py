@@ -104,6 +104,21 @@ def _step_pairs(match: GoalMatch) -> Iterator[StepPair]:
             steps_a, steps_b = plans_a.get(plan, Steps()), plans_b.get(plan, Steps())
             subject = f"plan {plan.replace('@', one.key[1])} of goal {label}"
             yield StepPair(subject, "transition", steps_a, steps_b, steps_a.states, steps_b.states)
+        yield from _detail_pairs(one, other, label)
+
+
+def _detail_pairs(one: Goal, other: Goal, label: str) -> Iterator[StepPair]:
+    """Yield what partners said of their parameters and the like, and their plan-actions of theirs."""
+    pairs = [(f"goal {label}", one.details, other.details)]
+    details_b = plans_by_stem(other, other.plan_details)
+    for plan, steps in plans_by_stem(one, one.plan_details).items():
+        if plan in details_b:  # else all that it did is a difference already
+            common = {state[0] for state in steps.states} & {state[0] for state in details_b[plan].states}
+            subject = f"plan {plan.replace('@', one.key[1])} of goal {label}"
+            pairs.append((subject, steps.only(common), details_b[plan].only(common)))
+    for subject, a, b in pairs:
+        if a.states and b.states:
+            yield StepPair(f"details of {subject}", "value", a, b, a.states, b.states, timed=False)
 
 
 def _renamed(goal: Goal, labels: dict[GoalKey, str]) -> list[State]:

@@ -7,6 +7,7 @@ from collections.abc import Sequence
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.trace.compare.checks import Tolerance
+from cxbridge.trace.compare.details import with_common_details
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.partial import compare_counts, compare_partial
 from cxbridge.trace.compare.selection import Selection, compared
@@ -40,6 +41,8 @@ def compare_runs(
         )
     if selection:
         selection.check(view)
+    if view is View.TRANSITIONS:
+        a, *others = with_common_details([a, *others])
     if view is View.TRANSITIONS and order is Order.PARTIAL:
         comparison = compare_partial(
             compared(a, view, selection), [compared(run, view, selection) for run in others], tolerance

@@ -5,7 +5,7 @@ from __future__ import annotations
 from array import array
 from bisect import bisect_left
 from collections import defaultdict, deque
-from collections.abc import Hashable, Iterable, Iterator
+from collections.abc import Container, Hashable, Iterable, Iterator
 from dataclasses import dataclass, field
 from typing import Final, TypeAlias
 
@@ -53,6 +53,14 @@ class Steps:
         self.positions.append(position)
         self.times.append(time_us)
 
+    def only(self, firsts: Container[str]) -> Steps:
+        """Return the steps whose states begin with one of these."""
+        kept = Steps()
+        for state, position, time_us in zip(self.states, self.positions, self.times, strict=True):
+            if state[0] in firsts:
+                kept.append(state, position, time_us)
+        return kept
+
 
 @dataclass(frozen=True, slots=True)
 class StepPair:
@@ -61,6 +69,7 @@ class StepPair:
     :param subject: what it is.
     :param noun: what a step is called.
     :param states_a: the states with names that are the same for both runs; ``states_b``: likewise.
+    :param timed: whether their times count; else other steps have these times too.
     """
 
     subject: str
@@ -69,6 +78,7 @@ class StepPair:
     b: Steps
     states_a: list[State]
     states_b: list[State]
+    timed: bool = True
 
     def differences(self, times: Times | None = None) -> Iterator[Difference]:
         """Yield what differs, in the order of the first run."""
@@ -207,7 +217,7 @@ class StepDifferences:
 
     def compare(self, pair: StepPair) -> None:
         """Compare the steps of one goal, plan, skiller or interface."""
-        differences = list(pair.differences(self._times))
+        differences = list(pair.differences(self._times if pair.timed else None))
         if differences:
             self.found += differences
             self._pairs[pair.subject] = pair

@@ -18,6 +18,7 @@ from cxbridge.trace.compare.keys import (
     Token,
     Tokens,
     changed_parts,
+    detail_change,
     different_scenarios,
     scope_of,
     subject_of,
@@ -35,7 +36,7 @@ from cxbridge.trace.compare.model import (
 )
 from cxbridge.trace.compare.selection import Selection, compared
 from cxbridge.trace.formats.base import Run
-from cxbridge.trace.listing import describe
+from cxbridge.trace.listing import describe, describe_details
 
 ROWS_AFTER = 16
 """So many rows are shown from the first difference on."""
@@ -188,7 +189,16 @@ class TailDivergence:
         found = list(self._edits)
         found += self._checked(msgids, times)
         found.sort(key=lambda edit: edit.place)
-        return found
+        return list(self._without_repeated_details(found))
+
+    def _without_repeated_details(self, edits: Iterable[Edit]) -> Iterator[Edit]:
+        """Yield edits; a parameter that differs in all events of a goal or plan-action is one of them."""
+        seen: set[Hashable] = set()
+        for edit in edits:
+            change = self._detail_change(edit)
+            if change is None or change not in seen:
+                seen.add(change)
+                yield edit
 
     def _checked(self, msgids: MessageIds, times: Times | None) -> Iterator[Edit]:
         """Yield the differences between partners: ids of messages, and times."""
@@ -252,10 +262,22 @@ class TailDivergence:
     def _side(self, run: int, edit: Edit, event: Event | None) -> Side:
         """Return what one run has."""
         if event is not None:
-            return Side(self._tails[run].numbers[edit.at[run]], describe(event))
+            text = describe(event)
+            if self._detail_change(edit):
+                text = f"{text} {describe_details(event)}"
+            return Side(self._tails[run].numbers[edit.at[run]], text)
         before = self._edits.partner_before(1 - run, edit.at[1 - run])
         number = None if before == NONE else self._tails[run].numbers[before]
         return Side(number, OVER if self._ends(run, edit) else NOTHING)
+
+    def _detail_change(self, edit: Edit) -> Hashable:
+        """Return how partners differ when they do in details only, which their texts do not show."""
+        if edit.kind is not DifferenceKind.CHANGED:
+            return None
+        (a, b), (at, other), tails = self._tails, edit.at, self.tails
+        return detail_change(
+            tails.key(a, at), tails.labels(a, at), tails.key(b, other), tails.labels(b, other)
+        )
 
     def _ends(self, run: int, edit: Edit) -> bool:
         """Whether a run that has nothing at an edit is over there, and the other one goes on to its end."""

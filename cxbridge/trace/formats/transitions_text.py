@@ -1,15 +1,19 @@
 """Reads and writes transitions as text, one a line: what ``trace transitions`` prints.
 
 The environment ``executive`` and the skiller ``Skiller`` go without saying, as in the recordings of Fawkes;
-others are named.
+others are named. A golden run has more: lines with the time, and, indented below a transition, lines with
+the details that are new.
 """
 
 from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
+from typing import Any, Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
@@ -31,10 +35,16 @@ _GOAL = re.compile(
 _ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
 _SKILL = re.compile(r'SkillerInterface(?:::(.*?))? skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
 _ENV = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
+_AT = re.compile(r"at (\d+\.\d{6})")
+_DETAIL = re.compile(r"  (params|meta|priority|resources)=(.*)", re.DOTALL)
 _HEAD = re.compile(
-    rb"^(\[[^]\n]*\] )?"
+    rb"^(at \d+\.\d{6}\n)?(\[[^]\n]*\] )?"
     rb"(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface(::[^\n]*)? skill=\")"
 )
+
+
+DEFAULTS: Final = {"params": "()", "meta": "()", "priority": "0.0", "resources": "()"}
+"""What details are that a text does not show: ``params`` it shows whenever there are any."""
 
 
 def format_transition(event: Transition) -> str:
@@ -76,21 +86,30 @@ def parse_transition(line: str, time_us: int = 0) -> Transition | None:
 
 
 class TransitionsText(Run):
-    """A file of transitions as text. It knows no times: line numbers stand for microseconds."""
+    """A file of transitions as text. Where it has no times, line numbers stand for microseconds."""
 
     format = "transitions"
 
     def __iter__(self) -> Iterator[Event]:
-        """Yield one transition a line.
+        """Yield one transition a line, with its details where there are any.
 
         :raises TraceError: for a line that is none; a cut-off last line is left out.
         """
+        details = _Details()
+        last: Transition | None = None
+        at_us: int | None = None
         for number, line, whole in read_lines(self.path):
-            event = parse_transition(line, number)
+            event = parse_transition(line, number if at_us is None else at_us)
             if event is not None:
-                yield event
+                if last is not None:
+                    yield details.known(last)
+                last = event
             elif not whole:
                 self.note(f"line {number}: the file ends within this line")
+            elif match := _AT.fullmatch(line):
+                at_us = round(float(match.group(1)) * MICROSECONDS)
+            elif last is not None and (match := _DETAIL.fullmatch(from_record(line))):
+                details.learn(last, match.group(1), match.group(2))
             elif line.strip():
                 raise TraceError(
                     "this line is not a transition",
@@ -98,17 +117,63 @@ class TransitionsText(Run):
                     line=number,
                     hint="a line starts with goal, plan-action or SkillerInterface; see docs/formats.md",
                 )
+        if last is not None:
+            yield details.known(last)
+
+    def has_times(self) -> bool:
+        """Return whether the file has times, as its first line shows."""
+        first = next((line for _, line, _ in read_lines(self.path)), "")
+        return _AT.fullmatch(first) is not None
+
+
+class _Details:
+    """The details of goals and plan-actions, as they were last."""
+
+    def __init__(self) -> None:
+        self._last: dict[tuple[str, ...], dict[str, str]] = {}
+
+    @staticmethod
+    def _subject(event: Event) -> tuple[str, ...]:
+        return (event.KIND.name, *(getattr(event, name) for name in event.KIND.subject))
+
+    def learn(self, event: Event, name: str, value: str) -> None:
+        """Take a detail that is new."""
+        if name in event.KIND.details:
+            start = {name: DEFAULTS[name] for name in event.KIND.details}
+            self._last.setdefault(self._subject(event), start)[name] = value
+
+    def known(self, event: Transition) -> Transition:
+        """Return an event with the details of its subject."""
+        values: dict[str, Any] = self._last.get(self._subject(event), {})
+        return replace(event, **values) if values else event
+
+    def news(self, event: Event) -> Iterator[str]:
+        """Yield a line for each detail of an event that is new."""
+        if not any(getattr(event, name) for name in event.KIND.details):
+            return
+        subject = self._subject(event)
+        known = self._last.get(subject, DEFAULTS | {"params": ""})
+        self._last[subject] = {}
+        for name in event.KIND.details:
+            value = self._last[subject][name] = getattr(event, name) or DEFAULTS[name]
+            if value != known[name]:
+                yield to_record(f"  {name}={value}")
 
 
 class TransitionsWriter(StreamWriter):
     """Writes the transitions of a run as text, one a line.
 
     :param path: the file; one that is there is replaced.
+    :param details: whether to write parameters and the like, as golden runs have them.
+    :param start_us: when the run began, microseconds: write times, seconds since then; None: without them.
     :raises TraceError: when the file cannot be made.
     """
 
-    def __init__(self, path: str | Path) -> None:
+    def __init__(self, path: str | Path, *, details: bool = False, start_us: int | None = None) -> None:
         path = Path(path)
+        self._details = _Details() if details else None
+        self._start_us = start_us
+        self._at = ""
         with writing(path):
             super().__init__(path, path.open("w", encoding="utf-8", errors="backslashreplace", newline="\n"))
 
@@ -120,7 +185,18 @@ class TransitionsWriter(StreamWriter):
         """Write one line."""
         if isinstance(event, TRANSITION_TYPES):
             with writing(self.path):
-                self._file.write(format_transition(event) + "\n")
+                self._file.writelines(f"{line}\n" for line in self._lines(event))
+
+    def _lines(self, event: Transition) -> Iterator[str]:
+        """Yield the line of a transition, and those around it."""
+        if self._start_us is not None:
+            at = f"at {(event.time_us - self._start_us) / MICROSECONDS:.6f}"
+            if at != self._at:
+                self._at = at
+                yield at
+        yield format_transition(event)
+        if self._details is not None:
+            yield from self._details.news(event)
 
 
 def open_copy(path: Path, _registry: InterfaceRegistry) -> TransitionsWriter:

@@ -40,7 +40,7 @@ class Recordings:
         for path in paths:
             next(iter(open_run(path)), None)
         self._paths = {f"{RUNS}{number}/{_name(path)}": path for number, path in enumerate(paths)}
-        self._pages = Pages()
+        self._pages = Pages([(quote(known), path.name) for known, path in self._paths.items()])
 
     @property
     def start(self) -> str:

@@ -6,7 +6,7 @@ import subprocess
 import sys
 
 import pytest
-from google.protobuf import descriptor_pb2  # type: ignore[import-untyped]
+from google.protobuf import descriptor_pb2
 
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.protobuf import compiler

@@ -8,9 +8,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.formats.transitions_text import TransitionsWriter, format_transition, parse_transition
+from cxbridge.trace.formats.transitions_text import (
+    TransitionsText,
+    TransitionsWriter,
+    format_transition,
+    parse_transition,
+)
+from tests.trace.runs import action, goal, skill
 
 GOAL = GoalTransition(0, "executive", "gen8", "TALK", "nil", "nil", "FORMULATED", "UNKNOWN", "")
 ACTION = PlanActionTransition(0, "executive", "10", "gen8", "gen8-PLAN", "say", "RUNNING")
@@ -53,3 +60,35 @@ def test_what_is_written_is_read(word, env, skiller):
         replace(SKILL, env=env, skiller=skiller, skill_string=env),
     ):
         assert parse_transition(format_transition(event)) == event
+
+
+def test_values_and_times_of_a_golden_run_come_back(tmp_path):
+    one = goal("gen1", "FORMULATED", time_us=2_033_333)
+    events = [
+        one,
+        replace(one, mode="SELECTED", priority="3", meta="(tried once)"),
+        replace(action("gen1", "1", "PENDING"), time_us=3_000_000, params='(warn ") meta=(" "two\nlines")'),
+        replace(skill("say{}", "S_RUNNING"), time_us=3_000_000),
+        replace(action("gen1", "1", "RUNNING"), time_us=4_000_000, params="()"),
+        replace(one, time_us=4_000_000, mode="FINISHED", priority="3", meta="()"),
+    ]
+    with TransitionsWriter(tmp_path / "golden", details=True, start_us=0) as writer:
+        for event in events:
+            writer.write(event)
+    assert list(open_run(tmp_path / "golden")) == events
+    assert (tmp_path / "golden").read_text().splitlines()[:6] == [
+        "at 2.033333",
+        "goal gen1 class=WORK sub-type=nil parent=nil mode=FORMULATED outcome=UNKNOWN error=",
+        "  params=()",
+        "goal gen1 class=WORK sub-type=nil parent=nil mode=SELECTED outcome=UNKNOWN error=",
+        "  meta=(tried once)",
+        "  priority=3",
+    ]
+
+
+def test_a_value_that_belongs_to_no_transition_is_an_error(tmp_path):
+    (tmp_path / "golden").write_text(
+        "  params=()\ngoal g class=A sub-type=nil parent=nil mode=M outcome=U error=\n"
+    )
+    with pytest.raises(TraceError, match="not a transition"):
+        list(TransitionsText(tmp_path / "golden"))

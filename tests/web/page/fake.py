@@ -45,6 +45,8 @@ class FakeDaemon:
         self.remote_control = True
         self.remote_programs = True
         self.stopped: dict[str, Any] | None = None
+        self.result: dict[str, Any] | None = None
+        """What came of a run that is over."""
         self.locked = False
         """Whether everything below ``/api`` wants a token."""
         self._lock = threading.Lock()
@@ -80,7 +82,9 @@ class FakeDaemon:
                 {"name": name, "facts": 3, "rules": 2, "agenda": 0} for name in self.environments
             ],
             "web": {"clients": 1, "events": 0, "dropped": 0},
-        } | ({"stopped": self.stopped} if self.stopped else {})
+            **({"stopped": self.stopped} if self.stopped else {}),
+            **({"result": self.result} if self.result else {}),
+        }
 
     async def answer(self, request: Request) -> Response:
         """Answer a request for the API."""

@@ -11,7 +11,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any, Final
 
-from google.protobuf.message import DecodeError  # type: ignore[import-untyped]
+from google.protobuf.message import DecodeError
 
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq.wire.dataframes import (

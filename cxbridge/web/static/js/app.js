@@ -1,8 +1,11 @@
 // What the views share: the model, where its events come from, and how to get about.
+import SITE from "../shared/site.js";
 import { get, post, throttled } from "./api.js";
 import { el } from "./dom.js";
 import { readOf } from "./env.js";
 import { MAIN_ENV, Model } from "./model.js";
+import { openPast } from "./recording/open.js";
+import { Past } from "./recording/past.js";
 import { Selection } from "./selection.js";
 import { Stream } from "./stream.js";
 
@@ -17,7 +20,13 @@ class App extends EventTarget {
   constructor() {
     super();
     this.selection = new Selection(this);
+    this.runs = SITE.runs; // of a server that has recordings only; null: there is a daemon, or a run
+    this.hasNoRun = false; // none of them could be opened
     this.live = new Model(() => this.readGoals());
+    this.past = new Past();
+    this.live.onEvent((event) => this.past.note(event));
+    this.live.onChange(() => this.lookBack());
+    this.moment = ""; // how the view that is open shows a chosen moment of the live run
     this.model = this.live;
     this.recording = null;
     this.status = null;
@@ -34,6 +43,7 @@ class App extends EventTarget {
       hello: () => this.renew(),
       restarted: () => {
         this.live.clear();
+        this.past.clear();
         this.toast("Another process of the daemon answers: what the one before told is forgotten");
       },
       dropped: ({ count }) => {
@@ -58,6 +68,10 @@ class App extends EventTarget {
     );
     this.addEventListener("select", ({ detail: { changed, time } }) => {
       const { recording } = this;
+      if (!recording && changed.includes("time")) {
+        this.lookBack();
+        this.tell();
+      }
       if (recording && changed.includes("time") && time !== null && time !== recording.time)
         recording.goToTime(time);
     });
@@ -69,6 +83,7 @@ class App extends EventTarget {
   }
 
   start() {
+    if (this.runs) return;
     this.wants([]);
     setInterval(() => {
       if (!document.hidden && this.connection === "open") this.readStatus();
@@ -81,6 +96,7 @@ class App extends EventTarget {
   /** Follow these kinds of events besides those that are always followed. */
   wants(kinds) {
     this.wanted = kinds;
+    if (this.runs) return;
     this.stream.follow([...ALWAYS, ...this.kept, ...kinds]);
   }
   /** Follow these kinds of events as well, whichever view is open: the series of a plot have no gaps. */
@@ -162,12 +178,14 @@ class App extends EventTarget {
     const { time } = this.model;
     if (this.recording || !this.status) return time;
     const since = performance.now() - this.statusAt,
-      runs = this.status.clock === "real" && this.status.state !== "PAUSED" && since < LATE_MS;
+      stands = ["PAUSED", "FINISHED"].includes(this.status.state),
+      runs = this.status.clock === "real" && !stands && since < LATE_MS;
     return Math.max(time, this.status.now_us + (runs ? since * 1000 : 0));
   }
   /** Why nothing can be changed now; "" when it can. */
   get whyNot() {
-    if (this.recording) return "This is a recording";
+    if (this.recording) return this.recording.isPast ? "This is the past" : "This is a recording";
+    if (this.runs) return "There is no daemon";
     if (this.connection === "lost") return "The daemon does not answer";
     return this.status && this.status.remote_control === false
       ? "remote-control is off in the daemon's configuration"
@@ -230,13 +248,39 @@ class App extends EventTarget {
     this.model = recording ? recording.model : this.live;
     const { time } = this.selection.value;
     if (recording) {
-      if (time !== null && time >= recording.begin && time < recording.end) recording.goToTime(time);
+      const isWithin = time !== null && time >= recording.begin && time < recording.end;
+      if (isWithin || (recording.isPast && time !== null)) recording.goToTime(time);
       recording.listeners.add(() => {
         if (this.recording === recording) this.select({ time: recording.time });
       });
     } else this.select({ time: null });
+    this.selection.write(); // the view is opened with what the address says
     this.tell();
     this.reopen();
+  }
+
+  /**
+   * A view is about to be opened while a moment of the live run is chosen: some show such a moment
+   * themselves ("own"), some can show a recording of it ("past"), the others show what is now (undefined).
+   */
+  toMoment(ability) {
+    if (this.recording && this.recording.isPast && ability !== "past") {
+      this.recording = null;
+      this.model = this.live;
+    }
+    this.moment = ability || "";
+    this.lookBack();
+    this.tell();
+  }
+  /** Open the past if the view needs it for the chosen moment, and if that is known already. */
+  lookBack() {
+    const { time } = this.selection.value;
+    if (this.recording || this.isOpening || this.moment !== "past") return;
+    if (time === null || !this.past.reaches(time)) return;
+    this.isOpening = true;
+    openPast(this, this.past.recording()).finally(() => {
+      this.isOpening = false;
+    });
   }
 
   toast(text, isError = false) {

@@ -138,8 +138,8 @@ export function debugBar(app) {
   }
   let drawnWhere = "";
   function draw() {
-    toggle.hidden = Boolean(app.recording);
-    if (app.recording) bar.hidden = true;
+    toggle.hidden = Boolean(app.recording || app.runs);
+    if (toggle.hidden) bar.hidden = true;
     toggle.setAttribute("aria-expanded", String(!bar.hidden));
     toggle.classList.toggle("is-stopped", Boolean(stop));
     bar.classList.toggle("is-stopped", Boolean(stop));

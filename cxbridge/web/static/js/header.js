@@ -55,19 +55,27 @@ export function header(app, search) {
   function draw() {
     const isStopped = app.status && app.status.stopped && app.status.state === "RUNNING";
     const word = app.recording
-      ? "RECORDING"
-      : app.connection === "lost"
-        ? "LOST"
-        : !app.status
-          ? "CONNECTING"
-          : isStopped
-            ? "BREAK"
-            : app.status.state;
-    if (word !== shown) state.replaceChildren(stateBadge(word));
+      ? app.recording.isPast
+        ? "PAST"
+        : "RECORDING"
+      : app.runs
+        ? app.hasNoRun
+          ? "NO RUN"
+          : "READING"
+        : app.connection === "lost"
+          ? "LOST"
+          : !app.status
+            ? "CONNECTING"
+            : isStopped
+              ? "BREAK"
+              : app.status.state;
+    const result = word === "FINISHED" ? app.status.result : null;
+    if (word !== shown) state.replaceChildren(stateBadge(word, result));
     shown = word;
     state.title =
       app.status && !app.recording
-        ? app.status.error ||
+        ? (result && result.reason) ||
+          app.status.error ||
           app.status.components
             .filter((each) => each.state.toLowerCase() !== "active")
             .map((each) => each.name + ": " + each.state + (each.reason ? ", " + each.reason : ""))
@@ -76,11 +84,11 @@ export function header(app, search) {
     pause.textContent = stalled() ? "Interrupt" : paused() ? "Resume" : "Pause";
     pause.title = stalled() || "";
     pause.classList.toggle("primary", Boolean(paused() || stalled()));
-    pause.hidden = Boolean(app.recording);
+    pause.hidden = Boolean(app.recording || app.runs || result);
     app.gate(pause, !app.status || app.connection !== "open");
     readOnly.hidden = Boolean(app.recording) || !app.status || app.status.remote_control !== false;
     readOnly.title = app.whyNot;
-    open.hidden = Boolean(app.recording);
+    open.hidden = Boolean(app.recording) && !app.runs;
     lost.hidden = app.connection !== "lost" || Boolean(app.recording);
     lost.textContent =
       "The connection to the daemon is lost. What is shown is from " +

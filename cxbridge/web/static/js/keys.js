@@ -49,7 +49,8 @@ export function keys(app, views) {
       }
     } else if (event.key === "?") help.showModal();
     else if (event.key === "p" && !app.recording) document.getElementById("pause").click();
-    else if (event.key === "o" && !app.recording) document.getElementById("open-recording").click();
+    else if (event.key === "o" && (!app.recording || app.runs))
+      document.getElementById("open-recording").click();
     else if ((event.key === "," || event.key === ".") && app.recording)
       app.recording.step(event.key === "." ? 1 : -1);
     else return;

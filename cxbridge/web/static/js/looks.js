@@ -28,11 +28,18 @@ const DAEMON = {
   DEGRADED: ["failed", "!"],
   STARTING: ["chosen", "◔"],
   STOPPING: ["ended", "■"],
+  PAST: ["refused", "◷"],
+  "NO RUN": ["failed", "!"],
+  READING: ["chosen", "◔"],
   RECORDING: ["refused", "◉"],
   LOST: ["failed", "✗"],
   CONNECTING: ["chosen", "◔"],
 };
-export const stateBadge = (state) => badge(...(DAEMON[state] || OTHER), state);
+/** @param result of a run that is over: {status, word}, null without */
+export function stateBadge(state, result = null) {
+  if (!result) return badge(...(DAEMON[state] || OTHER), state);
+  return badge(...(result.status ? ["failed", "✗"] : ["done", "✓"]), state + ": " + result.word);
+}
 
 const COMPONENT = {
   active: ["done", "✓"],

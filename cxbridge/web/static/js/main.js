@@ -3,7 +3,7 @@ import { app } from "./app.js";
 import { el, none } from "./dom.js";
 import { header } from "./header.js";
 import { keys } from "./keys.js";
-import { openNotFound } from "./not_found.js";
+import { openNoRun, openNotFound } from "./not_found.js";
 import { palette } from "./palette/palette.js";
 import { dropZone, openLinked } from "./recording/open.js";
 import { scrubber } from "./recording/scrubber.js";
@@ -45,6 +45,7 @@ function router({ tabs, parts }) {
   function show(name, title, of, kinds, open) {
     close();
     main.replaceChildren();
+    app.toMoment(of.moment);
     app.wants(app.recording ? [] : kinds);
     current = { of, view: open() };
     document.title = title + " – cxbridge";
@@ -52,6 +53,7 @@ function router({ tabs, parts }) {
   }
   function route() {
     if (location.hash && !location.hash.startsWith("#/")) return; // the skip link
+    if (app.runs && !app.recording) return; // it is read, or cannot be read
     const { path, parts: words, query } = parseAddress(location.hash),
       [name, ...rest] = words;
     if (!name && tabs.length) {
@@ -94,6 +96,14 @@ async function start() {
   keys(app, names);
   const route = router(views);
   app.start();
+  if (app.runs) {
+    await openLinked(app);
+    if (app.recording) return;
+    app.hasNoRun = true;
+    app.tell();
+    openNoRun(main, app.runs);
+    return;
+  }
   route();
   openLinked(app);
 }

@@ -143,7 +143,9 @@ export class Model {
       });
       this.gone.delete(goal.key);
       there.set(goal.key, goal);
-      if (!this.meanwhile.some((event) => event.goal === goal.id)) this.history.goalIs(goal, now);
+      if (this.meanwhile.some((event) => event.goal === goal.id)) continue;
+      const made = this.history.goalIs(goal, now);
+      if (made) for (const watcher of this.watchers) watcher(made);
     }
     for (const [key, goal] of this.goals) {
       if (there.has(key)) continue;

@@ -1,11 +1,13 @@
 // Ways to open a recording: choose a file, drop one, or a link to one that this server has.
+import SITE from "../../shared/site.js";
 import { button, el } from "../dom.js";
 import { readLines } from "./lines.js";
 import { isMcap, readMcap } from "./mcap.js";
 import { Recording } from "./run.js";
 
 const MOST_BYTES = 512 << 20,
-  SLICE_MS = 30;
+  SLICE_MS = 30,
+  PIECE = 500; // events between two looks at the clock
 const WHAT =
   "The page opens mcap files (cxbridge run --trace), lines of 'cxbridge trace cat --json', and text logs.";
 
@@ -25,10 +27,10 @@ function progress(app, name) {
       cancelled = true;
     }),
   );
-  document.body.append(box);
   return {
     async pause(part) {
       if (performance.now() - last < SLICE_MS) return;
+      if (!box.isConnected) document.body.append(box);
       bar.value = part;
       await new Promise((done) => {
         setTimeout(done, 0);
@@ -55,13 +57,33 @@ async function openBytes(app, name, bytes, shown) {
     return;
   }
   const recording = new Recording(name, events, notes, sources);
-  for (let at = 0; at < events.length;) {
-    at = Math.min(at + 2000, events.length);
-    recording.goTo(at);
-    await shown.pause(at / events.length);
-  }
+  await playAll(recording, shown.pause);
   app.look(recording);
   for (const note of notes) app.toast(note, true);
+}
+
+/** Let all events of a recording happen, and let the page draw meanwhile. */
+async function playAll(recording, pause) {
+  const { length } = recording.events;
+  for (let at = 0; at < length;) {
+    at = Math.min(at + PIECE, length);
+    recording.goTo(at);
+    await pause(at / length);
+  }
+}
+
+/** Look at what has happened up to now as at a recording. */
+export async function openPast(app, recording) {
+  const shown = progress(app, recording.name);
+  try {
+    await playAll(recording, shown.pause);
+    app.look(recording);
+  } catch (error) {
+    if (!(error instanceof Cancelled)) throw error;
+    app.select({ time: null });
+  } finally {
+    shown.end();
+  }
 }
 
 async function attempt(app, name, load) {
@@ -83,9 +105,13 @@ export async function openFile(app, file) {
   await attempt(app, file.name, async () => new Uint8Array(await file.arrayBuffer()));
 }
 
-/** The recording that the address asks for: `?run=PATH` of a file of this server. */
+/**
+ * The recording that the address asks for: `?run=PATH` of a file of this server. One that serves recordings
+ * only has one for addresses without.
+ */
 export async function openLinked(app) {
-  const path = new URLSearchParams(location.search).get("run");
+  const [first = null] = SITE.runs || [],
+    path = new URLSearchParams(location.search).get("run") || (first && first.path);
   if (!path) return;
   await attempt(app, path.split("/").pop() || path, async () => {
     const url = new URL(path, location.href);

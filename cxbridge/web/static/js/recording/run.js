@@ -13,9 +13,13 @@ function inOrder(events) {
 }
 
 export class Recording {
-  /** @param sources the attached CLIPS files, null without */
-  constructor(name, events, notes, sources = null) {
+  /**
+   * @param sources the attached CLIPS files, null without
+   * @param how isPast: of a run that goes on
+   */
+  constructor(name, events, notes, sources = null, { isPast = false } = {}) {
     this.sources = sources;
+    this.isPast = isPast;
     this.name = name;
     this.notes = notes;
     this.history = new History(); // of the whole run, whatever the moment

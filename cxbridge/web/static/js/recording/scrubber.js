@@ -1,7 +1,21 @@
-// The bar that goes through the time of a recording.
-import { button, el } from "../dom.js";
+// The bar that goes through the time of a recording; of a live run it names the moment that is chosen.
+import { button, clockText, el } from "../dom.js";
+import { runAddress } from "../not_found.js";
 
 const PLAY_MS = 120;
+const SHOWS_NOW = "This view shows what is now: the past has goals, skills, messages and the log.";
+
+/** A choice among the runs of a server that has several. */
+function runSelect(runs) {
+  const chosen = new URLSearchParams(location.search).get("run");
+  const select = el(
+    "select",
+    { id: "run-choice", "aria-label": "run" },
+    runs.map(({ path, name }) => el("option", { value: path, selected: path === chosen }, name)),
+  );
+  select.addEventListener("change", () => location.assign(runAddress(select.value)));
+  return select;
+}
 
 export function scrubber(app) {
   const bar = document.getElementById("scrub");
@@ -9,10 +23,21 @@ export function scrubber(app) {
   const play = button("▶", () => toggle(), { id: "play", "aria-label": "play" });
   const told = el("span", { id: "told" });
   const name = el("b", { class: "main-text" });
+  const runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null;
+  name.hidden = Boolean(runs);
+  const steps = el(
+    "div",
+    { class: "scrub-line" },
+    button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }),
+    play,
+    button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
+    slider,
+  );
   bar.append(
     el(
       "div",
       { class: "scrub-line" },
+      runs,
       name,
       told,
       el("span", { class: "grow" }),
@@ -20,19 +45,13 @@ export function scrubber(app) {
         "Back to live",
         () => {
           halt();
-          app.look(null);
+          if (app.recording) app.look(null);
+          else app.select({ time: null });
         },
-        { id: "to-live" },
+        { id: "to-live", hidden: Boolean(app.runs) },
       ),
     ),
-    el(
-      "div",
-      { class: "scrub-line" },
-      button("◂", () => app.recording.step(-1), { "aria-label": "one step back" }),
-      play,
-      button("▸", () => app.recording.step(1), { "aria-label": "one step on" }),
-      slider,
-    ),
+    steps,
   );
   let timer = null,
     frame = 0;
@@ -65,10 +84,15 @@ export function scrubber(app) {
   });
   let known = null;
   function draw() {
-    const { recording } = app;
-    bar.hidden = !recording;
+    const { recording } = app,
+      { time } = app.selection.value;
+    bar.hidden = !recording && (time === null || Boolean(app.runs));
+    steps.hidden = !recording;
     if (!recording) {
       known = null;
+      if (time === null) return;
+      name.textContent = "At " + clockText(time, 3);
+      told.textContent = app.moment ? "" : SHOWS_NOW;
       return;
     }
     if (recording !== known) {

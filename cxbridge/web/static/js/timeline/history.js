@@ -144,12 +144,15 @@ export class History {
     }
   }
 
-  /** A goal of a list that was asked for: events that came before the page was opened may be missing. */
+  /**
+   * A goal of a list that was asked for: events that came before the page was opened may be missing.
+   * @returns the event that is made up for what was missed; null when there is nothing new
+   */
   goalIs({ id, env, cls, subType, parent, mode, outcome, error }, time) {
     const known = this.goals.get(goalKey(env, id)),
       last = known && known.changes.at(-1);
-    if (last && (last.mode === mode || this.time > time)) return;
-    this.apply({
+    if (last && (last.mode === mode || this.time > time)) return null;
+    const event = {
       kind: "goal",
       time_us: Math.max(time, this.time),
       env,
@@ -160,7 +163,9 @@ export class History {
       mode,
       outcome,
       error,
-    });
+    };
+    this.apply(event);
+    return event;
   }
 
   on_plan_action(event) {

@@ -15,6 +15,7 @@ import { goalOutcome, isOpen, OUTCOMES } from "../outcome.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Goals", order: 20 };
+export const moment = "past";
 export const kinds = [];
 const PLANS_MS = 1000,
   TICK_MS = 1000,

@@ -3,6 +3,7 @@ import { checkbox, clockText, el, none, paced, panel, search } from "../dom.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Log", order: 80 };
+export const moment = "own";
 export const kinds = [];
 const LEVELS = [
   ["D", "debug"],

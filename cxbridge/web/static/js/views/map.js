@@ -6,6 +6,7 @@ import { Drawing } from "../map/drawing.js";
 import { tracksOf } from "../map/store.js";
 
 export const tab = { title: "Map", order: 57 };
+export const moment = "own";
 export const kinds = ["interface", "navgraph"];
 const SOON_MS = 1000;
 const NO_PLACES =

@@ -9,6 +9,7 @@ import { numberText } from "../plot/series.js";
 import { plotAddress, plotsOf } from "../plot/store.js";
 
 export const tab = { title: "Plot", order: 55 };
+export const moment = "own";
 export const kinds = [];
 const WINDOWS = [
   [10e6, "10 s"],

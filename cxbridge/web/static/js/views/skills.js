@@ -10,6 +10,7 @@ import { mappedSkills, parametersOf, parseCall } from "../skills/parameters.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Skills", order: 30 };
+export const moment = "past";
 export const kinds = ["interface"];
 const SOON_MS = 500,
   SLOW_MS = 1000;

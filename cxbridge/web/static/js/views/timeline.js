@@ -7,6 +7,7 @@ import { partsOf, pathOf } from "../timeline/path.js";
 import { Timeline } from "../timeline/timeline.js";
 
 export const tab = { title: "Timeline", order: 10 };
+export const moment = "own";
 export const kinds = ["planner"];
 
 const address = (path) => ["#/timeline", ...partsOf(path).map(part)].join("/");

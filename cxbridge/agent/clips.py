@@ -1,0 +1,322 @@
+"""Reads the names in CLIPS text: constructs, and what they match, assert, change, query and call."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from typing import Final
+
+from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.clipstext.parts import Part, parts
+from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
+
+CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+"""Conditional elements that have patterns in them."""
+
+QUERIES: Final = frozenset(
+    {
+        "do-for-fact",
+        "do-for-all-facts",
+        "delayed-do-for-all-facts",
+        "find-fact",
+        "find-all-facts",
+        "any-factp",
+    }
+)
+"""Functions that ask for facts: their first argument is ``((?fact TEMPLATE) ...)``."""
+
+_NO_CALLS: Final = frozenset({"case", "default"})
+_CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+_FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
+
+DEFINES: Final[Mapping[str, Kind]] = {
+    "defrule": Kind.RULE,
+    "deftemplate": Kind.TEMPLATE,
+    "deffacts": Kind.FACTS,
+    "deffunction": Kind.FUNCTION,
+    "defgeneric": Kind.FUNCTION,
+    "defmethod": Kind.FUNCTION,
+    "defclass": Kind.CLASS,
+}
+"""What each construct defines; a defglobal defines each of its variables."""
+
+SLOT_VALUES: Final[Mapping[tuple[str, str], Kind]] = {
+    ("goal", "class"): Kind.GOAL_CLASS,
+    ("plan-action", "action-name"): Kind.ACTION,
+    ("domain-operator", "name"): Kind.ACTION,
+    ("domain-operator-parameter", "operator-name"): Kind.ACTION,
+    ("grounded-pddl-formula", "name"): Kind.ACTION,
+    ("domain-fact", "name"): Kind.PREDICATE,
+    ("domain-predicate", "name"): Kind.PREDICATE,
+    ("domain-object", "type"): Kind.OBJECT_TYPE,
+    ("domain-object-type", "name"): Kind.OBJECT_TYPE,
+    ("executive-init-request", "name"): Kind.FEATURE,
+}
+"""Slots of the core's templates whose values are names."""
+
+ARGUMENTS: Final[Mapping[str, Kind]] = {
+    **dict.fromkeys(
+        ("path-load", "path-load*", "load", "load*", "path-batch", "path-batch*", "batch", "batch*"),
+        Kind.FILE,
+    ),
+    **dict.fromkeys(("path-resolve", "parse-pddl-domain"), Kind.FILE),
+    **dict.fromkeys(
+        ("blackboard-preload", "blackboard-open", "blackboard-open-reading", "blackboard-open-writing"),
+        Kind.INTERFACE,
+    ),
+    "blackboard-create-msg": Kind.INTERFACE,
+    "ff-feature-request": Kind.FEATURE,
+    "plan-assert-action": Kind.ACTION,
+}
+"""Functions whose first argument is a name."""
+
+
+def read_clips(path: str, text: str, before: SourceFile | None = None) -> SourceFile:
+    """Return the names of a CLIPS file.
+
+    :param before: the file as it was; constructs that are the same are not read again.
+    """
+    known = {} if before is None else {placed.piece.text: placed.piece for placed in before.pieces}
+    return SourceFile(
+        path, text, tuple(PlacedPiece(part.start, _piece(part, known.get(part.text))) for part in parts(text))
+    )
+
+
+def _piece(part: Part, known: Piece | None) -> Piece:
+    if known is not None and known.closed is part.closed:
+        return known
+    nodes = read(part.text, close=True)
+    if not nodes:
+        return Piece("", None, part.text, (), closed=part.closed)
+    reader = _Reader()
+    try:
+        reader.top(nodes[0])
+    except RecursionError:  # CLIPS takes no such text
+        reader.mentions.clear()
+    mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
+    kind = DEFINES.get(nodes[0].head)
+    own = (mention.name for mention in mentions if mention.use is Use.DEFINED and mention.name.kind is kind)
+    return Piece(nodes[0].head, next(own, None), part.text, mentions, closed=part.closed)
+
+
+def literal(node: SyntaxNode) -> str:
+    """Return the text of a word or a string that is written out; empty for anything else."""
+    if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
+        return ""
+    return node.text.strip('"') if node.text.startswith('"') else node.text
+
+
+def _is_variable(node: SyntaxNode) -> bool:
+    return node.items is None and node.text.startswith(("?", "$?"))
+
+
+class _Reader:
+    """Reads one construct, or one command of a batch file."""
+
+    def __init__(self) -> None:
+        self.mentions: list[Mention] = []
+        self._templates: dict[str, str] = {}  # of the facts in variables
+
+    def top(self, node: SyntaxNode) -> None:
+        """Read a list at the top level."""
+        readers: dict[str, Callable[[SyntaxNode], None]] = {
+            "defrule": self._rule,
+            "deftemplate": self._template,
+            "deffacts": self._facts,
+            "defglobal": self._globals,
+            "deffunction": self._function,
+            "defmethod": self._function,
+            "defgeneric": self._function,
+            "defclass": self._function,
+        }
+        reader = readers.get(node.head)
+        if reader is None:
+            self._expression(node)
+        elif node.arguments:
+            reader(node)
+
+    # ---- constructs
+
+    def _define(self, node: SyntaxNode) -> tuple[SyntaxNode, ...]:
+        """Note what a construct defines, and return what is behind its name."""
+        name, *rest = node.arguments
+        if name.items is None and not name.text.startswith('"'):
+            self._add(Kind(DEFINES[node.head]), name, Use.DEFINED)
+        return tuple(rest)
+
+    def _rule(self, node: SyntaxNode) -> None:
+        rest = self._define(node)
+        arrow = next((at for at, item in enumerate(rest) if item.text == "=>"), len(rest))
+        self._conditions(rest[:arrow])
+        for item in rest[arrow + 1 :]:
+            self._expression(item)
+
+    def _template(self, node: SyntaxNode) -> None:
+        rest = self._define(node)
+        owner = without_module(node.arguments[0].text)
+        for slot in rest:
+            if slot.head in ("slot", "multislot", "field", "multifield") and slot.arguments:
+                self._add(Kind.SLOT, slot.arguments[0], Use.DEFINED, owner)
+                for facet in slot.arguments[1:]:
+                    for value in facet.arguments:
+                        self._expression(value)
+
+    def _facts(self, node: SyntaxNode) -> None:
+        for fact in self._define(node):
+            self._fact(fact)
+
+    def _function(self, node: SyntaxNode) -> None:
+        for item in self._define(node)[0 if node.head == "defclass" else 1 :]:
+            self._expression(item)
+
+    def _globals(self, node: SyntaxNode) -> None:
+        for name, sign, value in zip(node.arguments, node.arguments[1:], node.arguments[2:], strict=False):
+            if sign.text == "=" and name.text.startswith("?*"):
+                self._add(Kind.GLOBAL, name, Use.DEFINED)
+                self._expression(value)
+
+    # ---- conditions
+
+    def _conditions(self, nodes: Iterable[SyntaxNode]) -> None:
+        before: list[SyntaxNode] = []
+        for node in nodes:
+            if node.items is not None:
+                binds = len(before) > 1 and before[-1].text == "<-"
+                self._condition(node, before[-2].text if binds else "")
+            before.append(node)
+
+    def _condition(self, node: SyntaxNode, variable: str) -> None:
+        if node.head in CONDITIONS:
+            self._conditions(node.arguments)
+        elif node.head in ("test", "declare"):
+            for item in node.arguments:
+                self._expression(
+                    item if node.head == "test" else item.arguments[0] if item.arguments else item
+                )
+        elif node.items and node.items[0].items is None:
+            self._slots(node, Use.MATCHED)
+            if variable:
+                self._templates[variable] = without_module(node.head)
+
+    def _slots(self, node: SyntaxNode, use: Use) -> None:
+        """Read a pattern or a fact: its template, and its slots or fields."""
+        items = node.items or ()
+        self._add(Kind.TEMPLATE, items[0], use)
+        template = without_module(items[0].text)
+        for item in node.arguments:
+            if item.head and not item.head.startswith(("?", "$?")):
+                self._slot(item, template, use)
+            else:
+                self._expression(item)
+
+    def _slot(self, node: SyntaxNode, template: str, use: Use) -> None:
+        # in an ordered fact, a list is an expression
+        name = node.items[0] if node.items else node
+        self._add(Kind.SLOT, name, use, template)
+        kind = SLOT_VALUES.get((template, name.text))
+        for value in node.arguments:
+            if kind is not None and literal(value):
+                self._add(kind, value, use)
+            else:
+                self._expression(value)
+        self._words(node.arguments, template, name.text, use)
+
+    def _words(self, values: tuple[SyntaxNode, ...], template: str, slot: str, use: Use) -> None:
+        """Note the names in slots of many words."""
+        if (template, slot) == ("plan-action", "param-names"):
+            for value in filter(literal, values):
+                self._add(Kind.PARAMETER, value, use)
+        elif (template, slot) == ("wm-fact", "key"):
+            words = [value.text for value in values[:2]]
+            if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
+                self._add(Kind.PREDICATE, values[2], use)
+
+    # ---- expressions
+
+    def _expression(self, node: SyntaxNode) -> None:
+        if node.items is None:
+            self._variable(node)
+        elif node.items:
+            first = node.items[0]
+            if first.items is None and not _is_variable(first):
+                self._call(node, first)
+            else:
+                for item in node.items:
+                    self._expression(item)
+
+    def _variable(self, node: SyntaxNode) -> None:
+        text = node.text
+        if text.startswith(("?*", "$?*")):
+            self._add(Kind.GLOBAL, node, Use.READ)
+        elif text.startswith("?") and ":" in text:
+            variable, _, slot = text.partition(":")
+            if slot and (template := self._templates.get(variable)):
+                name = Name(Kind.SLOT, slot, template)
+                self.mentions.append(Mention(name, Use.QUERIED, node.end - len(slot), node.end))
+
+    def _call(self, node: SyntaxNode, first: SyntaxNode) -> None:
+        if first.text not in _NO_CALLS:
+            self._add(Kind.FUNCTION, first, Use.CALLED)
+        arguments = node.arguments
+        if first.text == "assert":
+            for fact in arguments:
+                self._fact(fact)
+        elif first.text in _CHANGES and arguments:
+            self._expression(arguments[0])
+            template = self._templates.get(arguments[0].text, "")
+            for slot in arguments[1:]:
+                if slot.head:
+                    self._slot(slot, template, Use.CHANGED)
+        elif first.text in QUERIES and arguments:
+            self._query(arguments)
+        else:
+            self._arguments(first.text, arguments)
+
+    def _arguments(self, function: str, arguments: tuple[SyntaxNode, ...]) -> None:
+        kind = ARGUMENTS.get(function)
+        for place, argument in enumerate(arguments):
+            if place == 0 and kind is not None and literal(argument):
+                self._add(kind, argument, Use.NAMED)
+            elif place == 0 and function == "bind" and argument.text.startswith("?*"):
+                self._add(Kind.GLOBAL, argument, Use.SET)
+            elif place == 1 and function == "bind":
+                self._made_fact(arguments[0].text, argument)
+            else:
+                self._expression(argument)
+
+    def _made_fact(self, variable: str, value: SyntaxNode) -> None:
+        """Read ``(bind ?fact (assert (TEMPLATE ...)))``."""
+        if value.head == "assert" and value.arguments and value.arguments[0].head:
+            self._templates[variable] = without_module(value.arguments[0].head)
+        self._expression(value)
+
+    def _query(self, arguments: tuple[SyntaxNode, ...]) -> None:
+        for member in arguments[0].items or ():
+            for template in member.arguments:
+                if template.items is None:
+                    self._add(Kind.TEMPLATE, template, Use.QUERIED)
+                    if member.items:
+                        self._templates[member.items[0].text] = without_module(template.text)
+        for item in arguments[1:]:
+            self._expression(item)
+
+    def _fact(self, node: SyntaxNode) -> None:
+        if node.items and node.items[0].items is None and not _is_variable(node.items[0]):
+            self._slots(node, Use.ASSERTED)
+        else:
+            self._expression(node)
+
+    # ---- notes
+
+    def _add(self, kind: Kind, node: SyntaxNode, use: Use, owner: str = "") -> None:
+        text = node.text
+        start, end = node.start, node.end
+        if text.startswith('"'):
+            text, start, end = text.strip('"'), start + 1, max(end - 1, start + 1)
+            if kind is Kind.INTERFACE:  # TYPE::ID
+                text = text.partition("::")[0]
+                end = start + len(text)
+        elif kind is Kind.GLOBAL:
+            text = text.strip("$?*")
+        else:
+            text = without_module(text)
+        self.mentions.append(Mention(Name(kind, text, owner), use, start, end))

@@ -1,0 +1,38 @@
+"""Reads the names in the definition of an interface: itself, its fields and messages."""
+
+from __future__ import annotations
+
+from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import InterfaceDefinitionError
+from cxbridge.interfaces.xml.tree import Element, read_tree
+
+
+def read_interface(path: str, text: str) -> SourceFile:
+    """Return the names of an interface definition; none of another XML file, or a broken one."""
+    try:
+        root = read_tree(text.encode("utf-8", "surrogateescape"), path)
+    except InterfaceDefinitionError as error:
+        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+        return SourceFile(path, text, (), problem)
+    if root.name != "interface":
+        return SourceFile(path, text, ())
+    lines = Lines(text)
+    owner = root.attributes.get("name", "")
+    mentions: list[Mention] = []
+
+    def note(element: Element, kind: Kind, of: str) -> None:
+        name = element.attributes.get("name", "")
+        start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
+        if start >= 0:
+            mentions.append(Mention(Name(kind, name, of), Use.DEFINED, start, start + len(name)))
+
+    note(root, Kind.INTERFACE, "")
+    for data in root.find_all("data"):
+        for field in data.find_all("field"):
+            note(field, Kind.FIELD, owner)
+    for message in root.find_all("message"):
+        note(message, Kind.MESSAGE, owner)
+    found = tuple(sorted(mentions, key=lambda mention: mention.start))
+    own = Name(Kind.INTERFACE, owner) if owner else None
+    return SourceFile(path, text, (PlacedPiece(0, Piece("interface", own, text, found)),))

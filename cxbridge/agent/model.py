@@ -1,0 +1,141 @@
+"""The model of an agent: the names in its files, kept up to date one file at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path, PurePath
+from typing import NamedTuple
+
+from cxbridge.agent.clips import read_clips
+from cxbridge.agent.interface_xml import read_interface
+from cxbridge.agent.lua import read_lua
+from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.agent.pddl import read_pddl
+from cxbridge.agent.yaml import read_yaml
+
+SUFFIXES = (".clp", ".pddl", ".yaml", ".yml", ".lua", ".xml")
+"""The endings of the files that an agent is made of."""
+
+_AS_TEMPLATE = {Kind.TEMPLATE: Kind.INTERFACE, Kind.SLOT: Kind.FIELD}
+
+
+class Found(NamedTuple):
+    """A mention, and the file that it is in; its offsets are those of the file."""
+
+    file: SourceFile
+    mention: Mention
+
+
+def read_source(path: str, text: str, before: SourceFile | None = None) -> SourceFile | None:
+    """Return the names of a file, by its ending; None for a file of another sort.
+
+    :param before: the file as it was: what has not changed in it is not read again.
+    """
+    match PurePath(path).suffix:
+        case ".clp":
+            return read_clips(path, text, before)
+        case ".pddl":
+            return read_pddl(path, text)
+        case ".yaml" | ".yml":
+            return read_yaml(path, text)
+        case ".lua":
+            return read_lua(path, text)
+        case ".xml":
+            return read_interface(path, text)
+        case _:
+            return None
+
+
+class AgentModel:
+    """The files of an agent and the names in them. Nothing is run; broken files are read as far as they go.
+
+    :meth:`update` costs what has changed: in a CLIPS file, constructs that are the same are kept. Questions
+    look through all files, by tables that each construct has.
+    """
+
+    def __init__(self) -> None:
+        self._files: dict[str, SourceFile] = {}
+
+    @property
+    def files(self) -> tuple[SourceFile, ...]:
+        """All files."""
+        return tuple(self._files.values())
+
+    def file(self, path: str) -> SourceFile | None:
+        """Return a file; None when the model does not have it."""
+        return self._files.get(path)
+
+    def update(self, path: str, text: str) -> SourceFile | None:
+        """Take the text of a file, a new one or one that has changed; None when it is of another sort."""
+        file = read_source(path, text, self._files.get(path))
+        if file is not None:
+            self._files[path] = file
+        return file
+
+    def read(self, path: Path) -> SourceFile | None:
+        """Take a file from the disk; None when it cannot be read."""
+        try:
+            text = path.read_bytes().decode("utf-8", "surrogateescape")
+        except OSError:
+            return None
+        return self.update(str(path), text)
+
+    def remove(self, path: str) -> None:
+        """Forget a file."""
+        self._files.pop(path, None)
+
+    # ---- questions
+
+    def mentions(self, name: Name, *uses: Use) -> Iterator[Found]:
+        """Yield where a name is written, in the order of the files; all its spellings (:func:`same_as`).
+
+        :param uses: only where one of these is done with it; all when there is none.
+        """
+        wanted = same_as(name)
+        for file in self._files.values():
+            for start, piece in file.pieces:
+                for each in wanted:
+                    for mention in piece.by_name.get(each, ()):
+                        if not uses or mention.use in uses:
+                            yield Found(file, mention.moved(start))
+
+    def definitions(self, name: Name) -> list[Found]:
+        """Return where a name is defined."""
+        return list(self.mentions(name, Use.DEFINED))
+
+    def is_defined(self, name: Name) -> bool:
+        """Whether a file defines a name."""
+        return next(self.mentions(name, Use.DEFINED), None) is not None
+
+    def defined(self, kind: Kind, owner: str | None = None) -> Iterator[Found]:
+        """Yield the definitions of all names of a kind.
+
+        :param owner: only of those that belong to this; None: of all.
+        """
+        for file in self._files.values():
+            for start, piece in file.pieces:
+                for mention in piece.defined:
+                    if mention.name.kind is kind and owner in (None, mention.name.owner):
+                        yield Found(file, mention.moved(start))
+
+    def names(self, kind: Kind, *uses: Use, owner: str | None = None) -> set[str]:
+        """Return the names of a kind with which one of these things is done; without any, anything."""
+        return {
+            name.text
+            for file in self._files.values()
+            for _, piece in file.pieces
+            for name, mentions in piece.by_name.items()
+            if name.kind is kind
+            and owner in (None, name.owner)
+            and (not uses or any(mention.use in uses for mention in mentions))
+        }
+
+
+def same_as(name: Name) -> tuple[Name, ...]:
+    """Return all spellings of a name: the template of an interface's facts has its name, slots are fields."""
+    if name.kind in _AS_TEMPLATE:
+        return name, Name(_AS_TEMPLATE[name.kind], name.text, name.owner)
+    for template, interface in _AS_TEMPLATE.items():
+        if name.kind is interface:
+            return name, Name(template, name.text, name.owner)
+    return (name,)

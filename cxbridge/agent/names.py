@@ -1,0 +1,190 @@
+"""The names of an agent: what they name, where they are written, and what is done with them there."""
+
+from __future__ import annotations
+
+from enum import StrEnum
+from functools import cached_property
+from typing import NamedTuple
+
+from msgspec import Struct
+
+from cxbridge.clipstext.syntax import Lines
+
+
+class Kind(StrEnum):
+    """What a name names."""
+
+    RULE = "rule"
+    TEMPLATE = "template"
+    SLOT = "slot"
+    FUNCTION = "function"
+    GLOBAL = "global"
+    FACTS = "facts"
+    CLASS = "class"
+    GOAL_CLASS = "goal class"
+    DOMAIN = "domain"
+    ACTION = "action"
+    PARAMETER = "parameter"
+    PREDICATE = "predicate"
+    OBJECT_TYPE = "object type"
+    CONSTANT = "constant"
+    SKILL = "skill"
+    ARGUMENT = "argument"
+    INTERFACE = "interface"
+    FIELD = "field"
+    MESSAGE = "message"
+    FEATURE = "feature"
+    FILE = "file"
+    SPEC = "spec"
+
+
+class Use(StrEnum):
+    """What is done with a name where it is written."""
+
+    DEFINED = "defined"
+    MATCHED = "matched"
+    """In a pattern of a rule."""
+    ASSERTED = "asserted"
+    """In an ``assert`` or a deffacts."""
+    CHANGED = "changed"
+    """In a ``modify`` or a ``duplicate``."""
+    QUERIED = "queried"
+    """In ``do-for-all-facts`` and its like, or as ``?fact:slot``."""
+    CALLED = "called"
+    READ = "read"
+    SET = "set"
+    NAMED = "named"
+    """Anywhere else."""
+
+
+class Name(NamedTuple):
+    """A name.
+
+    :param owner: what it belongs to: a slot to its template, a parameter to its action, a field to its
+        interface; empty where that is not known, or there is none.
+    """
+
+    kind: Kind
+    text: str
+    owner: str = ""
+
+
+class Mention(Struct, frozen=True):
+    """A place where a name is written.
+
+    :param start: offset of its first character; in a :class:`Piece` counted from the start of that.
+    :param end: offset behind its last.
+    """
+
+    name: Name
+    use: Use
+    start: int
+    end: int
+
+    def moved(self, offset: int) -> Mention:
+        """Return the same mention, so much further on."""
+        return Mention(self.name, self.use, self.start + offset, self.end + offset)
+
+
+class Piece(Struct, frozen=True, dict=True):
+    """A construct of a file, or something else that is read as a whole.
+
+    Nothing in it depends on where it is in the file, so that it is read again only when it changes.
+
+    :param keyword: ``defrule``, ``:action``, ``skill``; the first word of a command.
+    :param name: what it defines; None when that is nothing, or no name is there yet.
+    :param text: as it is written.
+    :param mentions: the names in it, in the order of the text.
+    :param closed: whether its parentheses close.
+    """
+
+    keyword: str
+    name: Name | None
+    text: str
+    mentions: tuple[Mention, ...]
+    closed: bool = True
+
+    @cached_property
+    def by_name(self) -> dict[Name, list[Mention]]:
+        """The mentions by what they mention."""
+        found: dict[Name, list[Mention]] = {}
+        for mention in self.mentions:
+            found.setdefault(mention.name, []).append(mention)
+        return found
+
+    @cached_property
+    def defined(self) -> tuple[Mention, ...]:
+        """The mentions that define a name."""
+        return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)
+
+
+class Problem(Struct, frozen=True):
+    """Why a file could not be read as a whole.
+
+    :param line: from 1, as ``column``.
+    """
+
+    message: str
+    line: int = 1
+    column: int = 1
+    hint: str = ""
+
+
+class PlacedPiece(NamedTuple):
+    """A piece, and the offset in its file where it begins."""
+
+    start: int
+    piece: Piece
+
+    @property
+    def end(self) -> int:
+        """The offset behind its last character."""
+        return self.start + len(self.piece.text)
+
+    @property
+    def mentions(self) -> tuple[Mention, ...]:
+        """Its mentions, with offsets in the file."""
+        return tuple(mention.moved(self.start) for mention in self.piece.mentions)
+
+
+class SourceFile(Struct, frozen=True, dict=True):
+    """A file of an agent, as far as it can be read.
+
+    :param path: absolute.
+    :param problem: why the rest of it cannot be read.
+    """
+
+    path: str
+    text: str
+    pieces: tuple[PlacedPiece, ...]
+    problem: Problem | None = None
+
+    @cached_property
+    def lines(self) -> Lines:
+        """Its lines."""
+        return Lines(self.text)
+
+    @property
+    def mentions(self) -> tuple[Mention, ...]:
+        """All names in it, with offsets in the file."""
+        return tuple(mention for placed in self.pieces for mention in placed.mentions)
+
+    def piece_at(self, offset: int) -> PlacedPiece | None:
+        """Return the piece that a place is in, or ends at."""
+        found = None
+        for placed in self.pieces:
+            if placed.start > offset:
+                break
+            found = placed
+        return found if found is not None and offset <= found.end else None
+
+    def mention_at(self, offset: int) -> Mention | None:
+        """Return the name that a place is in, or right behind."""
+        placed = self.piece_at(offset)
+        if placed is None:
+            return None
+        at = offset - placed.start
+        found = [mention for mention in placed.piece.mentions if mention.start <= at <= mention.end]
+        # the shortest: what is within another name is what is meant
+        best = min(found, key=lambda mention: mention.end - mention.start, default=None)
+        return None if best is None else best.moved(placed.start)

@@ -1,0 +1,175 @@
+"""Reads the names in PDDL text: types, constants, predicates, and actions with their parameters."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import Final
+
+from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.brackets import Group, Item, Word, read_items
+
+_ACTIONS: Final = frozenset({":action", ":durative-action"})
+_CONNECTIVES: Final = frozenset(
+    {"and", "or", "not", "imply", "forall", "exists", "when", "either", "increase", "decrease"}
+    | {"assign", "scale-up", "scale-down", "=", "<", ">", "<=", ">=", "+", "-", "*", "/"}
+)
+_TYPED: Final = {":types": Kind.OBJECT_TYPE, ":constants": Kind.CONSTANT, ":objects": Kind.CONSTANT}
+_TIMES: Final = (("at", "start"), ("at", "end"), ("over", "all"))
+_SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE)
+_COMMENT: Final = re.compile(r";[^\n]*")
+
+
+def read_pddl(path: str, text: str) -> SourceFile:
+    """Return the names of a PDDL file; of a broken one, those of the sections that can be read."""
+    lines = Lines(text)
+    try:
+        items, problem = read_items(text), None
+    except PddlError as error:
+        items = ()
+        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+    if problem is None:
+        sections = [
+            (section, _place(lines, section.position))
+            for define in items
+            if isinstance(define, Group)
+            for section in define.items[1:]
+            if isinstance(section, Group)
+        ]
+        ends = [*(start for _, start in sections[1:]), len(text)]
+        pieces = [
+            _piece(section, text, start, end) for (section, start), end in zip(sections, ends, strict=True)
+        ]
+    else:
+        pieces = list(_broken(text))
+    return SourceFile(path, text, tuple(pieces), problem)
+
+
+def _broken(text: str) -> Iterator[PlacedPiece]:
+    """Yield the sections of a text whose brackets do not match, each read for itself."""
+    starts = [match.start(1) for match in _SECTION.finditer(text)]
+    for start, end in zip(starts, [*starts[1:], len(text)], strict=True):
+        code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
+        missing = code.count("(") - code.count(")")
+        while missing < 0 and (last := code.rfind(")")) >= 0:
+            code = code[:last] + " " + code[last + 1 :]
+            missing += 1
+        try:
+            items = read_items(code + ")" * missing)
+        except PddlError:
+            continue
+        if items and isinstance(items[0], Group):
+            yield _piece(items[0], text, start, end, Lines(code))
+
+
+def _place(lines: Lines, position: Position) -> int:
+    return lines.place(position.line, position.column)
+
+
+def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None = None) -> PlacedPiece:
+    """Return the piece of a section.
+
+    :param lines: of the section's own text; of the whole file when it is None.
+    """
+    reader = _Section(Lines(text) if lines is None else lines, start if lines is None else 0)
+    reader.read(section)
+    mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
+    code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
+    own = next((m.name for m in mentions if m.use is Use.DEFINED), None)
+    has_name = section.head in _ACTIONS or section.head == "domain"
+    return PlacedPiece(
+        start,
+        Piece(section.head, own if has_name else None, text[start : start + len(code.rstrip())], mentions),
+    )
+
+
+class _Section:
+    """Reads one section.
+
+    :param start: where the piece begins in the text that the positions count in.
+    """
+
+    def __init__(self, lines: Lines, start: int) -> None:
+        self.mentions: list[Mention] = []
+        self._lines = lines
+        self._start = start
+
+    def read(self, section: Group) -> None:
+        """Note the names of a section."""
+        rest = section.items[1:]
+        if section.head in _ACTIONS:
+            self._action(rest)
+        elif section.head in ("domain", ":domain"):
+            self._words(rest[:1], Kind.DOMAIN, Use.DEFINED if section.head == "domain" else Use.NAMED)
+        elif section.head in _TYPED:
+            self._typed(rest, _TYPED[section.head])
+        elif section.head in (":predicates", ":functions"):
+            for item in rest:
+                if isinstance(item, Group):
+                    self._words(item.items[:1], Kind.PREDICATE, Use.DEFINED)
+                    self._typed(item.items[1:], None)
+        elif section.head in (":init", ":goal"):
+            for item in rest:
+                self._formula(item, "")
+
+    def _action(self, rest: tuple[Item, ...]) -> None:
+        if not rest or not isinstance(rest[0], Word):
+            return
+        action = rest[0].text
+        self._words(rest[:1], Kind.ACTION, Use.DEFINED)
+        key = ""
+        for item in rest[1:]:
+            if isinstance(item, Word) and item.text.startswith(":"):
+                key = item.text
+            elif key == ":parameters" and isinstance(item, Group):
+                self._typed(item.items, Kind.PARAMETER, action)
+            else:
+                self._formula(item, action)
+
+    def _typed(self, items: Iterable[Item], kind: Kind | None, owner: str = "") -> None:
+        """Read ``a b - c``."""
+        is_type = False
+        for item in items:
+            if isinstance(item, Group):
+                self._words(item.items[1:], Kind.OBJECT_TYPE, Use.NAMED)
+            elif item.text == "-":
+                is_type = True
+                continue
+            elif is_type:
+                self._words((item,), Kind.OBJECT_TYPE, Use.NAMED)
+            elif kind is not None:
+                self._words((item,), kind, Use.DEFINED, owner)
+            is_type = False
+
+    def _formula(self, item: Item, action: str) -> None:
+        waiting = [item]
+        while waiting:
+            each = waiting.pop()
+            if isinstance(each, Group):
+                waiting += self._parts(each)
+            elif each.text.startswith("?"):
+                self._words((each,), Kind.PARAMETER, Use.READ, action)
+            elif not each.text[0].isdigit():
+                self._words((each,), Kind.CONSTANT, Use.NAMED)
+
+    def _parts(self, group: Group) -> tuple[Item, ...]:
+        """Note the predicate of a group, and return its other parts."""
+        words = tuple(item.text for item in group.items[:2] if isinstance(item, Word))
+        if words in _TIMES:
+            return group.items[2:]
+        if not group.head:
+            return group.items
+        if group.head not in _CONNECTIVES:
+            self._words(group.items[:1], Kind.PREDICATE, Use.NAMED)
+        return group.items[2 if group.head in ("forall", "exists") else 1 :]
+
+    def _words(self, items: Iterable[Item], kind: Kind, use: Use, owner: str = "") -> None:
+        for item in items:
+            if isinstance(item, Word):
+                start = _place(self._lines, item.position) - self._start
+                end = start + len(item.text)
+                name = Name(kind, item.text.removeprefix("?"), owner)
+                self.mentions.append(Mention(name, use, start + item.text.startswith("?"), end))

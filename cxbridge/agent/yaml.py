@@ -1,0 +1,125 @@
+"""Reads the names in YAML configurations: files, features, interfaces, actions and the skills they map to."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
+
+_SPECS: Final = ("clips-executive", "specs")
+_STAGE: Final = re.compile(r"stage-\d+")
+_SKILL: Final = re.compile(r"\b([A-Za-z_][\w-]*)\s*[{(]")
+_ARGUMENT: Final = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
+_PLACEHOLDER: Final = re.compile(r"\?\(([A-Za-z0-9_-]+)")
+_KEY: Final = re.compile(r"\n[ \t]*[\w-]+:(?=\s)")
+
+
+def read_yaml(path: str, text: str) -> SourceFile:
+    """Return the names of a configuration; none of one that is not valid YAML."""
+    try:
+        documents = parse_documents(text, path)
+    except ConfigError as error:
+        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+        return SourceFile(path, text, (), problem)
+    reader = _Reader(text)
+    for document in documents:
+        reader.node(document, ())
+    mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
+    return SourceFile(path, text, (PlacedPiece(0, Piece("configuration", None, text, mentions)),))
+
+
+class _Reader:
+    """Reads the documents of one file."""
+
+    def __init__(self, text: str) -> None:
+        self.mentions: list[Mention] = []
+        self._text = text
+        self._lines = Lines(text)
+
+    def node(self, node: YamlNode, path: tuple[str, ...]) -> None:
+        """Note the names in a node.
+
+        :param path: the keys above it; of a list of maps, the number of the element is one of them.
+        """
+        if isinstance(node, YamlMap):
+            for key, value in node.pairs:
+                if isinstance(key, YamlScalar):
+                    keys = tuple(part for part in key.text.split("/") if part)
+                    self._key(key, value, (*path, *keys))
+                    self.node(value, (*path, *keys))
+        elif isinstance(node, YamlList):
+            for number, item in enumerate(node.items):
+                if isinstance(item, YamlScalar):
+                    self._value(item, path)
+                else:
+                    self.node(item, (*path, str(number)))
+        else:
+            self._value(node, path)
+
+    def _key(self, key: YamlScalar, value: YamlNode, path: tuple[str, ...]) -> None:
+        if path[:2] != _SPECS:
+            return
+        match path[2:]:
+            case (_spec,):
+                self._add(Kind.SPEC, key.mark, key.text, Use.DEFINED)
+            case (_spec, "action-mapping", action):
+                self._add(Kind.ACTION, key.mark, key.text, Use.NAMED)
+                if isinstance(value, YamlScalar):
+                    self._template(value, action)
+
+    def _value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
+        if path == ("clips-executive", "spec"):
+            self._add(Kind.SPEC, value.mark, value.text, Use.NAMED)
+        if path[:2] != _SPECS:
+            return
+        match path[2:]:
+            case (_spec, "blackboard-preload"):
+                self._add(Kind.INTERFACE, value.mark, value.text, Use.NAMED)
+            case (_spec, "init", stage, _entry, "file" | "files") if _STAGE.fullmatch(stage):
+                self._add(Kind.FILE, value.mark, value.text, Use.NAMED)
+            case (_spec, "init", "stage-1", _entry, "name"):
+                self._add(Kind.FEATURE, value.mark, value.text, Use.NAMED)
+
+    def _template(self, value: YamlScalar, action: str) -> None:
+        """Note skill, arguments and parameters in the skill string of an action."""
+        start = self._place(value.mark)
+        key = _KEY.search(self._text, start)
+        end = key.start() if key else len(self._text)
+        skill = _SKILL.search(self._text, start, end)
+        name = skill[1] if skill else value.text.strip()
+        if skill:
+            self.mentions.append(Mention(Name(Kind.SKILL, name), Use.CALLED, *skill.span(1)))
+        for match in _ARGUMENT.finditer(self._text, start, end):
+            self.mentions.append(Mention(Name(Kind.ARGUMENT, match[1], name), Use.NAMED, *match.span(1)))
+        for match in _PLACEHOLDER.finditer(self._text, start, end):
+            self.mentions.append(Mention(Name(Kind.PARAMETER, match[1], action), Use.READ, *match.span(1)))
+
+    def _place(self, mark: Mark) -> int:
+        return self._lines.place(mark.line, mark.column)
+
+    def _add(self, kind: Kind, mark: Mark, text: str, use: Use) -> None:
+        start = self._place(mark)
+        start += self._text.startswith(('"', "'"), start)
+        if kind is Kind.FILE and "|" in text:  # BATCH|FILE
+            start += text.index("|") + 1
+            text = text.rpartition("|")[2]
+        if self._text.startswith(text, start):
+            self.mentions.append(Mention(Name(kind, text), use, start, start + len(text)))
+
+
+def parents(file: SourceFile, offset: int) -> Iterator[str]:
+    """Yield the keys above a line, the innermost first, by its indentation alone."""
+    rows = file.text[: file.text.find("\n", offset) if "\n" in file.text[offset:] else None].split("\n")
+    indent = len(rows[-1]) - len(rows[-1].lstrip(" "))
+    if not rows[-1].strip():
+        indent = len(rows[-1])
+    for row in reversed(rows[:-1]):
+        match = re.match(r"( *)(?:- +)*([\w/-]+):", row)
+        if match and (depth := match.start(2)) < indent:
+            indent = depth
+            yield match[2]

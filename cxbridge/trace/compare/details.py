@@ -1,0 +1,82 @@
+"""The details of goals and plan-actions, such as parameters: where they count, and when they cannot."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from typing import Any, Final, TypeAlias
+
+from cxbridge.events import Event, GoalTransition, PlanActionTransition
+from cxbridge.trace.compare.names import without_times
+from cxbridge.trace.formats.base import Run
+
+DETAILED: Final = (GoalTransition, PlanActionTransition)
+"""The events that have details."""
+
+Missing: TypeAlias = Mapping[type[Event], frozenset[str]]
+"""Fields that a run does not record, by the class of the event."""
+
+
+class DetailNews:
+    """Shows the details of goals and plan-actions where they are new: one that differs then differs once."""
+
+    def __init__(self) -> None:
+        self._last: dict[tuple[str, ...], tuple[str, ...]] = {}
+
+    def of(self, event: Event) -> tuple[str, ...]:
+        """Return the details of an event, with one name for all absolute times.
+
+        Each is empty when the event before it of its subject had it too.
+        """
+        kind = event.KIND
+        if not kind.details:
+            return ()
+        now = tuple(without_times(getattr(event, name)) for name in kind.details)
+        subject = (kind.name, *(getattr(event, name) for name in kind.subject))
+        before = self._last.get(subject)
+        self._last[subject] = now
+        if before is None:
+            return now
+        return tuple("" if new == old else new for new, old in zip(now, before, strict=True))
+
+
+def with_common_details(runs: Sequence[Run]) -> list[Run]:
+    """Return runs that can be compared: without the details that one of them does not record."""
+    missing: dict[type[Event], frozenset[str]] = {}
+    for run in runs:
+        for event_type, names in _missing(run).items():
+            missing[event_type] = missing.get(event_type, frozenset()) | names
+    return [_WithoutDetails(run, missing) for run in runs] if any(missing.values()) else list(runs)
+
+
+def _missing(run: Run) -> Missing:
+    """Return what a run does not record: what the first event of each class lacks."""
+    found: dict[type[Event], frozenset[str]] = {}
+    for event in run.select(*DETAILED):
+        if type(event) not in found:
+            found[type(event)] = frozenset(name for name in event.KIND.details if not getattr(event, name))
+            if len(found) == len(DETAILED):
+                break
+    return found
+
+
+class _WithoutDetails(Run):
+    """A run without some details.
+
+    :param missing: those that are left out.
+    """
+
+    def __init__(self, run: Run, missing: Missing) -> None:
+        super().__init__(run.path, run.registry)
+        self.format = run.format
+        self.notes = run.notes
+        self._run = run
+        self._blank: dict[type[Event], dict[str, Any]] = {
+            kind: dict.fromkeys(names, "") for kind, names in missing.items() if names
+        }
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield the events."""
+        for event in self._run:
+            blank = self._blank.get(type(event))
+            yield event if blank is None else replace(event, **blank)

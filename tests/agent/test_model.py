@@ -1,0 +1,277 @@
+"""The model of an agent: names with their places, in whole files and in broken ones."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.agent.loading import SpecLoading
+from cxbridge.agent.model import AgentModel
+from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.clipstext.parts import open_lists, parts
+from cxbridge.config import Configuration
+from cxbridge.executive.executive import BUILTIN_CX
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
+
+CLIPS = """\
+(deftemplate cup "A cup." (slot colour) (multislot owners))
+(defglobal ?*MOST* = 3 ?*LEAST* = (- ?*MOST* 2))
+(deffunction wash (?cup) (modify ?cup (colour white)) ?*MOST*)
+(defrule take
+  ?c <- (cup (colour ~red&?x&:(neq ?x blue)) (owners $? bob))
+  (not (and (goal (class SERVE|DRINK) (mode FORMULATED)) (exists (shelf ?n))))
+  (test (> ?*LEAST* 1))
+  =>
+  (bind ?n (assert (plan-action (action-name pour) (param-names what where))))
+  (modify ?c (owners alice))
+  (do-for-all-facts ((?g goal)) (eq ?g:class SERVE) (retract ?g))
+  (wash ?c))
+"""
+
+
+def model_of(**files: str) -> AgentModel:
+    model = AgentModel()
+    for name, text in files.items():
+        model.update("/agent/" + name.replace("__", "."), text)
+    return model
+
+
+def mentions(text: str) -> list[tuple[str, str, str, str]]:
+    model = model_of(a__clp=text)
+    (file,) = model.files
+    for mention in file.mentions:
+        assert text[mention.start : mention.end].strip("$?*") == mention.name.text
+    return [(m.name.kind.value, m.name.text, m.name.owner, m.use.value) for m in file.mentions]
+
+
+def test_a_template_its_slots_and_globals():
+    assert mentions(CLIPS)[:9] == [
+        ("template", "cup", "", "defined"),
+        ("slot", "colour", "cup", "defined"),
+        ("slot", "owners", "cup", "defined"),
+        ("global", "MOST", "", "defined"),
+        ("global", "LEAST", "", "defined"),
+        ("function", "-", "", "called"),
+        ("global", "MOST", "", "read"),
+        ("function", "wash", "", "defined"),
+        ("function", "modify", "", "called"),
+    ]
+
+
+def test_what_a_rule_does_with_names():
+    found = mentions(CLIPS[CLIPS.index("(defrule") :])
+    assert found[:8] == [
+        ("rule", "take", "", "defined"),
+        ("template", "cup", "", "matched"),
+        ("slot", "colour", "cup", "matched"),
+        ("function", "neq", "", "called"),
+        ("slot", "owners", "cup", "matched"),
+        ("template", "goal", "", "matched"),
+        ("slot", "class", "goal", "matched"),
+        ("goal class", "SERVE", "", "matched"),
+    ]
+    assert ("template", "shelf", "", "matched") in found
+    assert ("template", "plan-action", "", "asserted") in found
+    assert ("action", "pour", "", "asserted") in found
+    assert ("parameter", "where", "", "asserted") in found
+    assert ("slot", "owners", "cup", "changed") in found  # ?c is a cup
+    assert ("template", "goal", "", "queried") in found
+    assert ("slot", "class", "goal", "queried") in found  # ?g:class
+    assert ("function", "wash", "", "called") in found
+    assert ("function", "and", "", "called") not in found
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("(defrule a (b) => (c)\n(defrule d (e) => )\n", [("a", False), ("d", True)]),
+        ('(defrule a => (printout t "x)))\n(defrule d (e) => (f "y"))\n', [("a", False), ("d", True)]),
+        ("(defrule a (b)) => (c))\n(defrule d (e) => )\n", [("a", True), ("d", True)]),
+        ("(defrule a =>)\n(deff", [("a", True)]),
+        ('(defrule a => (build "\n(defrule b =>)"))(defrule d =>)', [("a", True), ("d", True)]),
+        (")))\n(defrule d =>)", [("d", True)]),
+    ],
+    ids=["parenthesis", "quote", "one too many", "at the end", "in a string", "at the start"],
+)
+def test_a_mistake_loses_no_other_construct(text, expected):
+    (file,) = model_of(a__clp=text).files
+    found = [(p.piece.name.text, p.piece.closed) for p in file.pieces if p.piece.name is not None]
+    assert found == expected
+
+
+def test_the_open_parentheses_of_a_part():
+    (part, _) = parts("(defrule a (b (c) => (d)\n(defrule e =>)")
+    assert open_lists(part.text) == [0, 11]
+
+
+def test_only_what_changed_is_read_again():
+    model = model_of(a__clp=CLIPS)
+    (before,) = model.files
+    after = model.update("/agent/a.clp", ";; moved\n" + CLIPS.replace("alice", "carol"))
+    assert after is not None
+    same = [a.piece is b.piece for a, b in zip(before.pieces, after.pieces, strict=True)]
+    assert same == [True, True, True, False]
+    assert after.text[after.mentions[0].start :].startswith("cup")
+
+
+DOMAIN = """\
+(define (domain d)
+  (:types cup place - object)
+  (:constants SHELF - place)
+  (:predicates (at ?c - cup ?p - place))
+  (:action pour :parameters (?what - cup) ; (what
+    :precondition (and (at ?what SHELF))
+    :effect (not (at ?what SHELF)))
+  (:action drink :parameters (?c - cup) :precondition (at ?c SHELF) :effect (at ?c SHELF)))
+"""
+
+
+def test_a_domain():
+    model = model_of(d__pddl=DOMAIN)
+    (file,) = model.files
+    for mention in file.mentions:
+        assert DOMAIN[mention.start : mention.end] == mention.name.text
+    assert model.names(Kind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    assert model.names(Kind.PARAMETER, Use.DEFINED, owner="pour") == {"what"}
+    assert model.names(Kind.OBJECT_TYPE, Use.DEFINED) == {"cup", "place"}
+    assert model.names(Kind.CONSTANT, Use.DEFINED) == {"SHELF"}
+    assert len(list(model.mentions(Name(Kind.PREDICATE, "at")))) == 5
+    assert [p.piece.name and p.piece.name.text for p in file.pieces][-2:] == ["pour", "drink"]
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [DOMAIN.replace("(at ?what SHELF))", "(at ?what SHELF)"), DOMAIN.replace("- cup) ;", "- cup)) ;")],
+    ids=["open", "closed twice"],
+)
+def test_a_broken_domain_still_has_its_actions(wrong):
+    model = model_of(d__pddl=wrong)
+    (file,) = model.files
+    assert file.problem is not None
+    assert model.names(Kind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    for mention in file.mentions:
+        assert wrong[mention.start : mention.end] == mention.name.text
+
+
+YAML = """\
+clips-executive:
+  spec: tea
+  specs:
+    tea:
+      blackboard-preload: [MotorInterface]
+      init:
+        stage-1:
+          - name: blackboard
+        stage-3:
+          - name: tea
+            files: [tea.clp, "BATCH|cups.clp"]
+      action-mapping:
+        pour: pour_it{what=?(what)s, into="?(cup)Y"}
+        drink: >
+          drink{from=?(cup)s}
+"""
+
+
+def test_a_configuration():
+    model = model_of(s__yaml=YAML)
+    (file,) = model.files
+    for mention in file.mentions:
+        assert YAML[mention.start : mention.end] == mention.name.text
+    found = {(m.name.kind.value, m.name.text, m.name.owner) for m in file.mentions}
+    assert found == {
+        ("spec", "tea", ""),
+        ("interface", "MotorInterface", ""),
+        ("feature", "blackboard", ""),
+        ("file", "tea.clp", ""),
+        ("file", "cups.clp", ""),
+        ("action", "pour", ""),
+        ("action", "drink", ""),
+        ("skill", "pour_it", ""),
+        ("skill", "drink", ""),
+        ("argument", "what", "pour_it"),
+        ("argument", "into", "pour_it"),
+        ("argument", "from", "drink"),
+        ("parameter", "what", "pour"),
+        ("parameter", "cup", "pour"),
+        ("parameter", "cup", "drink"),
+    }
+
+
+def test_skills_and_interfaces():
+    model = AgentModel()
+    for name in ("mobile/pick.lua", "mobile/goto_waypoints.lua"):
+        assert model.read(ROOT / "luaskills" / name)
+    assert model.read(ROOT / "interfaces" / "MotorInterface.xml")
+    assert model.names(Kind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
+    assert "goto_place" in model.names(Kind.SKILL, Use.NAMED)
+    assert model.names(Kind.ARGUMENT, owner="pick") == {"what", "patience"}
+    (found,) = model.definitions(Name(Kind.TEMPLATE, "MotorInterface"))
+    assert found.mention.name.kind is Kind.INTERFACE
+    assert model.is_defined(Name(Kind.SLOT, "motor_state", "MotorInterface"))
+    for file in model.files:
+        for mention in file.mentions:
+            assert file.text[mention.start : mention.end] == mention.name.text
+
+
+def test_a_name_is_found_in_all_sorts_of_files():
+    model = model_of(a__clp=CLIPS, d__pddl=DOMAIN, s__yaml=YAML)
+    found = [(Path(f.path).name, m.use.value) for f, m in model.mentions(Name(Kind.ACTION, "pour"))]
+    assert found == [("a.clp", "asserted"), ("d.pddl", "defined"), ("s.yaml", "named")]
+    model.remove("/agent/a.clp")
+    assert not model.is_defined(Name(Kind.TEMPLATE, "cup"))
+
+
+def test_the_name_at_a_place():
+    (file,) = model_of(s__yaml=YAML).files
+    at = file.mention_at(YAML.index("?(what)s") + 3)
+    assert at is not None
+    assert at.name == Name(Kind.PARAMETER, "what", "pour")
+    assert file.mention_at(YAML.index("drink: >") - 1) is None
+
+
+def test_what_a_spec_loads(tmp_path):
+    (tmp_path / "tea.clp").write_text('(path-load "more.clp")\n(path-load "gone.clp")\n')
+    (tmp_path / "more.clp").write_text("(defrule r =>)\n")
+    (tmp_path / "s.yaml").write_text(YAML)
+    config = Configuration.load(tmp_path / "s.yaml")
+    loading = SpecLoading((BUILTIN_CX, tmp_path), BUILTIN_CX, AgentModel().read)
+    files = loading.files(config, "tea")
+    own = [(f.name, f.path is not None, Path(f.asked_by).name, f.line) for f in files if f.asked_by]
+    assert own[-4:] == [
+        ("tea.clp", True, "s.yaml", 11),
+        ("more.clp", True, "tea.clp", 1),
+        ("gone.clp", False, "tea.clp", 2),
+        ("cups.clp", False, "s.yaml", 11),
+    ]
+    core = {file.name for file in files if file.path and file.path.is_relative_to(BUILTIN_CX)}
+    assert core >= {"init.clp", "goal.clp", "domain-effects.clp", "skills.clp", "plan.clp"}
+
+
+@needs_fawkes
+def test_each_file_of_fawkes_has_one_defect_at_most():
+    assert FAWKES_DIR is not None
+    model = AgentModel()
+    for path in sorted(FAWKES_DIR.glob("src/plugins/**/*.clp")):
+        model.read(path)
+    broken = [
+        (Path(file.path).name, file.lines.at(placed.start))
+        for file in model.files
+        for placed in file.pieces
+        if not placed.piece.closed
+    ]
+    assert broken == [("skills.clp", 187)]
+
+
+@needs_robotino
+def test_every_rule_of_the_rcll_agent_is_seen():
+    assert ROBOTINO_DIR is not None
+    for path in sorted(ROBOTINO_DIR.glob("src/clips-specs/**/*.clp")):
+        model = AgentModel()
+        file = model.read(path)
+        assert file is not None
+        for mention in file.mentions:
+            written = file.text[mention.start : mention.end].rpartition("::")[2]
+            assert mention.name.text in (written, written.strip("$?*"))
+        rows = [row for row in file.text.splitlines() if row.lstrip().startswith("(defrule ")]
+        assert len(list(model.defined(Kind.RULE))) == len(rows), path

@@ -1,0 +1,1 @@
+"""Agents with one typical mistake each, and what `why` has to say about them."""
