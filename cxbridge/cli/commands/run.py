@@ -15,6 +15,7 @@ from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.cli.web_options import WebOptions
 from cxbridge.run.options import RunOptions
+from cxbridge.trace.foxglove.options import FoxgloveOptions
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -36,6 +37,7 @@ class _Console(ConsoleOptions):
 def run(
     options: RunOptions,
     web: WebOptions,
+    foxglove: FoxgloveOptions,
     console: _Console,
     breaks: Annotated[
         list[str] | None,
@@ -83,10 +85,10 @@ def run(
             story.finish(result)
 
     with in_words_of_check(options):
-        if web.web is not None:
-            from cxbridge.cli.web_options import run_with_page
+        if web.web is not None or foxglove.foxglove is not None:
+            from cxbridge.cli.web_options import run_watched
 
-            return run_with_page(options, web, shown, attach, show)
+            return run_watched(options, web, foxglove, shown, attach, show)
         result = run_scenario(options, shown, attach, interactive=bool(breaks))
     show(result)
     return result.status
