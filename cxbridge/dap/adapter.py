@@ -101,7 +101,7 @@ class Adapter:
                     self._target.interrupt()  # the rules may never come to rest
                 self._inbox.put(request)
         except (WireError, OSError) as error:
-            print(f"cxbridge dap: {error}", file=sys.stderr)  # noqa: T201 - stdout is the client's
+            complain(f"cxbridge dap: {error}")
             self._status = 2
         self.end()
 
