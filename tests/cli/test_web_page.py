@@ -61,7 +61,7 @@ def get(address, path, host=None):
 
 
 def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tmp_path):
-    scenario, port = write_scenario(tmp_path, mapping="act: no_such_skill{}"), free_port()
+    scenario, port = write_scenario(tmp_path, mapping="act: fail{}"), free_port()
     with served("run", scenario, "--web", port, "--no-browser") as (process, address):
         assert address == f"http://127.0.0.1:{port}"
         status, page = get(address, "/")
