@@ -1,4 +1,4 @@
-"""What the constructs of an agent match and make: patterns with the words they ask for, facts, words, calls."""
+"""What the constructs of an agent match and make: patterns and the words they ask for, facts, calls."""
 
 from __future__ import annotations
 

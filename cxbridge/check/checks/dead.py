@@ -18,8 +18,8 @@ RULE: Final = Code(
     "CX501",
     Severity.WARNING,
     "a rule that nothing can match",
-    "The rule needs a fact that nobody makes: no rule, function or deffacts asserts one of this template, and "
-    "neither the program nor an interface does. The rule never fires.",
+    "The rule needs a fact that nobody makes: no rule, function or deffacts asserts one of this template, "
+    "and neither the program nor an interface does. The rule never fires.",
 )
 FACT: Final = Code(
     "CX502",
@@ -31,7 +31,8 @@ NOT_FORMULATED: Final = Code(
     "CX503",
     Severity.WARNING,
     "a goal class that nothing formulates",
-    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: no goal has it.",
+    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: "
+    "no goal has it.",
 )
 NOT_SELECTED: Final = Code(
     "CX504",
@@ -76,7 +77,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _configured_words(agent: Agent) -> frozenset[str]:
-    values = [value for value in agent.config.walk("/")]
+    values = list(agent.config.walk("/"))
     return frozenset(word for value in values for text in (value.text, *value.items) for word in text.split())
 
 
