@@ -4,18 +4,20 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import InterfaceWrite, LogLine
+from cxbridge.events import InterfaceWrite, LogLine, PlannerCall
 from cxbridge.executive.breakpoints import Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
+from cxbridge.explain.rules.environment import fact_slots
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext
@@ -114,8 +116,9 @@ class _Agent:
         self._say = say
         self._start_us = assembly.clock.now_us()
         self._with_name = False
-        self._history = History(assembly.executive.env.name)
-        assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, LogLine, InterfaceWrite)
+        env = assembly.executive.env
+        self._history = History(env.name, facts_of=partial(fact_slots, env))
+        assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite)
         self._commands: dict[str, Callable[[str], None]] = {
             "c": lambda _rest: self._ask("go-on"),
             "s": lambda rest: self._ask("step", what=rest or STEPS[0]),

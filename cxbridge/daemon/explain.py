@@ -12,17 +12,18 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
-from cxbridge.executive.host.values import show
 from cxbridge.explain.evidence import History
+from cxbridge.explain.goal_rules import makers
 from cxbridge.explain.goal_story import FACT_TEMPLATES
 from cxbridge.explain.live import CopiedEvidence
-from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
 from cxbridge.history.transitions import TRANSITION_TYPES
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.explain.evidence import Evidence
+    from cxbridge.explain.rules.snapshot import Snapshot
 
 MOST_QUESTIONS: Final = 4
 """Questions that may wait."""
@@ -66,7 +67,7 @@ class DaemonExplainer:
         self._where = where
         self._folders = folders
         self._start_us = bus.clock.now_us()
-        self._history = History(_ENVIRONMENT, MOST_STEPS, MOST_STEPS)
+        self._history = History(_ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
         self._history.rules_known = with_firings
         types: tuple[type[Event], ...] = (*TRANSITION_TYPES, PlannerCall, InterfaceWrite)
         bus.subscribe(self._history.take, *types, *([RuleFired] if with_firings else []))
@@ -111,33 +112,21 @@ class DaemonExplainer:
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
         """Copy what there is to know about a rule, or of goals, so that the loop can go on."""
         now_us = self._clock.now_us()
-        seconds = (now_us - self._start_us) / MICROSECONDS
-        with env.lock:
-            book = rulebook(env, self._folders)
-            snapshot: Any = None
-            facts: dict[str, list[Mapping[str, str]]] = {}
-            texts: dict[str, str] = {}
-            if kind != "goal" and name in book.rules:
-                try:
-                    snapshot = take(env, name, MOST_FACTS)
-                except ClipsError as error:
-                    snapshot = error
-            else:
-                texts = rule_texts(env)
-                for template in FACT_TEMPLATES:
-                    facts[template] = [
-                        {slot: show(value) for slot, value in slots.items()}
-                        for _, _, slots in env.facts(template)
-                    ]
-        where = f"{self._where}, {seconds:.3f} s after its start"
+        where = f"{self._where}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
         times_us = self._start_us, now_us
-        return CopiedEvidence(where, times_us, self._copy_history(), book, snapshot, facts, texts)
+        return copy_evidence(env, self._folders, name, kind, where, times_us, self._copy_history())
 
     def _copy_history(self) -> History:
         copied = copy(self._history)
         copied.steps = self._history.steps.copy()
         copied.firings = self._history.firings.copy()
+        copied.looks = dict(self._history.looks)
         return copied
+
+    def _facts_of(self, template: str) -> list[Mapping[str, str]]:
+        """Return facts while the rules fire, in their thread."""
+        env = self._environment()
+        return [] if env is None else fact_slots(env, template, MOST_FACTS)
 
     def _work(self, evidence: Evidence, name: str, kind: str, rules: int) -> None:
         try:
@@ -153,6 +142,45 @@ class DaemonExplainer:
             self._interface.msgid = self._msgid
             self._interface.answer = text
             self._interface.write()
+
+
+def copy_evidence(
+    env: ClipsEnvironment,
+    folders: tuple[object, ...],
+    name: str,
+    kind: str,
+    where: str,
+    times_us: tuple[int, int],
+    history: History,
+) -> CopiedEvidence:
+    """Copy from an environment what there is to know about a rule, or of goals.
+
+    :param folders: where the agent's CLIPS files are.
+    :param name: what is asked about.
+    :param kind: ``rule``, ``goal``, or empty when it may be either.
+    """
+    snapshots: dict[str, Snapshot | ClipsError] = {}
+    facts: dict[str, list[Mapping[str, str]]] = {}
+    texts: dict[str, str] = {}
+    with env.lock:
+        book = rulebook(env, folders)
+        if kind != "goal" and name in book.rules:
+            snapshots[name] = _take(env, name)
+        else:
+            texts = rule_texts(env)
+            # when there is no such goal: why the rule that makes it has not fired
+            snapshots = {rule: _take(env, rule) for rule in makers(texts, name)[:1]}
+            for template in FACT_TEMPLATES:
+                facts[template] = fact_slots(env, template, MOST_FACTS)
+    return CopiedEvidence(where, times_us, history, book, snapshots, facts, texts)
+
+
+def _take(env: ClipsEnvironment, rule: str) -> Snapshot | ClipsError:
+    """Copy what there is to know about a rule, or return why that cannot be done."""
+    try:
+        return take(env, rule, MOST_FACTS)
+    except ClipsError as error:
+        return error
 
 
 def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:

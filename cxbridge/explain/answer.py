@@ -8,7 +8,9 @@ from typing import Any
 from cxbridge.errors import CxbridgeError
 from cxbridge.explain import goal_report
 from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.goal_rules import makers
 from cxbridge.explain.rules import report as rule_report
+from cxbridge.explain.rules.lost import refused, unloaded
 
 _NO_GOAL = "there is no goal"
 
@@ -73,9 +75,40 @@ def _rule(evidence: Evidence, name: str) -> Explanation:
 
 
 def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
-    stories = goal_report.explain_goals(evidence, name)
+    try:
+        stories = goal_report.explain_goals(evidence, name)
+    except CxbridgeError as no_goal:
+        never = _never_formulated(evidence, name) if no_goal.message.startswith(_NO_GOAL) else None
+        if never is None:
+            raise
+        return never
     return Explanation(
         tuple(goal_report.lines(stories, evidence, rules)), goal_report.plain(stories, evidence)
+    )
+
+
+def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
+    """Tell why a rule has not fired that makes goals of a class that there are none of; None without any."""
+    try:
+        book, texts = evidence.rulebook(), evidence.rule_texts()
+    except CxbridgeError:
+        return None
+    top = f"no goal {name} has been formulated"
+    lost = [*refused(book).values(), *unloaded(book)]
+    found = makers({rule.name: rule.text for rule in lost}, name)
+    if found:
+        rule = next(rule for rule in lost if rule.name == found[0])
+        headline, lines = f"{top}: rule {rule.name}, which makes it, {rule.why}", []
+    else:
+        found = makers(texts, name)
+        if not found:
+            return None
+        story = rule_report.explain_rule(evidence, found[0])
+        headline = f"{top}: {rule_report.headline(story)}"
+        lines = list(rule_report.lines(story))[1:]
+    return Explanation(
+        (headline, *lines),
+        {"headline": headline, "where": evidence.where, "goals": [], "notes": evidence.notes},
     )
 
 

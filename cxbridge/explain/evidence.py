@@ -21,6 +21,8 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
+from cxbridge.explain.action_look import ActionLook, look_at_action
+from cxbridge.explain.preconditions import FactsOf
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
 from cxbridge.history.transitions import unquote
@@ -44,7 +46,11 @@ MOST_STEPS: Final = 500_000
 RULES_BEFORE: Final = 3
 """Firings that are remembered of those just before a transition."""
 
+MOST_LOOKS: Final = 100
+"""Actions that are looked at when they fail; each look goes through the facts of the domain."""
+
 _SKILLER = "SkillerInterface"
+_FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,12 +70,23 @@ class History:
     :param env: the environment it is about.
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
+    :param facts_of: reads the facts of the environment as they are while an event is taken; None: nobody can.
+    :ivar looks: what facts said about actions when they failed: they may be gone later.
     :ivar orders: what plan-actions asked for, as far as facts showed.
     :ivar rules_known: whether firings were recorded at all.
     """
 
-    def __init__(self, env: str, most_steps: int = MOST_STEPS, most_firings: int = MOST_FIRINGS) -> None:
+    def __init__(
+        self,
+        env: str,
+        most_steps: int = MOST_STEPS,
+        most_firings: int = MOST_FIRINGS,
+        facts_of: FactsOf | None = None,
+    ) -> None:
         self.env = env
+        self.looks: dict[ActionKey, ActionLook] = {}
+        self._looks_left = MOST_LOOKS
+        self._facts_of = facts_of
         self.steps: deque[Step] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
         self.orders: dict[ActionKey, ActionOrder] = {}
@@ -102,7 +119,20 @@ class History:
                     key, order = order_of(parse_fact(event.text)[1])
                     self.orders[key] = order
         else:
+            if isinstance(event, PlanActionTransition):
+                self._look(event)
             self.steps.append(Step(event, tuple(self._rules)))
+
+    def _look(self, event: PlanActionTransition) -> None:
+        """Look at an action that has failed, once: what comes later is what follows from it."""
+        key = event.goal, event.plan, event.action_id
+        if event.state not in _FAILED_STATES:
+            self.looks.pop(key, None)
+        elif key not in self.looks and self._facts_of is not None and self._looks_left > 0:
+            self._looks_left -= 1
+            look = look_at_action(self._facts_of, key)
+            if look is not None:
+                self.looks[key] = look
 
     def _skill_error(self, event: Event, skiller: str, text: str) -> None:
         before, self._errors[skiller] = self._errors.get(skiller, ""), text

@@ -13,6 +13,10 @@ from cxbridge.explain.goals import Goals
 from cxbridge.history.orders import PLAN_ACTION, order_of
 
 _WIDEST = 90
+_COMPLETED = "COMPLETED"
+_WAITS = ", and waits"
+_MOST_STEPS = 3
+"""Causes that the first line has, the last ones."""
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
@@ -32,7 +36,54 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
 
 def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:
     """Return the stories as values that JSON knows."""
-    return {"where": evidence.where, "goals": [asdict(story) for story in stories], "notes": evidence.notes}
+    return {
+        "headline": headline(stories, evidence),
+        "where": evidence.where,
+        "goals": [_without_roots(asdict(story)) for story in stories],
+        "notes": evidence.notes,
+    }
+
+
+def _without_roots(value: Any) -> Any:
+    """Return a value of JSON without the marks of root causes."""
+    if isinstance(value, dict):
+        return {name: _without_roots(inner) for name, inner in value.items() if name != "root"}
+    return [_without_roots(inner) for inner in value] if isinstance(value, list | tuple) else value
+
+
+def headline(stories: Sequence[GoalStory], evidence: Evidence) -> str:
+    """Return the answer in one line: how it stands with the goal, and the true cause."""
+    if len(stories) == 1:
+        return _headline(stories[0])
+    count = f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
+    bad = next((story for story in stories if story.waits or story.outcome != _COMPLETED), None)
+    return count if bad is None else f"{count}; {story_name(bad)}: {_headline(bad)}"
+
+
+def story_name(story: GoalStory) -> str:
+    """Return the class of a goal and its number among those of it."""
+    return f"{story.goal_class}#{story.number}"
+
+
+def _headline(story: GoalStory) -> str:
+    top = story.cause
+    if story.outcome == _COMPLETED and not story.waits:
+        return top.text
+    path = _to_root(top) or _first(top)
+    return ": ".join([top.text.partition(_WAITS)[0] if path else top.text, *path[-_MOST_STEPS:]])
+
+
+def _to_root(cause: Cause) -> list[str]:
+    """Return the causes on the way to the first root cause; none without one."""
+    for inner in cause.because:
+        rest = _to_root(inner)
+        if rest or inner.root:
+            return [inner.text, *rest]
+    return []
+
+
+def _first(cause: Cause) -> list[str]:
+    return [cause.because[0].text, *_first(cause.because[0])] if cause.because else []
 
 
 def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> Iterator[str]:
@@ -40,11 +91,11 @@ def lines(stories: Sequence[GoalStory], evidence: Evidence, rules: int = 1) -> I
 
     :param rules: how many rules are shown of those that fired just before each step.
     """
+    yield headline(stories, evidence)
+    yield ""
     if len(stories) > 1:
-        yield f"{len(stories)} goals of class {stories[0].goal_class} in {evidence.where}"
-        yield ""
         for story in stories:
-            yield f"{story.goal_class}#{story.number}  {story.cause.text}"
+            yield f"{story_name(story)}  {story.cause.text}"
         return
     for story in stories:
         yield from _story(story, evidence, rules)

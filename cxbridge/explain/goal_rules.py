@@ -1,19 +1,26 @@
-"""The rules that could move a goal on: those that match goals like it, and set a mode."""
+"""The rules that could move a goal on: those that match goals like it, and those that would if they could."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import re
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from difflib import SequenceMatcher
 from typing import Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.explain.rules.condition import FieldConstraint, PatternCE
-from cxbridge.explain.rules.parse import parse_rule
+from cxbridge.explain.rules.lost import LostRule
+from cxbridge.explain.rules.parse import parse_rule, patterns
 
 MOST_RULES: Final = 5
 """Rules that are named."""
 
 _SPECIFIC: Final = {"class": 4, "sub-type": 2, "mode": 1}
 _NAMES_MODE: Final = "(mode "
+_LIKE: Final = 0.7
+"""How similar a class must be to that of the goal, of 1, to be taken for a misspelt one."""
+
+_GOAL: Final = "goal"
 
 
 def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
@@ -35,6 +42,83 @@ def rules_for(texts: Mapping[str, str], slots: Mapping[str, str]) -> list[str]:
         if scores:
             found.append((-max(scores), name))
     return [name for _, name in sorted(found)][:MOST_RULES]
+
+
+def lost_rule_for(rules: Iterable[LostRule], slots: Mapping[str, str]) -> LostRule | None:
+    """Return the first lost rule that is about goals of this class in this mode; None without any.
+
+    :param slots: of the goal: class, mode.
+    """
+    for rule in rules:
+        if slots["class"] in rule.text and any(
+            _names(pattern, "class", slots["class"]) and _names(pattern, "mode", slots["mode"])
+            for pattern in _patterns(rule.text)
+        ):
+            return rule
+    return None
+
+
+def misspelt_for(
+    texts: Mapping[str, str], slots: Mapping[str, str], classes: Collection[str]
+) -> tuple[str, str] | None:
+    """Return a rule for goals in this mode that names a class like this one, and that class; None: none.
+
+    :param texts: defrules by name.
+    :param slots: of the goal: class, mode.
+    :param classes: those of the goals there are: these are not misspelt.
+    """
+    for name, text in texts.items():
+        if _GOAL not in text or slots["mode"] not in text.partition("=>")[0]:
+            continue
+        for pattern in _patterns(text):
+            if _names(pattern, "mode", slots["mode"]) and not _names(pattern, "class", slots["class"]):
+                for other in values_of(pattern, "class"):
+                    if other not in classes and _is_like(other, slots["class"]):
+                        return name, other
+    return None
+
+
+def makers(texts: Mapping[str, str], name: str) -> list[str]:
+    """Return the rules whose actions make goals of a class, or of this id.
+
+    :param texts: defrules by name.
+    """
+    word = re.compile(rf"\((?:class|id|goal-tree-assert-[\w-]+)\s+{re.escape(name)}(?![^\s()\"])")
+    return [
+        rule
+        for rule, text in texts.items()
+        if name in text and word.search(text.partition("=>")[2]) is not None
+    ]
+
+
+def values_of(pattern: PatternCE, slot: str) -> list[str]:
+    """Return the symbols that a pattern allows in a slot; none when it does not name any."""
+    return [
+        word
+        for part in pattern.parts
+        if part.slot == slot
+        for field in part.fields
+        for terms in field.alternatives
+        for term in terms
+        if not (word := "".join(node.text for node in term)).startswith(("~", ":", "=", "?", "$"))
+    ]
+
+
+def _names(pattern: PatternCE, slot: str, value: str) -> bool:
+    return value in values_of(pattern, slot)
+
+
+def _is_like(one: str, other: str) -> bool:
+    return one != other and SequenceMatcher(None, one.lower(), other.lower()).ratio() >= _LIKE
+
+
+def _patterns(text: str) -> Iterator[PatternCE]:
+    """Yield the patterns of a rule that are about goals; none when it cannot be read."""
+    try:
+        ces = parse_rule(text).ces
+    except ClipsError:
+        return
+    yield from (pattern for pattern in patterns(ces) if pattern.template == _GOAL)
 
 
 def _score(pattern: PatternCE, slots: Mapping[str, str]) -> int:

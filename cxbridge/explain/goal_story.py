@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.explain.action_look import LOOK_TEMPLATES
 from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.goal_causes import RootCauses
 from cxbridge.explain.goal_rules import rules_for
 from cxbridge.explain.goals import Goals, failed_actions
 from cxbridge.history.forest import NO_PARENT
@@ -19,7 +21,7 @@ _DEEPEST: Final = 20
 Facts = Mapping[str, list[Mapping[str, str]]]
 """The facts of some deftemplates: slots, as CLIPS prints their values."""
 
-FACT_TEMPLATES: Final = ("goal", "plan-action", "mutex")
+FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
 """The facts that tell what a goal waits for."""
 
 
@@ -38,10 +40,14 @@ class GoalMoment:
 
 @dataclass(frozen=True, slots=True)
 class Cause:
-    """Why something is as it is; ``because`` goes on where it came from."""
+    """Why something is as it is; ``because`` goes on where it came from.
+
+    :param root: whether it is known to be the true one, where what is to be changed is.
+    """
 
     text: str
     because: tuple[Cause, ...] = ()
+    root: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -78,6 +84,8 @@ class Storyteller:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
+        classes = frozenset(goal.goal_class for goal in goals.by_id.values())
+        self._roots = RootCauses(evidence, facts, classes)
         self._depth = 0
 
     def tell(self, goal: GoalRecord) -> GoalStory:
@@ -181,13 +189,15 @@ class Storyteller:
         named = [other for other in self._goals.named_in(change.error, goal) if other.id not in told]
         found = [Cause(self._outcome(other), self._further(other, told)) for other in named if other.ended]
         if not found:
-            found = [self._failed_action(action) for action in failed_actions(goal.actions)]
+            found = [self._failed_action(goal, action) for action in failed_actions(goal.actions)]
         if not found:
             found = [
                 Cause(self._outcome(child), self._further(child, told))
                 for child in self._goals.children(goal)
                 if _ended_badly(child, change) and child.id not in told
             ][-1:]
+        if not found:
+            found = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
         yield from found
         yield self._decision(change, goal)
 
@@ -214,16 +224,22 @@ class Storyteller:
                 yield Cause(self._outcome(child))
         yield self._decision(change, goal)
 
-    def _failed_action(self, action: PlanActionRecord) -> Cause:
+    def _failed_action(self, goal: GoalRecord, action: PlanActionRecord) -> Cause:
         failed = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         change = (failed or action.changes)[-1]
         text = f"action {action.id} {action.name} failed at {self._at(change)}"
         skill = self._goals.skill(action)
         if skill is None:
-            return Cause(text)
+            return Cause(text, tuple(self._root(self._roots.of_action(goal, action))))
         error = f": {skill.error}" if skill.error else ""
         why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
-        return Cause(text, (Cause(why),))
+        return Cause(text, (Cause(why, root=True),))
+
+    @staticmethod
+    def _root(text: str) -> Iterator[Cause]:
+        """Yield the last step to what was wrong, if it is known."""
+        if text:
+            yield Cause(text, root=True)
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
@@ -260,11 +276,15 @@ class Storyteller:
             for other in self._goals.children(parent):
                 if other is not goal and other.mode not in ("FORMULATED", *ENDED_MODES):
                     yield Cause(f"its sibling {self._since(other)}")
-        if mode == "COMMITTED":
-            yield from self._resources(goal)
         held_above = mode == "FORMULATED" and parent is not None and parent.mode != "DISPATCHED"
-        if mode != "DISPATCHED" and not held_above and depth == self._depth == 0:
-            yield from self._rules_for(goal)
+        if mode != "DISPATCHED" and not held_above:
+            yield from (Cause(text, root=True) for text in self._roots.of_waiting(goal))
+            yield from () if depth or self._depth else self._rules_for(goal)
+        yield from self._open_parts(goal, depth)
+
+    def _open_parts(self, goal: GoalRecord, depth: int) -> Iterator[Cause]:
+        """Yield the action and the sub-goals of a goal that are not over."""
+        mode = goal.mode
         if mode in ("EXPANDED", "COMMITTED", "DISPATCHED"):
             open_actions = [action for action in goal.actions if action.state not in DONE_STATES]
             if mode == "DISPATCHED" and open_actions:
@@ -294,8 +314,10 @@ class Storyteller:
             because.append(
                 Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s")
             )
+        if action.state not in ("WAITING", "RUNNING"):
+            because = [*self._root(self._roots.of_action(goal, action)), *because]
         fact = self._action_fact(goal, action)
-        if action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
+        if not because and action.state in ("FORMULATED", "PENDING") and fact.get("executable") == "FALSE":
             because.append(Cause("it is not executable: its precondition does not hold"))
         rest = f", {more} more after it" if more else ""
         return Cause(text + rest, tuple(because))
@@ -309,32 +331,6 @@ class Storyteller:
             ):
                 return slots
         return {}
-
-    def _resources(self, goal: GoalRecord) -> Iterator[Cause]:
-        """Yield the resources that a goal needs and has not, and who has them."""
-        facts = {slots.get("id", ""): slots for slots in self._facts.get("goal", ())}
-        own = facts.get(goal.id, {})
-        missing = set(own.get("required-resources", "").split()) - set(
-            own.get("acquired-resources", "").split()
-        )
-        for resource in sorted(missing):
-            holders = [
-                other
-                for other, slots in facts.items()
-                if other != goal.id and resource in slots.get("acquired-resources", "").split()
-            ]
-            locks = [
-                slots.get("locked-by", "")
-                for slots in self._facts.get("mutex", ())
-                if slots.get("name") == f"resource-{resource}" and slots.get("state") == "LOCKED"
-            ]
-            if holders:
-                held = ": goal " + ", ".join(holders) + " has it"
-            else:
-                held = (
-                    f": {locks[0]} has locked it" if locks and locks[0] else ", which nobody is known to have"
-                )
-            yield Cause(f"resource {resource}{held}")
 
 
 def _ended_badly(child: GoalRecord, before: GoalChange) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from cxbridge.errors import ClipsError
 from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.rules.rewritten import as_written
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 
 
@@ -13,9 +14,9 @@ class CopiedEvidence(Evidence):
     """What was copied.
 
     :param times_us: when the run began, and the moment.
-    :param snapshot: the one rule that was asked about, or why it could not be copied; None for goals.
+    :param snapshots: the rules that were asked about, each as it was or why it could not be copied.
     :param facts: the facts of some deftemplates.
-    :param texts: the defrules by name.
+    :param texts: the defrules by name, as the environment has them.
     """
 
     def __init__(
@@ -24,15 +25,16 @@ class CopiedEvidence(Evidence):
         times_us: tuple[int, int],
         history: History,
         book: Rulebook,
-        snapshot: Snapshot | ClipsError | None,
+        snapshots: Mapping[str, Snapshot | ClipsError],
         facts: Mapping[str, list[Mapping[str, str]]],
         texts: Mapping[str, str],
     ) -> None:
         super().__init__(where, *times_us, history)
         self._book = book
-        self._snapshot = snapshot
+        self._snapshots = snapshots
         self._facts = facts
         self._texts = texts
+        self._written: Mapping[str, str] | None = None
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
@@ -40,9 +42,10 @@ class CopiedEvidence(Evidence):
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return what there is to know about the rule."""
-        if isinstance(self._snapshot, Snapshot):
-            return self._snapshot
-        raise self._snapshot or ClipsError(f"the rule '{rule}' was not copied")
+        found = self._snapshots.get(rule)
+        if isinstance(found, Snapshot):
+            return found
+        raise found or ClipsError(f"the rule '{rule}' was not copied")
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate."""
@@ -50,4 +53,6 @@ class CopiedEvidence(Evidence):
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        return self._texts
+        if self._written is None:
+            self._written = as_written(self._texts)
+        return self._written

@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Protocol
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import (
+    Event,
     FactChange,
     GoalTransition,
     InterfaceWrite,
+    LogLine,
     PlanActionTransition,
     PlannerCall,
     RuleFired,
     SkillStatus,
 )
 from cxbridge.explain.evidence import Evidence, History
+from cxbridge.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge.explain.rules.constructs import Constructs, TextFile
 from cxbridge.explain.rules.locations import short_path
 from cxbridge.explain.rules.parse import parse_rule, patterns
@@ -46,6 +50,48 @@ class RuleSource(Protocol):
         """Return all defrules by name."""
 
 
+class _Passed:
+    """What happened in a recording up to a moment.
+
+    :param at_s: seconds since its first event; None for its end.
+    :ivar cut: whether there is more behind it.
+    :raises TraceError: when the recording cannot be read, or has no events.
+    """
+
+    def __init__(self, run: Run, at_s: float | None) -> None:
+        self.histories: dict[str, History] = {}
+        self.facts = FactTables()
+        self.refusals = Refusals()
+        self.cut = False
+        start_us = now_us = None
+        for event in run:
+            if start_us is None:
+                start_us = now_us = event.time_us
+            if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
+                self.cut = True
+                break
+            now_us = max(now_us or 0, event.time_us)
+            self._take(event)
+        if start_us is None or now_us is None:
+            raise TraceError("this recording has no events", file=run.path)
+        self.start_us: int = start_us
+        self.now_us: int = now_us
+
+    def _take(self, event: Event) -> None:
+        if isinstance(event, FactChange):
+            self.facts.take(event)
+        if isinstance(event, _WITH_ENV):
+            if event.env not in self.histories:
+                reads = partial(self.facts.slots, event.env)
+                self.histories[event.env] = History(event.env, facts_of=reads)
+            self.histories[event.env].take(event)
+        elif isinstance(event, LogLine):
+            self.refusals.take(event)
+        elif isinstance(event, InterfaceWrite):
+            for each in self.histories.values():  # which Skiller is whose, the transitions tell
+                each.take(event)
+
+
 class RecordedEvidence(Evidence):
     """What a recording says about a moment.
 
@@ -59,26 +105,8 @@ class RecordedEvidence(Evidence):
     def __init__(
         self, run: Run, at_s: float | None, env: str | None, rules: RuleSource | None = None
     ) -> None:
-        histories: dict[str, History] = {}
-        facts = FactTables()
-        start_us = now_us = None
-        cut = False
-        for event in run:
-            if start_us is None:
-                start_us = now_us = event.time_us
-            if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
-                cut = True
-                break
-            now_us = max(now_us or 0, event.time_us)
-            if isinstance(event, FactChange):
-                facts.take(event)
-            if isinstance(event, _WITH_ENV):
-                histories.setdefault(event.env, History(event.env)).take(event)
-            elif isinstance(event, InterfaceWrite):
-                for each in histories.values():  # which Skiller is whose, the transitions tell
-                    each.take(event)
-        if start_us is None or now_us is None:
-            raise TraceError("this recording has no events", file=run.path)
+        passed = _Passed(run, at_s)
+        start_us, now_us, facts, histories = passed.start_us, passed.now_us, passed.facts, passed.histories
         chosen = _choose(env, set(histories), run.path)
         self.env = chosen
         self._tables = facts
@@ -87,9 +115,12 @@ class RecordedEvidence(Evidence):
         self._path = run.path
         self._rules = rules
         self._run = run
+        self._refusals = passed.refusals
         history = histories.setdefault(chosen, History(chosen))
         seconds = (now_us - start_us) / MICROSECONDS if at_s is None else at_s
-        when = f"at {seconds:.3f} s" if cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
+        when = (
+            f"at {seconds:.3f} s" if passed.cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
+        )
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
@@ -108,7 +139,8 @@ class RecordedEvidence(Evidence):
                     file=self._path,
                     hint="name the scenario that was run, or with --fawkes-dir the Fawkes whose log it is",
                 )
-            self._rules = Constructs(files)
+            folders = agent_folders((file.name, file.text) for file in files)
+            self._rules = Constructs(files, self._refusals.of(self.env), folders)
         return self._rules
 
     def rulebook(self) -> Rulebook:

@@ -5,14 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from functools import partial
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import show
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
+from cxbridge.explain.rules.rewritten import as_written
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
@@ -29,6 +30,7 @@ INIT_SECONDS = 30.0
 class EnvironmentEvidence(Evidence):
     """Evidence from an environment that is there.
 
+    :param env: the environment.
     :param folders: where the agent's CLIPS files are.
     """
 
@@ -41,31 +43,29 @@ class EnvironmentEvidence(Evidence):
         folders: tuple[object, ...],
     ) -> None:
         super().__init__(where, *times_us, history)
-        self._env = env
-        self._folders = folders
+        self.env = env
+        self.folders = folders
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
-        with self._env.lock:
-            return rulebook(self._env, self._folders)
+        with self.env.lock:
+            return rulebook(self.env, self.folders)
 
     def snapshot(self, rule: str) -> Snapshot:
         """Return what there is to know about a rule."""
-        with self._env.lock:
-            return take(self._env, rule)
+        with self.env.lock:
+            return take(self.env, rule)
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        with self._env.lock:
-            return rule_texts(self._env)
+        with self.env.lock:
+            texts = rule_texts(self.env)
+        return as_written(texts)
 
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
-        with self._env.lock:
-            return [
-                {name: show(value) for name, value in slots.items()}
-                for _, _, slots in self._env.facts(template)
-            ]
+        with self.env.lock:
+            return fact_slots(self.env, template)
 
 
 @contextmanager
@@ -79,7 +79,8 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
     options.check()
     with make_run(options) as run:
         agent = _asked(run, env)
-        history = History(agent.executive.env.name if env is None else env)
+        name = agent.executive.env.name if env is None else env
+        history = History(name, facts_of=partial(fact_slots, agent.executive.env))
         agent.bus.subscribe(history.take, *STORY_TYPES)
         start_us = run.clock.now_us()
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
@@ -170,7 +171,7 @@ class InitialisedRules:
 
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name."""
-        return rule_texts(self._env)
+        return as_written(rule_texts(self._env))
 
 
 @contextmanager

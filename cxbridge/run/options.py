@@ -175,6 +175,15 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
     replay_order: Annotated[
         str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
     ] = "total"
+    replay_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=0,
+            metavar="S",
+            help="Its transitions must come when the recorded did, give or take S seconds.",
+            show_default=False,
+        ),
+    ] = None
     strict: Annotated[
         bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
     ] = False

@@ -61,7 +61,6 @@ class AgentRun(Closing):
         patience: float = PATIENCE_S,
         golden: GoldenFiles | None = None,
     ) -> None:
-        __tracebackhide__ = True
         self.options = options
         self._golden = golden
         self.patience = patience
@@ -105,7 +104,6 @@ class AgentRun(Closing):
             self.transitions.append(event)
 
     def _check_constructs(self, *, strict: bool) -> None:
-        __tracebackhide__ = True
         broken = self._assembly.executive.env.loader.diagnostics
         if strict and broken:
             first = broken[0]
@@ -127,13 +125,11 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run loops of the main loop."""
-        __tracebackhide__ = True
         end = self._assembly.loop.loops + loops
         self._run(lambda: self._assembly.loop.loops >= end)
 
     def advance(self, seconds: float) -> None:
         """Let time pass."""
-        __tracebackhide__ = True
         end = self.seconds + seconds
         self._run(lambda: self.seconds >= end)
 
@@ -142,7 +138,6 @@ class AgentRun(Closing):
 
         :raises AssertionError: when it is not within so many seconds of the run's clock.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         met = False
 
@@ -161,7 +156,6 @@ class AgentRun(Closing):
         :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
             before.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         self._run(lambda: self.is_over or self.seconds >= end)
         if not self.is_over:
@@ -185,7 +179,6 @@ class AgentRun(Closing):
             self._due.pop(0)[1]()
 
     def _run(self, done: Callable[[], bool]) -> None:
-        __tracebackhide__ = True
         loop, clock = self._assembly.loop, self._assembly.clock
         with self._watched() as out_of_patience:
             while not out_of_patience.is_set():
@@ -199,7 +192,6 @@ class AgentRun(Closing):
             raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
 
     def _check_patience(self, out_of_patience: threading.Event) -> None:
-        __tracebackhide__ = True
         if out_of_patience.is_set():
             problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
             raise AssertionError(self._with_goals(problem))
@@ -237,6 +229,10 @@ class AgentRun(Closing):
         if self._skills is None:
             raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
         return self._skills
+
+    def unmet_skills(self) -> list[str]:
+        """Return what of the script of skills no call has met, a line each."""
+        return [] if self._skills is None else self._skills.unmet()
 
     # ---- the world
 
@@ -300,7 +296,6 @@ class AgentRun(Closing):
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
-        __tracebackhide__ = True
         for name, outcome in outcomes.items():
             found = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]

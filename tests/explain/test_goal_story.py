@@ -86,7 +86,7 @@ RULES = {
 
 def test_rules_that_could_move_a_goal_on_are_named_the_most_specific_first():
     evidence = RecordedEvidence(ListRun(started(0, "talk1", modes=MODES[:1]), RULES), None, None)
-    assert explain(evidence, "talk1").lines[4] == (
+    assert explain(evidence, "talk1").lines[6] == (
         "└─ rules that could do it ('cxbridge why RULE' tells more): talk-select, any-select"
     )
 
@@ -120,7 +120,7 @@ def test_goals_that_blame_each_other_end():
         goal(1, "a1", "FINISHED", "FAILED", "X b1"),
         goal(1, "b1", "FINISHED", "FAILED", "X a1"),
     ]
-    assert told(events, "a1").count("b1 (B) FAILED") == 1
+    assert told(events, "a1").split("\n\n")[2].count("b1 (B) FAILED") == 1
 
 
 def test_a_running_action():
@@ -190,11 +190,12 @@ def test_parents_in_a_circle_end():
 def test_a_class_its_numbers_and_begins_of_ids():
     events = [*started(0, "walk1"), *started(1, "walk2"), goal(2, "walk1", "FINISHED", "COMPLETED")]
     assert told(events, "WALK") == (
-        "2 goals of class WALK in list.mcap at its end, 2.000 s\n\n"
+        "2 goals of class WALK in list.mcap at its end, 2.000 s; WALK#2: "
+        "walk2 (WALK) is DISPATCHED since 1.000 s, and waits for what was dispatched\n\n"
         "WALK#1  walk1 (WALK) COMPLETED at 2.000 s\n"
         "WALK#2  walk2 (WALK) is DISPATCHED since 1.000 s, and waits for what was dispatched"
     )
-    assert told(events, "WALK#2").startswith("goal walk2 (WALK#2)")
+    assert "\ngoal walk2 (WALK#2)" in told(events, "WALK#2")
     with pytest.raises(CxbridgeError, match="there is no goal 'WALK#3'"):
         told(events, "WALK#3")
     with pytest.raises(CxbridgeError, match="several goals begin with 'wal'"):
@@ -204,7 +205,7 @@ def test_a_class_its_numbers_and_begins_of_ids():
 
 
 def test_a_unique_begin_of_an_id():
-    assert told(started(0, "walking1"), "walk").startswith("goal walking1 ")
+    assert "\ngoal walking1 " in told(started(0, "walking1"), "walk")
 
 
 LOG = SHARED / "traces" / "test-scenario" / "skiller-1" / "fawkes.log"
@@ -214,10 +215,10 @@ FAILING = "PARALLEL-AUTOMATIC-SUBGOAL-gen22"
 @needs_shared
 def test_a_rejected_goal_of_a_real_fawkes():
     lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen8").lines
-    assert lines[0] == (
+    assert lines[2] == (
         "goal gen8 (ALWAYS-REJECT#1), sub-goal of RUN-ONE-TESTGOAL-PARENT-gen27 (TESTGOAL-PARENT)"
     )
-    assert lines[3:5] == (
+    assert lines[5:7] == (
         "gen8 (ALWAYS-REJECT) REJECTED at 1.883 s",
         "└─ rule always-reject-goal-reject set gen8 to REJECTED",
     )
@@ -226,13 +227,13 @@ def test_a_rejected_goal_of_a_real_fawkes():
 @needs_shared
 def test_a_goal_of_a_real_fawkes_that_succeeds_at_its_second_try():
     lines = explain(RecordedEvidence(open_run(LOG), None, None), "gen10").lines
-    assert lines[3] == ("gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before, it was FAILED at 1.887 s")
+    assert lines[5] == ("gen10 (SUCCEED-SECOND-TRY) COMPLETED at 1.890 s; before, it was FAILED at 1.887 s")
 
 
 @needs_shared
 def test_a_failed_goal_of_a_real_fawkes():
     lines = explain(RecordedEvidence(open_run(LOG), None, None), FAILING).lines
-    assert lines[3:7] == (
+    assert lines[5:9] == (
         f"{FAILING} (AUTOMATIC-SUBGOAL) FAILED at 12.022 s, error: SUB-GOAL-FAILED gen20",
         "├─ gen20 (ALWAYS-FAIL) FAILED at 12.020 s",
         "│  └─ rule always-fail-goal-fail set gen20 to FAILED",
@@ -243,7 +244,7 @@ def test_a_failed_goal_of_a_real_fawkes():
 @needs_shared
 def test_a_goal_of_a_real_fawkes_while_its_skill_runs():
     lines = explain(RecordedEvidence(open_run(LOG), 5, None), "TALK").lines
-    assert lines[3:6] == (
+    assert lines[5:8] == (
         "gen9 (TALK) is DISPATCHED since 1.893 s, and waits for what was dispatched",
         "└─ action 40 say-hello-again is RUNNING since 4.239 s, 1 more after it",
         '   └─ skill say{text="Hello again peggy", wait=true} of Skiller is S_RUNNING since 4.238 s',

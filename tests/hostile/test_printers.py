@@ -233,6 +233,11 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("{scenario}", "--config", "{wrong}"),
         ("{text}",),
     ],
+    ("new",): [
+        ("{text}",),
+        ("{tmp}/fresh",),
+        ("{tmp}/x", "--from-fawkes", "{text}", "--fawkes-dir", "{tmp}"),
+    ],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
     ("view",): [("{text}",)],  # what is there, it serves until Ctrl-C

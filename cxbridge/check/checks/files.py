@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity
+from cxbridge.check.findings import Code, Finding, Severity, did_you_mean
 
 MISSING: Final = Code(
     "CX102",
@@ -39,7 +38,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
-            _like(missing.name, folders) or f"searched: {searched}",
+            did_you_mean(missing.name, _files(folders), f"searched: {searched}"),
         )
     core = agent.context.paths.cx
     for asked in agent.asked:
@@ -54,14 +53,12 @@ def check(agent: Agent) -> Iterator[Finding]:
             )
 
 
-def _like(name: str, folders: tuple[Path, ...]) -> str:
-    """Return which file was probably meant."""
-    known = {
+def _files(folders: tuple[Path, ...]) -> set[str]:
+    """Return the names of the CLIPS files in the folders."""
+    return {
         str(path.relative_to(folder))
         for folder in folders
         if folder.is_dir()
         for pattern in ("*.clp", "*/*.clp")
         for path in folder.glob(pattern)
     }
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else ""

@@ -28,6 +28,9 @@ _DEFFACTS_OF_FEATURES = "ff-features-"
 _COMMAND = re.compile(r"^\((?!def)", re.MULTILINE)
 _FUNCTION_KINDS = ("deffunction", "defgeneric", "defmethod")
 
+UNCLOSED = "UNCLOSED"
+"""The code of a parenthesis that never closes."""
+
 _FINDERS: dict[str, Callable[[CData, bytes], CData]] = {
     "defrule": lib.FindDefrule,
     "deftemplate": lib.FindDeftemplate,
@@ -152,7 +155,7 @@ class ClipsLoader:
             construct = next(
                 (f"{c.kind} {c.name}" for c in source.constructs if c.line == source.unclosed_line), ""
             )
-            self._report(Diagnostic(file, source.unclosed_line, construct, "UNCLOSED", text), Level.WARN)
+            self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
         return bool(fine)
 
     def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:

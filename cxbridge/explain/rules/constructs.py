@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.explain.rules.parse import dependencies, parse_rule
 from cxbridge.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
@@ -29,17 +30,33 @@ class Constructs:
     """The constructs of files.
 
     :param files: in the order they were loaded; of two constructs of one name the later counts.
+    :param diagnostics: what was wrong with them: a rule that was refused is not there.
+    :param folders: where more files of the agent are.
     """
 
-    def __init__(self, files: Iterable[TextFile]) -> None:
+    def __init__(
+        self,
+        files: Iterable[TextFile],
+        diagnostics: Sequence[Diagnostic] = (),
+        folders: Sequence[str] = (),
+    ) -> None:
+        self._diagnostics = tuple(diagnostics)
+        self._folders = tuple(folders)
+        self._names: list[str] = []
+        self._refused: dict[str, str] = {}
+        refused = {(each.file, each.construct) for each in diagnostics}
         self.templates: dict[str, FactTemplate] = {}
         self._rules: dict[str, str] = {}
         self._places: dict[str, tuple[str, int]] = {}
         self._functions: dict[str, str] = {}
         self._globals: dict[str, str] = {}
         for file in files:
+            self._names.append(file.name)
             for found in definitions(file.text):
-                self._take(found, file.name)
+                if (file.name, f"{found.kind} {found.name}") not in refused:
+                    self._take(found, file.name)
+                elif found.kind == "defrule":
+                    self._refused[found.name] = found.node.text
 
     def _take(self, found: Definition, file: str) -> None:
         name, node = found.name, found.node
@@ -61,7 +78,14 @@ class Constructs:
 
     def rulebook(self) -> Rulebook:
         """Return which rules there are."""
-        return Rulebook(frozenset(self._rules), (), places=self._places)
+        return Rulebook(
+            frozenset(self._rules),
+            tuple(self._names),
+            self._diagnostics,
+            self._folders,
+            self._places,
+            self._refused,
+        )
 
     def has_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""

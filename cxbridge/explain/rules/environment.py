@@ -15,7 +15,7 @@ from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
-from cxbridge.executive.host.values import FactAddress
+from cxbridge.executive.host.values import FactAddress, show
 from cxbridge.explain.rules import snapshot as model
 from cxbridge.explain.rules.parse import dependencies, parse_rule, patterns
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Waiting
@@ -44,9 +44,21 @@ def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
 
 
 def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the defrules of an environment by name. To be called between runs of its rules."""
+    """Return the defrules of an environment by name, as CLIPS has them: see :func:`~.rewritten.as_written`.
+
+    To be called between runs of its rules.
+    """
     forms = ((name, lib.DefrulePPForm(rule)) for name, rule in _rules(env))
     return {name: decode(form) for name, form in forms if form != NULL}
+
+
+def fact_slots(env: ClipsEnvironment, template: str, most: int | None = None) -> list[Mapping[str, str]]:
+    """Return the facts of a deftemplate: slots, as CLIPS prints their values.
+
+    :param most: only so many; all for None.
+    """
+    facts = islice(env.facts(template), most)
+    return [{name: show(value) for name, value in slots.items()} for _, _, slots in facts]
 
 
 def take(env: ClipsEnvironment, rule: str, most_facts: int | None = None) -> Snapshot:

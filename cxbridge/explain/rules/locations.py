@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
 from cxbridge.clipstext.syntax import rule_lines
+from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.explain.rules.snapshot import Rulebook
 
 _MOST_NAMES = 3
@@ -50,6 +52,9 @@ def why_missing(rule: str, book: Rulebook) -> str:
     for diagnostic in reversed(book.diagnostics):
         if diagnostic.construct.partition(" ")[2] == rule:
             return f"it was refused when its file was loaded: {diagnostic}"
+    behind = _behind_unclosed(rule, book)
+    if behind:
+        return behind
     place = find_rule(rule, book.files)
     if place is not None:
         lost = [str(diagnostic) for diagnostic in book.diagnostics if diagnostic.file == place.file]
@@ -62,9 +67,31 @@ def why_missing(rule: str, book: Rulebook) -> str:
     return "" if place is None else f"{place} defines it, but the spec does not load that file"
 
 
+def _behind_unclosed(rule: str, book: Rulebook) -> str:
+    """Return that a rule is behind a parenthesis that never closes; else nothing."""
+    begin = re.compile(rf"^\s*\(defrule\s+{re.escape(rule)}(?![^\s()])", re.MULTILINE)
+    for diagnostic in book.diagnostics:
+        if diagnostic.code != UNCLOSED or diagnostic.line is None:
+            continue
+        try:
+            text = Path(diagnostic.file).read_bytes().decode("utf-8", "surrogateescape")
+        except OSError:
+            continue
+        match = begin.search(text)
+        if match is not None and text.count("\n", 0, match.start() + 1) + 1 > diagnostic.line:
+            return f"it is lost with what follows an unclosed parenthesis: {diagnostic}"
+    return ""
+
+
 def similar(name: str, names: Iterable[str]) -> list[str]:
     """Return the names that are similar to an unknown one."""
     known = sorted(set(names))
     close = get_close_matches(name, known, _MOST_NAMES)
     within = [other for other in known if len(name) > 2 and name.lower() in other.lower()]  # noqa: PLR2004
     return list(dict.fromkeys([*close, *within]))[:_MOST_NAMES]
+
+
+def did_you_mean(name: str, names: Iterable[str]) -> str:
+    """Return, to be put behind a message about an unknown name, which similar names there are; or nothing."""
+    found = similar(name, names)
+    return f" (did you mean {', '.join(found)}?)" if found else ""

@@ -87,6 +87,7 @@ def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting
 def plain(story: RuleExplanation) -> dict[str, Any]:
     """Return the story as values that JSON knows."""
     result: dict[str, Any] = {
+        "headline": headline(story),
         "rule": story.rule,
         "where": story.where,
         "exists": not story.missing,
@@ -110,6 +111,23 @@ def plain(story: RuleExplanation) -> dict[str, Any]:
             "halted": story.snapshot.halted,
         }
     return result
+
+
+def headline(story: RuleExplanation) -> str:
+    """Return the answer in one line: whether the rule has fired, and the true cause."""
+    if story.missing:
+        return f"rule {story.rule}: {story.missing}"
+    found = story.diagnosis
+    failing = found.failing if found is not None else 0
+    if found is None or not failing or found.failure is None:
+        return f"rule {story.rule}: {verdict(story)}"
+    has = "has not fired" if not story.fired else "does not fire again"
+    near = next((miss.deviations for miss in found.failure.near if miss.deviations), ())
+    slots = [f"{each.slot} is {each.value}, not {each.wanted}" for each in near]
+    facts = found.failure.facts[:1] + found.failure.values[:1]
+    details = "; ".join([*facts, *slots])
+    reason = found.failure.reason + (f": {details}" if details else "")
+    return f"rule {story.rule} {has}: CE {failing} {found.failure.text} has no match: {reason}"
 
 
 def verdict(story: RuleExplanation) -> str:
@@ -155,6 +173,8 @@ def lines(story: RuleExplanation) -> Iterator[str]:
     """Yield the report for people."""
     about = [str(story.place)] if story.place else []
     found, snapshot = story.diagnosis, story.snapshot
+    yield headline(story)
+    yield ""
     if found is not None and found.salience:
         about.append(f"salience {found.salience}")
     yield f"rule {story.rule}{_bracketed(about)}"

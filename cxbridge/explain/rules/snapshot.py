@@ -110,6 +110,7 @@ class Rulebook:
     :param diagnostics: what was wrong with them.
     :param folders: where the agent's files are, loaded or not.
     :param places: file and line of rules, where they are known without looking into the files.
+    :param refused: the texts of rules that were refused, where they are known without looking into the files.
     """
 
     rules: frozenset[str]
@@ -117,3 +118,4 @@ class Rulebook:
     diagnostics: tuple[Diagnostic, ...] = ()
     folders: tuple[str, ...] = ()
     places: Mapping[str, tuple[str, int]] = field(default_factory=dict)
+    refused: Mapping[str, str] = field(default_factory=dict)

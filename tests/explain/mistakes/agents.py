@@ -204,7 +204,7 @@ MISTAKES = (
         ":precondition (not (said ?name HELLO))",
         ":precondition (said ?name GOODBYE)",
         "SAY-GOODBYE",
-        ("planner", "cannot be reached"),
+        ("planner", "no plan", "(said PEGGY GOODBYE)"),
         scenario="test-scenario-pddl",
     ),
     Mistake(

@@ -1,0 +1,152 @@
+"""Looks at a plan-action at one moment: what the facts say about why it is not executed, or has failed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.explain.preconditions import FactsOf, Preconditions, atom_text, fields
+from cxbridge.explain.rules.locations import did_you_mean
+from cxbridge.history.orders import PLAN_ACTION, ActionKey
+from cxbridge.history.transitions import unquote
+
+LOOK_TEMPLATES: Final = (
+    PLAN_ACTION,
+    "plan",
+    "domain-operator",
+    "domain-fact",
+    "pddl-formula",
+    "pddl-predicate",
+    "domain-pending-sensed-fact",
+    "skill",
+    "skill-action-execinfo",
+    "skill-action-mapping",
+    "skiller-control",
+)
+"""The facts that are looked at."""
+
+_NO_NAMES: Final = ("", "nil")
+
+
+@dataclass(frozen=True, slots=True)
+class ActionLook:
+    """What the facts say about an action.
+
+    :param name: of its operator.
+    :param plan_type: of its plan: ``SEQUENTIAL`` ...; empty when it is not known.
+    :param wrong: what the facts are sure of: the reason why it is not executed, or has failed; may be empty.
+    :param mappings: the actions that are mapped to skills.
+    :param operators: of the domain.
+    :param held_up: what keeps the Skiller from it; may be empty.
+    :param error: what the slot ``error-msg`` says; may be empty.
+    """
+
+    name: str
+    plan_type: str
+    wrong: str
+    mappings: tuple[str, ...]
+    operators: tuple[str, ...]
+    held_up: str
+    error: str
+
+
+def look_at_action(facts_of: FactsOf, key: ActionKey) -> ActionLook | None:
+    """Return what facts say about an action; None when there is no fact of it.
+
+    :param key: ids of goal, plan and action.
+    """
+    action = _find(facts_of(PLAN_ACTION), **dict(zip(("goal-id", "plan-id", "id"), key, strict=True)))
+    if not action:
+        return None
+    plan = _find(facts_of("plan"), **{"id": key[1], "goal-id": key[0]})
+    wrong = (
+        _failed_skill(facts_of, action, key)
+        or _bad_operator(facts_of, action)
+        or _missing_effect(facts_of, action, key)
+    )
+    return ActionLook(
+        action.get("action-name", ""),
+        plan.get("type", ""),
+        wrong,
+        tuple(slots.get("name", "") for slots in facts_of("skill-action-mapping")),
+        tuple(slots.get("name", "") for slots in facts_of("domain-operator")),
+        _held_up(facts_of, action, key),
+        unquote(action.get("error-msg", "")),
+    )
+
+
+def _find(facts: Iterable[Mapping[str, str]], **wanted: str) -> Mapping[str, str]:
+    for slots in facts:
+        if all(slots.get(name) == value for name, value in wanted.items()):
+            return slots
+    return {}
+
+
+def _failed_skill(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
+    """Return what the skill of an action failed with."""
+    if action.get("state") != "EXECUTION-FAILED":
+        return ""
+    error = unquote(action.get("error-msg", ""))
+    call = _find(
+        facts_of("skill-action-execinfo"),
+        **dict(zip(("goal-id", "plan-id", "action-id"), key, strict=True)),
+    )
+    skill = _find(facts_of("skill"), id=call.get("skill-id", "")) if call else {}
+    text = unquote(skill.get("skill-string", ""))
+    return ": ".join(filter(None, (f"skill {text} failed" if text else "", error)))
+
+
+def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
+    """Return what does not fit between an action and its operator."""
+    operators = {slots.get("name", ""): slots for slots in facts_of("domain-operator")}
+    name = action.get("action-name", "")
+    if name not in operators:
+        return f"the domain has no operator '{name}'{did_you_mean(name, operators)}" if operators else ""
+    wanted = fields(operators[name].get("param-names", ""))
+    names, values = fields(action.get("param-names", "")), fields(action.get("param-values", ""))
+    if names and set(names) != set(wanted):
+        return (
+            f"its parameters are ({' '.join(names)}), but those of the operator {name} ({' '.join(wanted)})"
+        )
+    names = names or wanted
+    if len(names) != len(values):
+        return f"it has {len(values)} values for the {len(names)} parameters ({' '.join(names)})"
+    if action.get("state") == "SENSED-EFFECTS-WAIT" or action.get("executable") == "TRUE":
+        return ""
+    blame = Preconditions(facts_of).blame(name, dict(zip(names, values, strict=True)))
+    return f"its precondition does not hold: {', '.join(blame)}" if blame else ""
+
+
+def _missing_effect(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
+    """Return which sensed effects of an action have not been seen."""
+    if action.get("state") != "SENSED-EFFECTS-WAIT":
+        return ""
+    atoms = [
+        atom_text((slots.get("name", ""), *fields(slots.get("param-values", ""))))
+        + (" to go" if slots.get("type") == "NEGATIVE" else "")
+        for slots in facts_of("domain-pending-sensed-fact")
+        if (slots.get("goal-id"), slots.get("plan-id"), slots.get("action-id")) == key
+    ]
+    return f"it waits for the sensed effect {', '.join(atoms)}, which no rule has asserted" if atoms else ""
+
+
+def _held_up(facts_of: FactsOf, action: Mapping[str, str], key: ActionKey) -> str:
+    """Return what keeps the Skiller of an action from executing it."""
+    skiller = unquote(action.get("skiller", ""))
+    if skiller in _NO_NAMES:
+        return ""
+    for call in facts_of("skill-action-execinfo"):
+        if unquote(call.get("skiller", "")) == skiller:
+            other = call.get("goal-id", ""), call.get("plan-id", ""), call.get("action-id", "")
+            if other != key:
+                busy = f"action {other[2]} {call.get('skill-name', '')} of goal {other[0]}"
+                return f"the Skiller {skiller} executes {busy}"
+            return ""
+    controls = facts_of("skiller-control")
+    own = [slots for slots in controls if unquote(slots.get("skiller", "")) == skiller]
+    if not own:
+        return f'no fact (skiller-control (skiller "{skiller}")) asks for the control of its Skiller'
+    if own[0].get("acquired") != "TRUE":
+        return f"the executive has not got the control of the Skiller {skiller}"
+    return ""

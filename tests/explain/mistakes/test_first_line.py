@@ -1,0 +1,98 @@
+"""The first line of the answer has the true cause, live, from a daemon's copy, and from a recording."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import fields
+from typing import Any
+
+import pytest
+
+from cxbridge.daemon.explain import copy_evidence
+from cxbridge.explain.answer import Explanation, explain
+from cxbridge.explain.evidence import Evidence
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.evidence import EnvironmentEvidence, scenario_evidence
+from cxbridge.trace.formats.registry import open_run
+from tests.explain.mistakes.agents import MISTAKES, Mistake
+from tests.support import ROOT
+
+TO_THE_END: dict[str, Any] = {"lenient": True} if "lenient" in {field.name for field in fields(RunOptions)} else {}
+"""A run with a broken rule goes on; where runs know no other way there is no such option."""
+
+
+def asked(evidence: Evidence, mistake: Mistake) -> Explanation:
+    """Ask what the author of the agent asks."""
+    kind, _, name = mistake.question.rpartition(" ")
+    return explain(evidence, name, kind)
+
+
+def copied(evidence: EnvironmentEvidence, mistake: Mistake) -> Evidence:
+    """Return what a daemon copies when it is asked."""
+    kind, _, name = mistake.question.rpartition(" ")
+    assert evidence.history is not None
+    times_us = evidence.start_us, evidence.now_us
+    return copy_evidence(evidence.env, evidence.folders, name, kind, "a daemon", times_us, evidence.history)
+
+
+def assert_tells(answer: Explanation, mistake: Mistake) -> None:
+    """The first line has the cause, and so has the answer for programs."""
+    assert [word for word in mistake.cause if word not in answer.lines[0]] == [], answer.lines[0]
+    assert answer.plain["headline"] == answer.lines[0]
+    json.dumps(answer.plain)
+
+
+def test_there_are_enough():
+    assert len({mistake.name for mistake in MISTAKES}) == len(MISTAKES) >= 18
+
+
+@pytest.mark.parametrize("mistake", MISTAKES, ids=lambda mistake: mistake.name)
+def test_the_true_cause_is_in_the_first_line(mistake, tmp_path):
+    agent, recording = mistake.write(tmp_path), tmp_path / "run.mcap"
+    with scenario_evidence(RunOptions(scenario=agent, **TO_THE_END), mistake.at) as evidence:
+        assert_tells(asked(evidence, mistake), mistake)
+        assert isinstance(evidence, EnvironmentEvidence)
+        assert_tells(asked(copied(evidence, mistake), mistake), mistake)
+    options = RunOptions(
+        scenario=agent, trace=recording, trace_level="facts", timeout=mistake.at, **TO_THE_END
+    )
+    run_scenario(options)
+    assert_tells(asked(RecordedEvidence(open_run(recording), None, None), mistake), mistake)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "a function in the actions of a rule is misspelt: the rule is refused",
+        "a file of the agent is not loaded",
+    ],
+)
+def test_the_cause_is_found_from_the_root_goal(name, tmp_path):
+    mistake = next(each for each in MISTAKES if each.name == name)
+    with scenario_evidence(
+        RunOptions(scenario=mistake.write(tmp_path), **TO_THE_END), mistake.at
+    ) as evidence:
+        first = explain(evidence, "TESTGOAL-PARENT").lines[0]
+    assert "talk-plan-for-talk" in first
+
+
+@pytest.mark.parametrize("name", ["TALK", "TESTGOAL-PARENT", "FINALLY-SUCCEED"])
+def test_a_sound_agent_is_not_blamed(name):
+    """While it runs, and at its end: no cause is made up."""
+    for at in (0.5, 2.0, None):
+        with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), at) as evidence:
+            answer = explain(evidence, name)
+        text = "\n".join(answer.lines)
+        for word in ("refused", "not load", "did you mean", "no rule executes", "precondition"):
+            assert word not in text, answer.lines[0]
+
+
+def test_a_file_of_a_recording_that_has_changed_opens_no_folder(tmp_path):
+    mistake = next(each for each in MISTAKES if each.name == "a file of the agent is not loaded")
+    agent, recording = mistake.write(tmp_path), tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=agent, trace=recording, trace_level="facts", timeout=1))
+    for file in agent.glob("*.clp"):
+        file.write_text(file.read_text() + "\n; later\n")
+    answer = asked(RecordedEvidence(open_run(recording), None, None), mistake)
+    assert "talk-plans.clp" not in "\n".join(answer.lines)

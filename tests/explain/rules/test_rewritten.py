@@ -1,0 +1,17 @@
+"""Rules as they were written, of an environment that has them rewritten."""
+
+from __future__ import annotations
+
+from cxbridge.explain.rules.environment import rule_texts
+from cxbridge.explain.rules.rewritten import as_written
+from tests.explain.worlds import world
+
+
+def test_what_a_live_rule_sets_is_read_as_in_a_file(tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text("(defrule go ?g <- (goal (mode A) (id ?i)) => (modify ?g (mode B) (params 1 ?i)))\n")
+    with world() as env:
+        env.load(file)
+        texts = rule_texts(env)
+        assert "(mode B)" not in texts["go"]
+        assert "(modify ?g (mode B) (params 1 ?i))" in as_written(texts)["go"]
