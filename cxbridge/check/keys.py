@@ -57,7 +57,7 @@ class KeyCheck:
         return {key[0] for key in self._known}
 
     def first_unknown(self, path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-        """Return the index of the first part that no key has, and what could be there; None if all is known."""
+        """Return the index of the first part that no key has, and what could be there; None: all is known."""
         keys = list(self._known)
         for index, part in enumerate(path):
             if any(key[index] == "..." for key in keys):

@@ -31,13 +31,17 @@ _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
 
 class LiveFinding(Struct, frozen=True):
-    """A mistake, between two offsets of its file."""
+    """A mistake, between two offsets of its file.
+
+    :param is_warning: whether CLIPS loads the construct all the same.
+    """
 
     code: str
     start: int
     end: int
     message: str
     hint: str = ""
+    is_warning: bool = False
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
@@ -88,9 +92,9 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
                 found = _template(session, known, placed, number)
             if found is not None:
                 code, message, hint = found
-                yield LiveFinding(
-                    code, placed.start + mention.start, placed.start + mention.end, message, hint
-                )
+                start, end = placed.start + mention.start, placed.start + mention.end
+                at_run_time = mention.use is Use.QUERIED  # CLIPS looks at ?fact:slot when it gets there
+                yield LiveFinding(code, start, end, message, hint, is_warning=at_run_time)
 
 
 _What = tuple[str, str, str]
@@ -106,10 +110,9 @@ def _template(session: Session, known: Definitions, placed: PlacedPiece, number:
     slots = [each for each in after if each.name.kind is Kind.SLOT and each.name.owner == name]
     if not slots and mention.use is not Use.QUERIED:
         return None  # an ordered fact needs no deftemplate
-    if slots and (slots[0].name.text in session.knowledge.functions or mention.use is Use.QUERIED):
-        return None  # (assert (total (+ 1 2))) is ordered, too
-    if mention.use is Use.QUERIED:
-        return None  # CLIPS takes any name there
+    functions = session.knowledge.functions.keys() | known.names(Kind.FUNCTION)
+    if mention.use is Use.QUERIED or slots[0].name.text in functions:
+        return None  # CLIPS takes any name in a query; and (assert (total (+ 1 2))) is ordered, too
     return TEMPLATE, f"there is no deftemplate '{name}'", _meant(name, known.slots)
 
 

@@ -19,12 +19,17 @@ import msgspec
 
 from cxbridge.check.agent import Agent, agents
 from cxbridge.check.run import check
+from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.explain.coverage.model import RecordedUse
 from cxbridge.lsp.knowledge import FunctionInfo, Knowledge
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
+
+_LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
+REWRITTEN_MODIFY = "cx-modify-goal"
+"""What the built-in core says for a modify of goals; the loader rewrites it."""
 
 _PATHS = frozenset({"scenario", "fawkes_dir", "ros2cx"})
 _MANY_PATHS = frozenset({"clips_dirs", "interface_dirs", "skill_dirs", "config"})
@@ -74,9 +79,17 @@ def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
 
 def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
     """Yield the functions of CLIPS, the host and the agent's features; last those of the other features."""
-    names = agent.env.eval("(get-function-list)")
-    for name in names if isinstance(names, tuple) else ():
-        yield str(name), FunctionInfo()
+    written = {
+        construct.name
+        for file in agent.files
+        for construct in file.constructs
+        if construct.kind in ("deffunction", "defgeneric")
+    }
+    for names in map(agent.env.eval, _LISTS):  # the host has some of CLIPS' functions as deffunctions
+        for name in names if isinstance(names, tuple) else ():
+            if without_module(str(name)) not in written:
+                yield without_module(str(name)), FunctionInfo()
+    yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
         with suppress(CxbridgeError):  # what it needs is not there; its functions stay unknown
             agent.manager.request(agent.env.name, feature)

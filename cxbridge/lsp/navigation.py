@@ -47,7 +47,10 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
 
     :param declaration: whether its definitions count.
     """
-    found = session.model.mentions(mention.name)
+    found = list(session.model.mentions(mention.name))
+    if mention.name.kind is Kind.FUNCTION:  # some look like slots
+        calls = session.model.calls(mention.name.text)
+        found += [each for each in calls if each.mention.name.kind is Kind.SLOT]
     return [each for each in found if declaration or each.mention.use is not Use.DEFINED]
 
 

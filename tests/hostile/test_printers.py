@@ -240,7 +240,6 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
-    ("new",): [("{tmp}/{text}",), ("{tmp}/x", "--from-fawkes", "{text}"), ("x", "--from-ros2cx", "{text}")],
     ("format",): [("{text}",), ("{definition}",)],
     ("lsp",): [],  # these two speak a protocol on stdout
     ("dap",): [],

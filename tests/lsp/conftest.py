@@ -18,7 +18,10 @@ pytest.importorskip("pytest_lsp", reason="pytest-lsp is not installed")
 import pytest_lsp
 from lsprotocol import types as lsp
 
-from tests.support import ROOT
+from cxbridge.lsp.agent_files import AgentFiles
+from cxbridge.lsp.examine import examine, run_options
+from cxbridge.lsp.session import Session
+from tests.support import FAWKES_DIR, ROOT
 
 T = TypeVar("T")
 PATIENCE_S = 120
@@ -144,3 +147,18 @@ def editor(tmp_path_factory) -> Iterator[Editor]:
         yield editor
     finally:
         editor.close()
+
+
+@pytest.fixture(params=["test", "test-pddl"])
+def fawkes_agent(request) -> tuple[Session, str]:
+    """A session that knows an agent of a Fawkes checkout, and the name of its spec."""
+    if FAWKES_DIR is None:
+        pytest.skip("FAWKES_DIR names no Fawkes checkout")
+    options = run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
+    agent, session = AgentFiles.find(options), Session(knowledge=examine(options), is_indexed=True)
+    for path in (*agent.library, *agent.clips(), *agent.others()):
+        session.read(path.resolve())
+    session.library = {str(path.resolve()) for path in agent.library}
+    session.loaded = agent.loaded(session)
+    assert len(session.loaded) > 20
+    return session, request.param

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
 from cxbridge.check.checks import codes
-from cxbridge.lsp.diagnostics import LIVE
+from cxbridge.lsp.diagnostics import LIVE, live_findings
 
 GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pddl", "scenario.yaml"
 
@@ -56,6 +58,31 @@ def test_a_mistake_is_marked_while_somebody_types(editor, old, new, code, words)
     assert all(each.severity is lsp.DiagnosticSeverity.Error for each in found)
     editor.open(GOALS, right)
     editor.wait(lambda: editor.shown(GOALS) == [])
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(assert (total (+ 1 2)))",
+        "(deftemplate t (slot s)) (deffunction f (?a) ?a) (defrule r => (assert (u (f 1)) (t (s (f 1)))))",
+        "(defrule r (u $? 1) => (do-for-fact ((?f no-such)) TRUE (retract ?f)))",
+        "(defrule r (object (is-a USER)) => (foreach ?i (create$ (nth$ 1 (create$ 1))) (printout t ?i)))",
+        "(defrule r (u ?x) => (if (eq ?x 1) then (switch ?x (case 1 then (halt)) (default (halt)))))",
+    ],
+)
+def test_what_is_right_is_not_marked(editor, text):
+    editor.open("right.clp", f"{text}\n(defrule last => (no-such-function))\n")
+    editor.wait(lambda: bool(editor.shown("right.clp")))
+    assert editor.shown("right.clp") == [("CX204", 2)]
+    editor.open("right.clp", "")
+
+
+def test_a_wrong_slot_in_a_query_fails_when_it_runs(editor):
+    editor.open("query.clp", "(defrule r => (do-for-fact ((?g goal)) ?g:mood (retract ?g)))\n")
+    editor.wait(lambda: editor.shown("query.clp") == [("CX203", 1)])
+    (found,) = editor.client.diagnostics[editor.uri("query.clp")]
+    assert found.severity is lsp.DiagnosticSeverity.Warning
+    editor.open("query.clp", "")
 
 
 def test_a_mistake_in_a_domain_and_in_a_configuration(editor):
@@ -271,3 +298,16 @@ def test_a_place_behind_characters_of_two_units(editor):
     editor.open(name, '(defrule wide (goal) => (printout t "\U0001f916 \U0001f916" (create$ 1)))\n')
     assert "create$" in editor.hover(name, "create$")
     editor.open(name, "")
+
+
+def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
+    """Of all that the text shows, there is Fawkes' one parenthesis, and a slot that a query of it lacks."""
+    session, spec = fawkes_agent
+    found = {
+        (each.code, Path(file.path).name, file.lines.at(each.start))
+        for file in session.model.files
+        if file.path in session.loaded
+        for each in live_findings(session, file)
+        if not each.is_warning
+    }
+    assert found == {("CX201", "skills.clp", 187)}, spec
