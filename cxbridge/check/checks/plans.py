@@ -48,7 +48,7 @@ NOT_EXECUTED: Final = Code(
     Severity.WARNING,
     "an action that nobody executes",
     "A plan has the action, the action mapping has no entry for it, and no rule waits for it: the plan waits "
-    "for ever.",
+    "forever.",
 )
 
 CODES: Final = (PREDICATE, PARAMETERS, NUMBERS, DROPPED, NOT_EXECUTED)

@@ -1,4 +1,4 @@
-"""Finds constructs that are defined twice: the later one takes the place of the first, without a word."""
+"""Finds constructs that are defined twice: the later one replaces the first, without a word."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ TWICE: Final = Code(
     "CX208",
     Severity.WARNING,
     "a construct is defined twice",
-    "The later construct takes the place of the earlier one, in the same file or in another: only one of "
+    "The later construct replaces the earlier one, in the same file or in another: only one of "
     "two rules with one name exists.",
 )
 
@@ -38,5 +38,5 @@ def check(agent: Agent) -> Iterator[Finding]:
         line = before.file.lines.at(before.placed.start)
         where = "line" if before.file is here else f"{Path(before.file.path).name}, line"
         place = Place(here.path, here.lines.at(start), here.lines.column(start))
-        message = f"{construct.keyword} {construct.name} takes the place of the one in {where} {line}"
+        message = f"{construct.keyword} {construct.name} replaces the one in {where} {line}"
         yield Finding(TWICE, place, message, "rename or remove one")
