@@ -145,6 +145,16 @@ class Agent:
             model.update(str(file.path), file.text)
         return model
 
+    @cached_property
+    def dropped(self) -> frozenset[tuple[str, str, str]]:
+        """The constructs that CLIPS drops: file, keyword and name."""
+        return frozenset(
+            (str(file.path), kind, without_module(name))
+            for file in self.files
+            for diagnostic in file.diagnostics
+            for kind, _, name in [diagnostic.construct.partition(" ")]
+        )
+
     def is_of_core(self, file: str) -> bool:
         """Whether a file is one of the core's, ours or Fawkes'."""
         folders = (self.context.paths.cx, *self.context.paths.before)

@@ -7,10 +7,8 @@ from typing import Final
 
 _KEYS: Final = """
 clips-executive: spec clips-dirs assert-time-each-loop automatic-goal-retraction steal-skiller-control
-clips-executive: exact-retry
-clips-executive: request-redefine-warning-feature
-clips-executive: debug/enable debug/level debug/unwatch-facts debug/unwatch-rules
-clips-executive: refresh-rate
+clips-executive: exact-retry request-redefine-warning-feature refresh-rate
+clips-executive/debug: enable level unwatch-facts unwatch-rules
 clips-executive/specs/SPEC: blackboard-preload action-mapping/ACTION parameters/...
 clips-executive/specs/SPEC/init/STAGE/N: name feature-request file files wait-for
 clips: retract-early
@@ -34,8 +32,8 @@ ros2cx: unsensed mode removal-blocks
 skill-board: name in-process timeouts/start timeouts/silence timeouts/cancel
 skill-board/agents/NAME: skiller executors/KEY/...
 skiller: skillspace mode watch_files features/navgraph/enable
-skiller/limits: seconds_per_loop instructions_per_loop instructions_to_load seconds_to_load
-skiller/limits: memory memory_per_loop
+skiller/limits: seconds_per_loop instructions_per_loop memory_per_loop
+skiller/limits: instructions_to_load seconds_to_load memory
 skiller/instances/NAME: kind skillspace mode
 """
 
@@ -57,7 +55,7 @@ class KeyCheck:
         return {key[0] for key in self._known}
 
     def first_unknown(self, path: tuple[str, ...]) -> tuple[int, set[str]] | None:
-        """Return the index of the first part that no key has, and what could be there; None: all is known."""
+        """Return where the first part is that no key has, and what could be there; None if all is known."""
         keys = list(self._known)
         for index, part in enumerate(path):
             if any(key[index] == "..." for key in keys):

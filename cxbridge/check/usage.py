@@ -1,4 +1,4 @@
-"""What the constructs of an agent match and make: patterns and the words they ask for, facts, calls."""
+"""What the constructs of an agent match and make: patterns with what they ask for, facts, words."""
 
 from __future__ import annotations
 
@@ -102,6 +102,20 @@ class Construct:
         return tuple(_fact(node, is_made=True) for node in made if node.head)
 
     @cached_property
+    def symbols(self) -> frozenset[str]:
+        """The words in what it does, and the texts, each as a whole."""
+        nodes = (node for action in self.actions for node in action.walk() if node.items is None)
+        return frozenset(map(literal, nodes))
+
+    def sets_mode(self, mode: str) -> bool:
+        """Whether it may give a goal a mode: that one, or one that is computed."""
+        return any(
+            node.head == "mode" and any(literal(value) in (mode, "") for value in node.arguments)
+            for action in self.actions
+            for node in action.walk()
+        )
+
+    @cached_property
     def words(self) -> frozenset[str]:
         """All words in what it does, in the conditions of tests, and in its texts."""
         return frozenset(
@@ -184,9 +198,9 @@ class Usage:
         return frozenset(word for text in texts for word in _FACT_IN_TEXT.findall(text))
 
     @cached_property
-    def words(self) -> Counter[str]:
-        """In how many constructs a word is a part of what they do."""
-        return Counter(word for construct in self.constructs for word in construct.words)
+    def symbols(self) -> Counter[str]:
+        """In how many constructs a word, or a text of one word, is a part of what they do."""
+        return Counter(word for construct in self.constructs for word in construct.symbols)
 
     def changed(self, template: str) -> bool:
         """Whether a fact of a template is duplicated, which makes one."""

@@ -25,7 +25,7 @@ NO_TIME: Final = Code(
     Severity.WARNING,
     "no time facts",
     "Without assert-time-each-loop there is no (time ...) fact in the loop: the executive reads no "
-    "interface after the first loop, time-outs never pass, and an agent with skills waits for ever. "
+    "interface after the first loop, time-outs never pass, and an agent with skills waits without end. "
     "A scenario.yaml that does not name the key has true; Fawkes' own configuration has false.",
 )
 TIME: Final = Code(
@@ -45,7 +45,7 @@ UNKNOWN_KEY: Final = Code(
 SPEC_NAME: Final = Code(
     "CX115",
     Severity.ERROR,
-    "the name of the spec is no text",
+    "the name of the spec is not a text",
     "The configuration takes the name for a Boolean or a number, with quotes, too. The rule that begins "
     "the initialisation waits for a text: nothing is ever loaded.",
 )
@@ -108,7 +108,7 @@ def _check_spec_name(agent: Agent) -> Iterator[Finding]:
         yield Finding(
             SPEC_NAME,
             place_of(value),
-            f"the name of the spec, '{value.text}', is no text but {_article(value.type)}",
+            f"the name of the spec, '{value.text}', is not a text but {_article(value.type)}",
             "choose another name, such as my-spec",
         )
 

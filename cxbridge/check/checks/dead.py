@@ -31,20 +31,14 @@ NOT_FORMULATED: Final = Code(
     "CX503",
     Severity.WARNING,
     "a goal class that nothing formulates",
-    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: "
-    "no goal has it.",
+    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: no goal "
+    "has it.",
 )
 NOT_SELECTED: Final = Code(
     "CX504",
     Severity.WARNING,
     "a goal class that nothing selects",
     "No rule that matches goals of this class selects them: they stay FORMULATED.",
-)
-NOT_EXPANDED: Final = Code(
-    "CX505",
-    Severity.WARNING,
-    "a goal class that nothing expands",
-    "No rule that matches selected goals of this class expands them: they stay SELECTED.",
 )
 FUNCTION: Final = Code(
     "CX506",
@@ -53,7 +47,7 @@ FUNCTION: Final = Code(
     "No file calls the function, and no text or list of words has its name.",
 )
 
-CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION)
+CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, FUNCTION)
 
 _OF_PROGRAM: Final = re.compile(
     r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
@@ -64,6 +58,7 @@ _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
 _GOAL: Final = "goal"
+_SORTS: Final = ("class", "type", "sub-type")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -82,7 +77,10 @@ def _configured_words(agent: Agent) -> frozenset[str]:
 
 
 def _is_own(agent: Agent, construct: Construct) -> bool:
-    return not agent.is_of_core(construct.file.path) and construct.placed.piece.closed
+    """Whether a construct is one of the agent's own that CLIPS takes; a dropped one has its finding."""
+    if agent.is_of_core(construct.file.path) or not construct.placed.piece.closed:
+        return False
+    return (construct.file.path, construct.keyword, construct.name) not in agent.dropped
 
 
 def _finding(code: Code, construct: Construct, start: int, message: str, hint: str = "") -> Finding:
@@ -127,7 +125,7 @@ def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             name = fact.template
             if name in told | read or name in usage.templates_in_texts or _OF_PROGRAM.fullmatch(name):
                 continue
-            if usage.words[name] > _asserts(usage, name):
+            if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it
             if not agent.model.is_defined(Name(Kind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue
@@ -159,7 +157,7 @@ def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
                     told.add(name)
                     hint = did_you_mean(name, _classes(usage))
                     message = (
-                        f"defrule {construct.name} waits for a goal of class {name}: nothing formulates one"
+                        f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
                     )
                     yield _finding(NOT_FORMULATED, construct, pattern.start, message, hint)
         for fact in construct.facts:
@@ -174,39 +172,30 @@ def _classes(usage: Usage) -> set[str]:
 
 
 def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
-    """Yield a finding when a goal that is made gets stuck: not selected, or not expanded."""
-    steps = (
-        (NOT_SELECTED, "FORMULATED", "SELECTED", "selects"),
-        (NOT_EXPANDED, "SELECTED", "EXPANDED", "expands"),
-    )
-    for code, before, after, verb in steps:
-        if "mode" in fact.slots and before not in fact.slots["mode"]:
-            continue
-        if not any(_leads(each, fact, before, after) for each in usage.constructs):
-            message = f"nothing {verb} goals of class {name}"
-            yield _finding(code, construct, fact.start, message)
-            return  # a goal that is not selected cannot be expanded either
+    """Yield a finding when a goal that is made is never selected."""
+    if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
+        return
+    functions = (each for each in usage.constructs if each.keyword == "deffunction")
+    setters = {each.name for each in functions if each.sets_mode("SELECTED")}
+    if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
+        yield _finding(NOT_SELECTED, construct, fact.start, f"nothing selects goals of class {name}")
 
 
-def _leads(rule: Construct, goal: Fact, before: str, after: str) -> bool:
-    """Whether a rule matches such a goal in a mode, and may set another."""
-    if after not in rule.words and not any(_calls_for_change(word) for word in rule.words):
+def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[str]) -> bool:
+    """Whether a rule matches such a goal in a mode, and may set another.
+
+    :param setters: functions that set it.
+    """
+    if not rule.sets_mode(after) and not rule.symbols & setters:
         return False
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
     for pattern in rule.patterns:
         modes = pattern.slots.get("mode")
         if pattern.template == _GOAL and (modes is None or before in modes):
-            rest = {
-                slot: words for slot, words in pattern.slots.items() if slot in ("class", "type", "sub-type")
-            }
-            if Fact(_GOAL, 0, rest, pattern.named).fits(goal, defaults):
+            kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
+            if Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults):
                 return True
     return False
-
-
-def _calls_for_change(word: str) -> bool:
-    """Whether a word looks like a function that changes the mode of a goal."""
-    return word.startswith("goal-") and word not in ("goal-id", "goal-meta")
 
 
 # ---- functions
@@ -218,7 +207,8 @@ def _functions(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
         name = construct.name
         if construct.keyword != "deffunction" or name in called or name in usage.others:
             continue
-        elsewhere = usage.words[name] - (name in construct.words)
+        elsewhere = usage.symbols[name] - (name in construct.symbols)
+        elsewhere += name in usage.templates_in_texts
         if not elsewhere:
             start = construct.node.arguments[0].start
             yield _finding(FUNCTION, construct, start, f"nobody calls the function '{name}'")

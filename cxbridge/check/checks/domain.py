@@ -33,7 +33,7 @@ ACTION: Final = Code(
     "A rule makes a plan-action with a name that is neither an action of the domain nor a "
     "domain-operator of a rule. The "
     "action never becomes executable: unless a rule of the agent executes it all the same, its goal "
-    "waits for ever.",
+    "waits without end.",
 )
 MAPPED: Final = Code(
     "CX401",

@@ -15,7 +15,7 @@ MISSING: Final = Code(
     "a file is not there",
     "The spec, or a CLIPS file, loads a file that none of the folders has. The executive goes on "
     "without it: the rules "
-    "in it do not exist, and goals wait for ever.",
+    "in it do not exist, and goals wait forever.",
 )
 
 SHADOWED: Final = Code(
