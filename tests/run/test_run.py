@@ -354,7 +354,7 @@ def test_a_skill_that_does_not_exist_fails_the_action(tmp_path):
 @pytest.mark.parametrize(
     ("mapping", "message"),
     [
-        ("levitate{}", "'act' is mapped to the skill 'levitate', which there is not"),
+        ("levitate{}", "'act' is mapped to the skill 'levitate', which does not exist"),
         (
             "say{{",
             "the skill string of 'act' is wrong: column 6: the skill string ends",

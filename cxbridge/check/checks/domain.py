@@ -38,7 +38,7 @@ ACTION: Final = Code(
 MAPPED: Final = Code(
     "CX401",
     Severity.WARNING,
-    "a mapping of an action that there is not",
+    "a mapping of an action that does not exist",
     "The action mapping has an entry for a name that no domain and no rule knows: it is never used.",
 )
 PARAMETER: Final = Code(

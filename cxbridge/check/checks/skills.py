@@ -26,7 +26,7 @@ BROKEN: Final = Code(
 UNKNOWN: Final = Code(
     "CX412",
     Severity.ERROR,
-    "a mapping names a skill that there is not",
+    "a mapping names a skill that does not exist",
     "Neither the skill space nor an executor has the skill: the action fails.",
 )
 
@@ -62,7 +62,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
         place = place_of(agent.config.get(f"{base}/{action}"))
         yield Finding(
-            UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which there is not", hint
+            UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which does not exist", hint
         )
 
 

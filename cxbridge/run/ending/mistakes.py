@@ -117,7 +117,7 @@ class _Agent:
 def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
     """Yield the mistakes without what only follows from another one.
 
-    :param files_are_missing: a name that there is not may be defined there.
+    :param files_are_missing: a name that does not exist may be defined there.
     """
     diagnostics = list(dict.fromkeys(diagnostics))
     unclosed = {each.file: each.line or 0 for each in diagnostics if each.code == UNCLOSED}
@@ -181,7 +181,7 @@ def mapping_mistakes(context: RunContext, executive: Executive) -> list[Cxbridge
             continue
         for name in names:
             if name not in skills:
-                text = f"'{action}' is mapped to the skill '{name}', which there is not"
+                text = f"'{action}' is mapped to the skill '{name}', which does not exist"
                 found.append(_of_mapping(context, action, text, name, skills))
     return found
 

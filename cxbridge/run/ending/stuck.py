@@ -152,7 +152,7 @@ def _goals(agent: Assembly) -> Iterator[str]:
     env, goals = agent.executive.env, agent.executive.goals
     modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
     for goal in goals.open_roots:
-        remark = "" if not isinstance(modes, tuple) or goal.mode in modes else ", which is no mode of goals"
+        remark = "" if not isinstance(modes, tuple) or goal.mode in modes else ", which is not a mode of goals"
         yield f"{goal.goal} is {goal.mode}{remark}"
     known = goals.open
     for _, _, slots in env.facts("plan-action"):

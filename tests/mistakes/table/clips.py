@@ -185,7 +185,7 @@ _STUCK_AGENTS: Final = (
         _GOALS,
         "(mode SELECTED)",
         "(mode SELECT)",
-        "GREET-ann is SELECT, which is no mode of goals|'?SELECT'?",
+        "GREET-ann is SELECT, which is not a mode of goals|'?SELECT'?",
         "",
         status=_STUCK,
     ),

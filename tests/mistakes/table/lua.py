@@ -50,7 +50,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello.lua:3",
     ),
     mistake(
-        "a transition leads to a state that there is not",
+        "a transition leads to a state that does not exist",
         _SKILL,
         '"FINAL", cond=true',
         '"FINISH", cond=true',
@@ -96,7 +96,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         status=_FAILED,
     ),
     mistake(
-        "the start is a state that there is not",
+        "the start is a state that does not exist",
         _SKILL,
         'start="START"',
         'start="STRAT"',
