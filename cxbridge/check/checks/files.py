@@ -34,11 +34,14 @@ def check(agent: Agent) -> Iterator[Finding]:
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))
+        there = next((path for each in folders if (path := each / missing.name).exists()), None)
         yield Finding(
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
-            did_you_mean(missing.name, _files(folders), f"searched: {searched}"),
+            did_you_mean(missing.name, _files(folders), f"searched: {searched}")
+            if there is None
+            else f"{there} is there, and is not a regular file",
         )
     core = agent.context.paths.cx
     for asked in agent.asked:

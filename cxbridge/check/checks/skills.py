@@ -53,7 +53,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         return
     if skills is None:
         return
-    yield from _check_arguments(agent)
+    yield from _check_arguments(agent, skills)
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
         match = _NAME.match(template)
@@ -66,9 +66,9 @@ def check(agent: Agent) -> Iterator[Finding]:
         )
 
 
-def _check_arguments(agent: Agent) -> Iterator[Finding]:
+def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:
     """Yield a finding for each argument by name that a Lua skill does not know."""
-    texts = _texts(agent)
+    texts = {name: texts for name, texts in _texts(agent).items() if name in skills}
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
         match = _NAME.match(template)

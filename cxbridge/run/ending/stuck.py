@@ -152,8 +152,8 @@ def _goals(agent: Assembly) -> Iterator[str]:
     env, goals = agent.executive.env, agent.executive.goals
     modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
     for goal in goals.open_roots:
-        remark = "" if not isinstance(modes, tuple) or goal.mode in modes else ", which is not a mode of goals"
-        yield f"{goal.goal} is {goal.mode}{remark}"
+        is_mode = not isinstance(modes, tuple) or goal.mode in modes
+        yield f"{goal.goal} is {goal.mode}" + ("" if is_mode else ", which is not a mode of goals")
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
         if str(slots["goal-id"]) in known and slots["state"] not in _ACTIONS_OVER:

@@ -255,8 +255,8 @@ _STUCK_AGENTS: Final = (
     mistake(
         "the time is forgotten",
         "scenario.yaml",
-        "  assert-time-each-loop: true\n",
-        "",
+        "assert-time-each-loop: true\n",
+        "assert-time-each-loop: false\n",
         "assert-time-each-loop is not true",
         "",
         status=_STUCK,
