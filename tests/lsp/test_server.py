@@ -11,6 +11,7 @@ from pygls.exceptions import JsonRpcException
 
 from cxbridge.check.checks import codes
 from cxbridge.lsp.diagnostics import LIVE, live_findings
+from tests.support import ROOT
 
 GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pddl", "scenario.yaml"
 
@@ -59,6 +60,26 @@ def test_a_mistake_is_marked_while_somebody_types(editor, old, new, code, words)
     assert all(each.severity is lsp.DiagnosticSeverity.Error for each in found)
     editor.open(GOALS, right)
     editor.wait(lambda: editor.shown(GOALS) == [])
+
+
+def test_the_session_of_the_manual(editor):
+    """A typo is marked where it is, and the mark goes with its fix; docs/editors.md shows it."""
+    right, said = editor.texts[GOALS], []
+    for wrong, typed in (("(mood FORMULATED)", "(mood FORMULATED)"), ("", "(mode FORMULATED)")):
+        editor.open(GOALS, right.replace("(mode FORMULATED)", typed, 1))
+        editor.wait(lambda wrong=wrong: bool(editor.shown(GOALS)) is bool(wrong))
+        said.append(f"-> textDocument/didChange: {typed}")
+        for each in editor.client.diagnostics[editor.uri(GOALS)]:
+            begin, end = each.range.start, each.range.end
+            place = f"{begin.line + 1}:{begin.character + 1} to {end.character + 1}"
+            said.append(
+                f"<- textDocument/publishDiagnostics: {place}, {each.severity.name.lower()} {each.code}"
+            )
+            said += [f"     {line}" for line in each.message.splitlines()]
+        if not wrong:
+            said.append("<- textDocument/publishDiagnostics: none")
+    page = (ROOT / "docs" / "editors.md").read_text()
+    assert "\n".join(said) in page, "\n".join(said)
 
 
 @pytest.mark.parametrize(
