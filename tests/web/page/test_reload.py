@@ -7,7 +7,7 @@ import re
 import pytest
 
 from tests.run.mini import write_scenario
-from tests.web.page.conftest import wait_for
+from tests.web.page.conftest import show_gone, wait_for
 from tests.web.support import serving
 
 FIRED = ".detail >> text=/fired [0-9]+/"
@@ -108,11 +108,11 @@ def test_each_view_is_the_same_after_a_reload(tab, tmp_path, view):
         )
         shown = lambda: [text.split("since")[0] for text in tab.locator(rows).all_inner_texts()]  # noqa: E731
         if view == "goals":
-            tab.get_by_role("checkbox", name="gone too").check()
+            show_gone(tab)
         wait_for(tab, lambda: len(shown()) > 0)
         tab.wait_for_timeout(1500)
         before = shown()
         tab.reload()
         if view == "goals":
-            tab.get_by_role("checkbox", name="gone too").check()
+            show_gone(tab)
         wait_for(tab, lambda: shown() == before)
