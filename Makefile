@@ -14,7 +14,7 @@ RUN    := $(VENV)/.ready-run
 DEV    := $(VENV)/.ready-dev
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help setup locked run run-pddl test lint page-lint types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -63,7 +63,7 @@ test: lint
 	$(MAKE) --no-print-directory unit; unit=$$?; \
 	wait $$checker; types=$$?; cat $$told; exit $$((unit || types))
 
-lint: setup page-lint
+lint: setup page-lint editor
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	$(BIN)/python -m tests.docs.prose
@@ -76,7 +76,20 @@ ifneq ($(shell command -v npm),)
 	@test -d .ci/page/node_modules || npm ci --prefix .ci/page --no-audit --no-fund --silent \
 		|| echo "the page is not checked: npm cannot install prettier and eslint"
 	@test ! -d $(PAGE_BIN) || { $(PAGE_BIN)/prettier --config .ci/page/prettier.json --log-level warn \
-		--check '$(PAGE)/**/*.{js,css,html}' && $(PAGE_BIN)/eslint --config .ci/page/eslint.config.js $(PAGE)/js; }
+		--check '$(PAGE)/**/*.{js,css,html}' 'editors/vscode/*.js' && $(PAGE_BIN)/eslint --config .ci/page/eslint.config.js $(PAGE)/js; }
+endif
+
+# the extension of VS Code: its grammar is tested, and it is packed as out/cxbridge.vsix; where there is npm
+EDITOR = editors/vscode
+EDITOR_BIN = $(EDITOR)/node_modules/.bin
+editor:
+ifneq ($(shell command -v npm),)
+	@test -d $(EDITOR)/node_modules || npm ci --prefix $(EDITOR) --ignore-scripts --no-audit --no-fund --silent \
+		|| echo "the extension of VS Code is not packed: npm cannot install its packages"
+	@test ! -d $(EDITOR_BIN) || { mkdir -p out && npm --prefix $(EDITOR) run --silent grammar \
+		&& npm --prefix $(EDITOR) run --silent package >out/vsce.log 2>&1 || { cat out/vsce.log; exit 1; }; }
+else
+	@echo "the extension of VS Code is not packed: there is no npm"
 endif
 
 types: setup

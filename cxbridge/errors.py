@@ -7,6 +7,7 @@
      ├── InterfaceError
      │    └── InterfaceDefinitionError   an interface XML file is wrong
      ├── BlackBoardError          an operation the blackboard refuses (blackboard.errors refines it)
+     ├── BrokenAgentError         an agent has mistakes, and is not started
      ├── ExecutiveError
      │    ├── ClipsError          CLIPS refused a construct, a command or a value
      │    ├── PddlError           a PDDL text does not parse or does not make sense
@@ -24,6 +25,7 @@ A user's mistake is always one of these: the command line prints it in one piece
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 
@@ -86,6 +88,29 @@ class BlackBoardError(CxbridgeError):
 
 class ExecutiveError(CxbridgeError):
     """The executive cannot be set up or cannot go on."""
+
+
+class BrokenAgentError(CxbridgeError):
+    """An agent has mistakes: it is not started, or ended when it loads the file.
+
+    Its text has all mistakes, each with its place, and then the message, which counts them.
+
+    :param mistakes: what is wrong, one by one.
+    :param started: whether the agent had been started by then.
+    """
+
+    def __init__(self, mistakes: Sequence[CxbridgeError], *, started: bool = False) -> None:
+        count = "1 mistake" if len(mistakes) == 1 else f"{len(mistakes)} mistakes"
+        ended = "the agent was ended" if started else "the agent was not started"
+        super().__init__(
+            f"{count}, {ended}", file=mistakes[0].file, line=mistakes[0].line, column=mistakes[0].column
+        )
+        self.mistakes = tuple(mistakes)
+        self.started = started
+
+    def __str__(self) -> str:
+        """Return all mistakes, and how many there are."""
+        return "\n".join([*map(str, self.mistakes), self.message])
 
 
 class ClipsError(ExecutiveError):

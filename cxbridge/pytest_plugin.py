@@ -1,4 +1,4 @@
-"""The pytest plug-in: the fixture ``cx``, golden runs, reports of failed tests. See docs/testing.md."""
+"""The pytest plug-in: fixtures that run agents, golden runs, reports of failed tests. See docs/testing.md."""
 
 from __future__ import annotations
 
@@ -10,11 +10,14 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
+    from types import TracebackType
+
     from cxbridge.testing.agent_run import AgentRun
 
 _BENCH: pytest.StashKey[Bench] = pytest.StashKey()
 _FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
+_LIBRARY = Path(__file__).parent
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -28,10 +31,10 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @dataclass
 class Bench:
-    """What the fixture ``cx`` is: makes runs for one test.
+    """What the fixtures are: makes runs for one test, or for all tests of a module.
 
     :param file: the test's.
-    :param test: its name.
+    :param test: its name; empty: for a module.
     :param root: pytest's root folder.
     """
 
@@ -54,6 +57,7 @@ class Bench:
         skill_dirs: tuple[str | Path, ...] = (),
         config: str | Path | tuple[str | Path, ...] = (),
         fawkes_dir: str | Path | None = None,
+        ros2cx: str | Path | None = None,
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
@@ -65,7 +69,6 @@ class Bench:
         :raises CxbridgeError: when the scenario is wrong.
         :raises AssertionError: when a construct does not load.
         """
-        __tracebackhide__ = True
         # not before a test asks for it: pytest loads this plug-in for each project on the machine
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
@@ -74,7 +77,7 @@ class Bench:
         trace = None
         if self.artifacts is not None:
             number = f"-{len(self.runs) + 1}" if self.runs else ""
-            trace = self.artifacts / self.file.stem / f"{file_name(self.test)}{number}.mcap"
+            trace = self.artifacts / self.file.stem / f"{file_name(self.test or 'module')}{number}.mcap"
         given = RunOptions(
             scenario=None if scenario is None else self.find(scenario),
             skiller="none" if skiller == _SCRIPTED else skiller,
@@ -83,6 +86,7 @@ class Bench:
             skill_dirs=tuple(map(self.find, skill_dirs)),
             config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
             fawkes_dir=None if fawkes_dir is None else Path(fawkes_dir),
+            ros2cx=None if ros2cx is None else Path(ros2cx),
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
             **options,
@@ -107,6 +111,12 @@ class Bench:
                 return base / path
         return Path(path)
 
+    def check_skills(self) -> None:
+        """Fail when nothing has called a skill that was scripted: its name may be wrong."""
+        unmet = [line for run in self.runs for line in run.unmet_skills()]
+        if unmet:
+            pytest.fail("\n".join(unmet), pytrace=False)
+
     def close(self, *, failed: bool) -> None:
         """Close the runs; keep their recordings when the test failed."""
         for run in self.runs:
@@ -116,21 +126,46 @@ class Bench:
         self.runs.clear()
 
 
-@pytest.fixture
-def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
-    """Make runs of agents: ``run = cx.run("scenarios/courier")``."""
+def _benches(request: pytest.FixtureRequest, test: str) -> Iterator[Bench]:
+    """Yield what makes runs, and close them afterwards."""
     config = request.config
     artifacts = config.getoption("--cx-artifacts")
     bench = Bench(
         request.path,
-        request.node.name,
+        test,
         config.rootpath,
         update_golden=config.getoption("--update-golden"),
         artifacts=None if artifacts is None else Path(artifacts),
     )
     request.node.stash[_BENCH] = bench
     yield bench
-    bench.close(failed=request.node.stash.get(_FAILED, False))
+    failed = request.node.stash.get(_FAILED, False)
+    try:
+        if not (test or failed):
+            bench.check_skills()
+    finally:
+        bench.close(failed=failed)
+
+
+@pytest.fixture
+def cx(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    """Make runs of agents: ``run = cx.run("scenarios/courier")``."""
+    yield from _benches(request, request.node.name)
+
+
+@pytest.fixture(scope="module")
+def cx_module(request: pytest.FixtureRequest) -> Iterator[Bench]:
+    """Make runs that all tests of a module share, for fixtures of scope ``module``."""
+    yield from _benches(request, "")
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
+    """Fail a test whose script of skills met no call."""
+    yield
+    bench = item.stash.get(_BENCH, None)
+    if bench is not None:
+        bench.check_skills()
 
 
 @pytest.hookimpl(wrapper=True)
@@ -138,13 +173,37 @@ def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
     """Tell of the runs of a test that failed."""
+    if call.excinfo is not None and not item.config.getoption("fulltrace"):
+        _hide_library(call.excinfo)
     report = yield
-    bench = item.stash.get(_BENCH, None)
-    if call.when == "call" and report.failed and bench is not None:
-        item.stash[_FAILED] = True
+    if not report.failed or call.when == "teardown":
+        return report
+    for node in item.listchain():
+        bench = node.stash.get(_BENCH, None)
+        if bench is None or (node is not item and "cx_module" not in getattr(item, "fixturenames", ())):
+            continue
+        node.stash[_FAILED] = True
         for number, run in enumerate(bench.runs, start=1):
             lines = run.describe()
             if run.options.trace is not None:
                 lines.append(f"recorded: {run.options.trace}")
             report.sections.append((f"cxbridge run {number}", "\n".join(lines)))
     return report
+
+
+def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
+    """Leave the library's frames out of a failure: what a test did wrong is not there. Faults keep theirs."""
+    frames = []
+    frame: TracebackType | None = excinfo.tb
+    while frame is not None:
+        frames.append(frame)
+        frame = frame.tb_next
+    shown = [each for each in frames if _LIBRARY not in Path(each.tb_frame.f_code.co_filename).parents]
+    if len(shown) == len(frames):
+        return
+    from cxbridge.errors import CxbridgeError  # noqa: PLC0415  as above
+
+    if shown and shown[0] is frames[0] and excinfo.errisinstance((AssertionError, CxbridgeError)):
+        # pytest cuts the chain itself, so a filtered copy of it would not do
+        for one, after in zip(shown, (*shown[1:], None), strict=True):
+            one.tb_next = after

@@ -27,7 +27,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"operations"},
     {"web", "run"},
     {"check", "daemon", "services"},
-    {"dap", "monitor", "testing"},
+    {"dap", "lsp", "monitor", "testing"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

@@ -15,7 +15,7 @@ import pytest
 from cxbridge.cli.health import _PACKAGES
 from tests.support import ROOT
 
-SHARED = ("interfaces", "luaskills", "scenarios")
+SHARED = ("interfaces", "luaskills", "scenarios", "templates")
 """Folders beside the package that lie in its `share` when it is installed."""
 
 UNIT = ROOT / "share" / "systemd" / "cxbridge.service"

@@ -118,7 +118,7 @@ class _Reader:
 
     def top(self, node: SyntaxNode) -> None:
         """Read a list at the top level."""
-        readers: dict[str, Callable[[SyntaxNode], None]] = {
+        readers: dict[str, Callable[[SyntaxNode], object]] = {
             "defrule": self._rule,
             "deftemplate": self._template,
             "deffacts": self._facts,
@@ -126,7 +126,7 @@ class _Reader:
             "deffunction": self._function,
             "defmethod": self._function,
             "defgeneric": self._function,
-            "defclass": self._function,
+            "defclass": self._define,
         }
         reader = readers.get(node.head)
         if reader is None:
@@ -165,7 +165,7 @@ class _Reader:
             self._fact(fact)
 
     def _function(self, node: SyntaxNode) -> None:
-        for item in self._define(node)[0 if node.head == "defclass" else 1 :]:
+        for item in self._define(node):
             self._expression(item)
 
     def _globals(self, node: SyntaxNode) -> None:
@@ -202,14 +202,15 @@ class _Reader:
         items = node.items or ()
         self._add(Kind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
+        # with a single word beside them, lists are no slots: the fact is ordered
+        has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
         for item in node.arguments:
-            if item.head and not item.head.startswith(("?", "$?")):
+            if has_slots:
                 self._slot(item, template, use)
             else:
                 self._expression(item)
 
     def _slot(self, node: SyntaxNode, template: str, use: Use) -> None:
-        # in an ordered fact, a list is an expression
         name = node.items[0] if node.items else node
         self._add(Kind.SLOT, name, use, template)
         kind = SLOT_VALUES.get((template, name.text))

@@ -10,6 +10,8 @@ from cxbridge.interfaces.xml.tree import Element, read_tree
 
 def read_interface(path: str, text: str) -> SourceFile:
     """Return the names of an interface definition; none of another XML file, or a broken one."""
+    if "<interface" not in text:
+        return SourceFile(path, text, ())
     try:
         root = read_tree(text.encode("utf-8", "surrogateescape"), path)
     except InterfaceDefinitionError as error:

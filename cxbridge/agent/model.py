@@ -99,6 +99,15 @@ class AgentModel:
                         if not uses or mention.use in uses:
                             yield Found(file, mention.moved(start))
 
+    def calls(self, function: str) -> Iterator[Found]:
+        """Yield where a function is called, in ordered facts, too, where a call looks like a slot."""
+        yield from self.mentions(Name(Kind.FUNCTION, function), Use.CALLED)
+        for file in self._files.values():
+            for start, piece in file.pieces:
+                for mention in piece.asserted_slots.get(function, ()):
+                    if not self.is_defined(Name(Kind.TEMPLATE, mention.name.owner)):
+                        yield Found(file, mention.moved(start))
+
     def definitions(self, name: Name) -> list[Found]:
         """Return where a name is defined."""
         return list(self.mentions(name, Use.DEFINED))

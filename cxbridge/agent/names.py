@@ -113,6 +113,18 @@ class Piece(Struct, frozen=True, dict=True):
         return found
 
     @cached_property
+    def asserted_slots(self) -> dict[str, list[Mention]]:
+        """The mentions of slots of asserted facts, by the slots' names.
+
+        Of a fact whose template nobody defines, these are calls of functions: ``(assert (total (+ 1 2)))``.
+        """
+        found: dict[str, list[Mention]] = {}
+        for mention in self.mentions:
+            if mention.name.kind is Kind.SLOT and mention.use is Use.ASSERTED:
+                found.setdefault(mention.name.text, []).append(mention)
+        return found
+
+    @cached_property
     def defined(self) -> tuple[Mention, ...]:
         """The mentions that define a name."""
         return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)

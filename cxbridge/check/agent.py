@@ -15,6 +15,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
+from cxbridge.agent.model import AgentModel
 from cxbridge.check.findings import Place
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.config import Configuration, ConfigValue
@@ -135,6 +136,29 @@ class Agent:
     def own_files(self) -> list[ClipsFile]:
         """The files that are not the core's."""
         return [file for file in self.files if not file.is_core]
+
+    @cached_property
+    def model(self) -> AgentModel:
+        """The names in the files."""
+        model = AgentModel()
+        for file in self.files:
+            model.update(str(file.path), file.text)
+        return model
+
+    @cached_property
+    def dropped(self) -> frozenset[tuple[str, str, str]]:
+        """The constructs that CLIPS drops: file, keyword and name."""
+        return frozenset(
+            (str(file.path), kind, without_module(name))
+            for file in self.files
+            for diagnostic in file.diagnostics
+            for kind, _, name in [diagnostic.construct.partition(" ")]
+        )
+
+    def is_of_core(self, file: str) -> bool:
+        """Whether a file is one of the core's, ours or Fawkes'."""
+        folders = (self.context.paths.cx, *self.context.paths.before)
+        return any(Path(file).is_relative_to(folder) for folder in folders)
 
     @cached_property
     def deftemplates(self) -> frozenset[str]:

@@ -11,9 +11,9 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
-from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say
+from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import group_of_modules
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.printing import indented
 
 USAGE = 2
@@ -85,6 +85,11 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status. A user's mistake is one message."""
     try:
         status = app(arguments, standalone_mode=False, prog_name="cxbridge")
+    except BrokenAgentError as error:
+        for mistake in error.mistakes:
+            say_text(str(mistake), err=True)
+        complain(error.message)
+        status = error.exit_status
     except CxbridgeError as error:
         complain(error)
         status = FAULT if _is_exhausted(error) else error.exit_status

@@ -15,12 +15,14 @@ from cxbridge.cli.console import say
 from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
 
+    from cxbridge.daemon.servers.run_watch import RunServer
     from cxbridge.events import Sink
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.options import RunOptions
     from cxbridge.run.result import RunResult
+    from cxbridge.trace.foxglove.options import FoxgloveOptions
     from cxbridge.web.settings import WebSettings
 
 _MOST_PORT = 65_535
@@ -114,34 +116,53 @@ def has_pressed_enter() -> bool:
     return bool(ready) and sys.stdin.readline() is not None
 
 
-def run_with_page(
+def _servers(web: WebOptions, foxglove: FoxgloveOptions) -> Iterator[RunServer]:
+    """Yield what serves a run to those who watch it.
+
+    :raises CxbridgeError: when a port is none.
+    """
+    if web.web is not None:
+        from cxbridge.daemon.servers.run_web import RunPage
+
+        yield RunPage(web.settings(), web.announce)
+    if foxglove.foxglove_port is not None:
+        from cxbridge.daemon.servers.run_foxglove import RunFoxglove
+        from cxbridge.trace.foxglove.settings import FoxgloveSettings
+
+        settings = FoxgloveSettings(port=foxglove.foxglove_port)
+        yield RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True))
+
+
+def run_watched(
     options: RunOptions,
     web: WebOptions,
+    foxglove: FoxgloveOptions,
     log: Sink,
     attach: Callable[[Assembly], None],
     show: Callable[[RunResult], None],
 ) -> int:
-    """Run a scenario so that it can be watched on its page; returns the exit status of the run.
+    """Run a scenario so that it can be watched, on its page or in Foxglove; returns the run's exit status.
 
-    :param show: prints the result; the page stays open afterwards.
+    :param show: prints the result; what serves the run stays there afterwards.
     :raises CxbridgeError: when the options do not go together.
     """
     from dataclasses import replace
 
-    from cxbridge.daemon.servers.run_web import RunPage
+    from cxbridge.daemon.servers.run_watch import RunWatch
     from cxbridge.run import run_scenario
 
+    given, what = ("--foxglove", "Foxglove") if web.web is None else ("--web", "The page")
     if options.replay:
         raise CxbridgeError(
-            "--web cannot go with --replay", hint="record the replay with --trace, and look at it with 'view'"
+            f"{given} cannot go with --replay", hint="record the replay with --trace, and look at that"
         )
 
     def end(result: RunResult) -> None:
         show(result)
         how = "Enter or Ctrl-C ends" if sys.stdin.isatty() else "Ctrl-C ends"
-        say(f"The page stays open: {how}", err=True, flush=True)
+        say(f"{what} stays {'open' if web.web is not None else 'connected'}: {how}", err=True, flush=True)
 
-    page = RunPage(web.settings(), web.announce, end, has_pressed_enter)
+    watch = RunWatch(tuple(_servers(web, foxglove)), end, has_pressed_enter)
     if options.clock is None:
         options = replace(options, clock="real")
-    return run_scenario(options, log, attach, interactive=True, company=page).status
+    return run_scenario(options, log, attach, interactive=True, company=watch).status

@@ -68,6 +68,8 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
     made = RunOptions(
         scenario=options.config or (None if options.ros2cx else DEFAULT_CONFIG),
         spec=options.spec,
+        agent=options.agent,
+        config=options.overlay,
         **sources | {"core": core_of(config)},
         clock="real",
         trace=settings.trace,
@@ -75,6 +77,7 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
         trace_files=settings.trace_files,
         log=settings.log,
         bblog=settings.bblog,
+        strict=options.strict,
     )
     made.check()
     return replace(made, skiller=settings.skiller, speech=settings.speech)

@@ -16,7 +16,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.requests import DaemonRequests
 from cxbridge.daemon.stalls import DaemonStalls
 from cxbridge.daemon.table import DAEMON_COMPONENTS
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
@@ -48,13 +48,15 @@ class Daemon:
     def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
         agent, settings = make_agent_context(options)
         self.settings, self.config = settings, agent.config
+        self.run_options = make_run_options(options, self.config, settings)
+        """The options of the parts that runs have, too."""
         self.clock, self.bus, self.loop = agent.clock, agent.bus, agent.loop
         if console is not None:
             self.bus.subscribe(console, LogLine)
         self.log = self.bus.logger(COMPONENT)
         self.context = DaemonContext.make(
             agent,
-            make_run_options(options, self.config, settings),
+            self.run_options,
             executive=settings.executive,
             waits_for_skiller=False,
             settings=settings,
@@ -166,6 +168,8 @@ class Daemon:
                 with self.loop.busy():
                     self._wind_up()
                 self.stalls.watchdog.stop()
+        if isinstance(self.manager.failure_error, BrokenAgentError):
+            raise self.manager.failure_error  # a file that was loaded later
         return FAULT if self.manager.failure else 0
 
     def _foreseen(self, error: Exception) -> Exception:

@@ -17,7 +17,7 @@ from enum import Enum, IntEnum, StrEnum
 from typing import Protocol
 
 from cxbridge.clock import Clock
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import Logger
 
 
@@ -393,5 +393,7 @@ class LifecycleManager:
 
 def _words(error: Exception) -> str:
     """Return what is wrong, in one line; of an error that nobody foresaw, its kind as well."""
+    if isinstance(error, BrokenAgentError):
+        return error.message  # who has asked for the start gets to know each mistake
     text = str(error) if isinstance(error, CxbridgeError) else f"{type(error).__name__}: {error}"
     return "; ".join(line.strip() for line in text.splitlines())

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.daemon.lifecycle import ManagedNode
 from cxbridge.run.components.component import Component
+from cxbridge.run.ending.mistakes import AgentChecks
 
 if TYPE_CHECKING:
     from cxbridge.executive.breakpoints import Breakpoint, Stop
@@ -88,6 +89,7 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
     service: EnvironmentService | None = None
     """What manages the environments."""
     _breakpoints: tuple[Breakpoint, ...] = ()
+    _checks: AgentChecks | None = None
 
     def configure_component(self, component: ExecutiveComponent) -> None:
         """Load the core and the agent."""
@@ -96,7 +98,9 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
         component.watch()
         for item in self._breakpoints:
             component.executive.debugger.add(item)
+        self._checks = AgentChecks((component,), on=not component.context.options.is_lenient)
         component.configure()
+        self._checks.start()
         self.service = EnvironmentService(component.manager)
 
     def on_cleanup(self) -> None:
@@ -109,6 +113,10 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
     def step(self) -> None:
         """Think, and do what clients have asked for."""
         super().step()
+        if self._checks is not None:
+            self._checks.look()
+            if self._checks.all_initialized:
+                self._checks = None  # from now on clients load files, too
         if self.service is not None:
             self.service.run()
 

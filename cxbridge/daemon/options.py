@@ -9,14 +9,12 @@ from typing import Annotated
 
 import typer
 
-from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import LogOptions, SourceOptions
-from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
+from cxbridge.run.options import BrokenOptions, LogOptions, SourceOptions
+from cxbridge.trace.foxglove.options import FoxgloveOptions
 
 Setting = bool | int | str | list[str]
 """A value in the configuration's tree ``cxbridge:``."""
 
-_MOST_PORT = 65_535
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
     "insecure": "zmq/insecure",
@@ -101,26 +99,6 @@ class ServerOptions:
         tuple[str, ...],
         typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
     ] = ()
-    foxglove: Annotated[
-        str | None,
-        typer.Option(
-            metavar="[PORT]",
-            help=f"Let Foxglove connect on this machine: at PORT, or {FOXGLOVE_PORT}; 0: any free one.",
-            show_default=False,
-        ),
-    ] = None
-
-    @property
-    def foxglove_port(self) -> int | None:
-        """The port for Foxglove; None when none was asked for.
-
-        :raises CxbridgeError: when it is no port.
-        """
-        if not self.foxglove:
-            return None if self.foxglove is None else FOXGLOVE_PORT
-        if not (self.foxglove.isascii() and self.foxglove.isdecimal() and int(self.foxglove) <= _MOST_PORT):
-            raise CxbridgeError(f"--foxglove cannot be at port '{self.foxglove}'", hint="0 to 65535")
-        return int(self.foxglove)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -163,7 +141,15 @@ class DaemonSourceOptions(SourceOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class DaemonOptions(ConfigurationOptions, ServerOptions, PartOptions, DaemonSourceOptions, LogOptions):
+class DaemonOptions(
+    ConfigurationOptions,
+    ServerOptions,
+    FoxgloveOptions,
+    PartOptions,
+    DaemonSourceOptions,
+    LogOptions,
+    BrokenOptions,
+):
     """The options of ``cxbridge daemon``; see its help.
 
     :param settings: more settings, by path below ``cxbridge``; they win over all else.

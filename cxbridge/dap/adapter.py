@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import queue
-import sys
 import threading
 import traceback
 from collections.abc import Callable, Mapping
@@ -54,7 +53,8 @@ class Adapter:
         self._stop: Stop | None = None
         self._begun = self._is_over = self._checked = False
         self._tells_changes = False
-        self._status = 0
+        self.problem = ""
+        """Why the client's stream cannot be read any further; empty while it can."""
         self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any]]] = {
             "initialize": (protocol.InitializeArguments, self._initialize),
             "launch": (dict[str, Any], self._launch),
@@ -83,15 +83,14 @@ class Adapter:
             "disconnect": (protocol.Nothing, self._disconnect),
         }
 
-    def serve(self) -> int:
-        """Serve until the client has gone; returns the exit status: 2 after a broken message."""
+    def serve(self) -> None:
+        """Serve until the client has gone, or :attr:`problem` says what is wrong with what it sends."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
             self._take(self._inbox.get())
             if self._begun:
                 self._begun = False
                 self._run()
-        return self._status
 
     def _read(self) -> None:
         """Take what the client sends, in a thread of its own."""
@@ -101,8 +100,7 @@ class Adapter:
                     self._target.interrupt()  # the rules may never come to rest
                 self._inbox.put(request)
         except (WireError, OSError) as error:
-            print(f"cxbridge dap: {error}", file=sys.stderr)  # noqa: T201 - stdout is the client's
-            self._status = 2
+            self.problem = str(error)
         self.end()
 
     def end(self) -> None:

@@ -5,6 +5,7 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
 BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
+
+_SKILL = re.compile(r"\s*[\w-]+\s*[{(]")
 
 MOST_FINAL_FIRINGS = 10_000
 """Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
@@ -264,14 +267,35 @@ class Executive:
             else:
                 self.log.error(f"Param '{name}' for action '{action}' of invalid type")
         mapped = self._mapper.map(action, params)
+        place = place_of_mapping(
+            self._config, self._config.get_str("/clips-executive/spec", default=""), action
+        )
         for level, text in mapped.messages:
-            self.log.log(level, text)
+            self.log.log(level, f"{place}: {text}" if place else text)
         return mapped.text
 
 
 def _text(value: Value) -> str:
     """Return a parameter's value as Fawkes hands it to the mapping: floats with six decimals."""
     return f"{value:f}" if isinstance(value, float) else str(value)
+
+
+def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
+    """Return ``FILE:LINE`` of the mapping of an action; empty when it is in no file."""
+    path = f"/clips-executive/specs/{spec}/action-mapping/{action}"
+    place = config.get(path) if config.exists(path) else None
+    return f"{place.file}:{place.line}" if place is not None and place.file else ""
+
+
+def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
+    """Return where the only action is mapped that a skill string can come from; empty when nobody knows."""
+    name = _SKILL.match(skill_string)
+    found = [
+        action
+        for action, template in action_mapping(config, spec).items()
+        if name is not None and (match := _SKILL.match(template)) is not None and match[0] == name[0]
+    ]
+    return place_of_mapping(config, spec, found[0]) if len(found) == 1 else ""
 
 
 def action_mapping(config: Configuration, spec: str) -> dict[str, str]:

@@ -261,6 +261,10 @@ class EnvironmentManager:
         """Return the features that an environment has, sorted."""
         return tuple(self._entries[name].loaded)
 
+    def feature_functions(self, name: str) -> dict[str, frozenset[str]]:
+        """Return the functions that each feature has given an environment."""
+        return dict(self._entries[name].functions)
+
     def before_run(self, name: str) -> None:
         """Let the features of an environment tell it what came in. Its lock must be held."""
         entry = self._entries[name]

@@ -16,7 +16,7 @@ from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
 from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_config_file, find_overlays
+from cxbridge.run.paths import SCENARIO_FILE, find_config_file, find_overlays
 from cxbridge.run.think_rate import make_main_loop
 from cxbridge.trace.sourcing import EarlySources
 
@@ -31,6 +31,8 @@ AGENT_NAME = "/fawkes/agent/name"
 """Where an agent of several finds its name: rules have it as the wm-fact /config/agent/name."""
 
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
+_EXECUTIVE = "/clips-executive"
+_TIME = f"{_EXECUTIVE}/assert-time-each-loop"
 _KEYS = ("config", "spec")
 
 
@@ -63,6 +65,8 @@ def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
     config_file = find_config_file(options)
     config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
     config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
+    if config_file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
+        config.set(_TIME, True)  # without it nothing would ever run; Fawkes' own configuration names it
     return config, config_file
 
 

@@ -69,6 +69,9 @@ class Assembly(Closing):
         """Start the components, and join them to the main loop."""
         for warning in self.context.warnings:
             self.bus.logger("Config").warn(warning)
+        if not self.executive.env.loader.quiet:
+            for missing in self.context.missing:
+                self.bus.logger("Config").warn(f"{missing.location}: {missing.message}")
         self._thinking.watch()
         self.bus.subscribe(self.goal_history.note, GoalTransition)
         if self._replay is not None:
@@ -105,6 +108,15 @@ class Assembly(Closing):
         if self._replay is None:
             return over
         return self._replay.is_over(self.clock.now_us(), run_is_over=over)
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing happens by itself, but by rules: no component works, nothing comes from outside."""
+        return (
+            self._replay is None
+            and not self.memory.is_open
+            and all(component.is_quiet for component in self._components)
+        )
 
     @property
     def loss(self) -> str:

@@ -11,6 +11,7 @@ from uuid import UUID, uuid4
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.robmem.memory import RobotMemory
@@ -18,7 +19,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import RunPaths, check_paths, find_paths
+from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.shared_navgraph import SharedNavGraph
 from cxbridge.run.shared_skill_board import SharedSkillBoard
@@ -47,6 +48,8 @@ class RunContext:
     :param board: the blackboard that the components meet on.
     :param memory: the robot memory; opened by the first that asks for its store.
     :param warnings: what is strange about configuration and files.
+    :param missing: for each file that the spec loads and that is not there, where it names it.
+    :param known_skills: the skills of each Skiller of this process, by its name; None: it has any.
     :param early: what was read before the recording began; None when nobody wants it.
     :param skill_board: the settings of the skill board; None without one.
     :param skills: the skill board itself.
@@ -70,6 +73,8 @@ class RunContext:
     board: LocalBlackBoard
     memory: RobotMemory
     warnings: list[str]
+    missing: list[ConfigError] = field(default_factory=list)
+    known_skills: dict[str, frozenset[str] | None] = field(default_factory=dict)
     early: EarlySources | None = None
     skill_board: BoardSettings | None = None
     skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
@@ -120,6 +125,7 @@ class RunContext:
             board=board,
             memory=memory,
             warnings=warnings,
+            missing=find_missing(config, spec, paths) if spec else [],
             early=agent.early,
             skill_board=skill_board,
             refresh=make_refresh(config, clock, paths),

@@ -89,6 +89,24 @@ class LogOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
+class BrokenOptions:
+    """What becomes of a broken agent: an option of runs and of daemons.
+
+    :param strict: None: strict, but lenient with a checkout.
+    """
+
+    strict: Annotated[
+        bool | None,
+        typer.Option(
+            "--strict/--lenient",
+            help="Do not start a broken agent, or start it without what is broken; strict by default, "
+            "lenient with --fawkes-dir or --ros2cx.",
+            show_default=False,
+        ),
+    ] = None
+
+
+@dataclass(frozen=True, kw_only=True)
 class ScenarioOptions:
     """Which agent, and its configuration.
 
@@ -162,7 +180,7 @@ class TraceOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions):
+class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, BrokenOptions):
     """The options of ``cxbridge run``; see its help."""
 
     replay: Annotated[
@@ -175,9 +193,22 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
     replay_order: Annotated[
         str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
     ] = "total"
-    strict: Annotated[
-        bool, typer.Option("--strict", help="A broken CLIPS construct is an error, exit status 2.")
-    ] = False
+    replay_tolerance: Annotated[
+        float | None,
+        typer.Option(
+            min=0,
+            metavar="S",
+            help="Its transitions must come when the recorded did, give or take S seconds.",
+            show_default=False,
+        ),
+    ] = None
+
+    @property
+    def is_lenient(self) -> bool:
+        """Whether a broken agent is started without what is broken: checkouts live with their defects."""
+        if self.strict is None:
+            return self.fawkes_dir is not None or self.ros2cx is not None
+        return not self.strict
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""

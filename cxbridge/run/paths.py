@@ -8,7 +8,7 @@ from pathlib import Path
 from msgspec import Struct
 
 from cxbridge.config import Configuration, substitute_path
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir, shipped_scenarios
@@ -161,15 +161,18 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
     )
 
 
+def find_missing(config: Configuration, spec: str, paths: RunPaths) -> list[ConfigError]:
+    """Return the files that a spec wants to load and that are not there, each with its place."""
+    return check_files(config, spec, (*paths.before, paths.cx, *paths.clips_dirs))
+
+
 def check_paths(config: Configuration, spec: str, paths: RunPaths) -> list[str]:
     """Return what is strange about the files of a run, but no error: each with its place."""
-    folders = (*paths.before, paths.cx, *paths.clips_dirs)
-    warnings = check_files(config, spec, folders)
     if paths.ros2cx is None:
-        return warnings
+        return []
     from cxbridge.ros2cx.checks import check_parameters  # noqa: PLC0415 - start-up time is a feature
 
-    return [*check_parameters(config, spec, paths.ros2cx), *warnings]
+    return check_parameters(config, spec, paths.ros2cx)
 
 
 def _ros2cx_paths(

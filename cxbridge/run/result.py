@@ -35,6 +35,7 @@ class RunResult:
     :param reason: why, in a sentence.
     :param spec: the spec that was run.
     :param goals: the last transition of each goal, in the order they appeared; of very many the last.
+    :param is_stuck: whether it was ended before its time because nothing could happen any more.
     :param forgotten: how many goals there were before them.
     :param loops: loops of the main loop.
     :param firings: rules fired.
@@ -55,6 +56,7 @@ class RunResult:
     replay: ReplayOutcome | None = None
     agents: Mapping[str, RunResult] = field(default_factory=dict)
     forgotten: int = 0
+    is_stuck: bool = False
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as JSON can have it."""
@@ -88,6 +90,8 @@ class RunResult:
     @property
     def word(self) -> str:
         """How it ended, in a word or two."""
+        if self.is_stuck:
+            return "stuck"
         if self.replay is None:
             return _WORDS[self.status]
         return _REPLAY_WORDS[self.status]

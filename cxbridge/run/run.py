@@ -9,12 +9,14 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.ending.mistakes import AgentChecks
+from cxbridge.run.ending.stuck import RuleErrors, StuckWatch, waits_for
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
@@ -102,6 +104,9 @@ def _run(
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
+        checks = AgentChecks(assembly.agents, on=not options.is_lenient)
+        rule_errors = RuleErrors()
+        assembly.bus.subscribe(rule_errors, LogLine)
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
@@ -116,28 +121,40 @@ def _run(
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
-        for agent in assembly.agents:
-            _check_constructs(agent, options)
+        checks.start()
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
-        over, loss = False, ""
+        over, loss, is_stuck = False, "", False
+        watch = StuckWatch(
+            assembly.agents, on=replay is None and company is None and not (interactive or additions.features)
+        )
 
         def done() -> bool:
-            nonlocal over, loss
+            nonlocal over, loss, is_stuck
+            checks.look()
             over = assembly.is_over
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
             loss = assembly.loss
-            return bool(loss)
+            is_stuck = not loss and watch.look()
+            return bool(loss) or is_stuck
 
         assembly.loop.run(done)
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
         wall_seconds = time.perf_counter() - started
-        result = _sum_up(assembly, options, loss, stalls.verdict, (run_seconds, wall_seconds), over=over)
+        result = _sum_up(
+            assembly,
+            options,
+            loss,
+            stalls.verdict,
+            (run_seconds, wall_seconds),
+            over=over,
+            rule_errors=rule_errors if is_stuck else None,
+        )
         recorder.describe({"status": str(result.status), "reason": result.reason})
         if company is not None:
             company.stay(result, lambda: interrupt.received, recorder.flush_when_due)
@@ -169,6 +186,7 @@ def _sum_up(
     seconds: tuple[float, float],
     *,
     over: bool,
+    rule_errors: RuleErrors | None,
 ) -> RunResult:
     """Return the result of a run.
 
@@ -176,10 +194,12 @@ def _sum_up(
     :param verdict: of the watchdog, if it ended the run.
     :param seconds: of the run's clock, and real ones.
     :param over: whether the run has come to its end.
+    :param rule_errors: in which rules there were errors, of a run that is stuck; None when it is not.
     """
     several = len(assembly.agents) > 1
     verdicts = {
-        agent.name: verdict or _verdict(agent, options, loss, over=over or (several and agent.is_over))
+        agent.name: verdict
+        or _verdict(agent, options, loss, rule_errors, over=over or (several and agent.is_over))
         for agent in assembly.agents
     }
     return sum_up(
@@ -193,6 +213,7 @@ def _sum_up(
                 firings=agent.firings,
                 run_seconds=seconds[0],
                 wall_seconds=seconds[1],
+                is_stuck=rule_errors is not None and verdicts[agent.name][0] == TIMED_OUT,
             )
             for agent in assembly.agents
         }
@@ -276,24 +297,14 @@ def make_run(
     return Team(options, agent_context, names, replay, additions)
 
 
-def _check_constructs(assembly: Assembly, options: RunOptions) -> None:
-    """With ``--strict`` a broken construct ends the run before it begins."""
-    broken = assembly.executive.env.loader.diagnostics
-    if options.strict and broken:
-        first = broken[0]
-        raise ClipsError(
-            f"{first.construct or 'a construct'}: {first.message} [{first.code}]",
-            file=first.file,
-            line=first.line,
-            hint=f"{len(broken)} in all, see above; without --strict the run goes on without them",
-        )
-
-
-def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) -> tuple[int, str]:
+def _verdict(
+    assembly: Assembly, options: RunOptions, loss: str, rule_errors: RuleErrors | None, *, over: bool
+) -> tuple[int, str]:
     """Return the exit status and the reason for it.
 
     :param over: whether the run has come to its end.
     :param loss: what ended the run; empty when nothing was lost.
+    :param rule_errors: in which rules there were errors, of a run that is stuck; None when it is not.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     if env.faults:
@@ -301,7 +312,10 @@ def _verdict(assembly: Assembly, options: RunOptions, loss: str, *, over: bool) 
     if loss:
         return FAULT, loss
     if not over:
-        return TIMED_OUT, f"{_what_is_open(assembly)} after {options.timeout:g} s"
+        why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
+        if rule_errors is not None:
+            why = f"nothing can happen any more: {waits_for(assembly, rule_errors)}"
+        return TIMED_OUT, why
     bad = []
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
         # those that are remembered; in a very long run the first are not

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Collection, Sequence
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError
+from cxbridge.errors import ConfigError, SkillError
+from cxbridge.executive.executive import place_of_skill
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 if TYPE_CHECKING:
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 KINDS = ("lua", "simulator")
 """The Skillers of this process."""
 
+_SPACE = "/skiller/skillspace"
 _KEYS = ("kind", "skillspace", "mode")
 
 
@@ -100,9 +103,19 @@ class SkillerGroup(SkillerBackend):
         self.skillers = tuple(skillers)
 
     @property
+    def known_by_name(self) -> dict[str, frozenset[str] | None]:
+        """The skills of each, by its name; None: nobody knows."""
+        return {skiller.name: skiller.known_skills for skiller in self.skillers}
+
+    @property
     def running(self) -> bool:
         """Whether any of them executes a skill string."""
         return any(skiller.running for skiller in self.skillers)
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether all of them are."""
+        return all(skiller.is_quiet for skiller in self.skillers)
 
     def loop(self) -> None:
         """Let each take its step."""
@@ -150,15 +163,22 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
         )
     from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
 
-    return make_lua_skiller(
-        context.board,
-        context.clock,
-        context.bus,
-        folders=context.paths.skill_dirs,
-        config=config,
-        space=item.space,
-        name=item.name,
-        mode=item.mode,
-        limits=limits_of(config),
-        navgraph=navgraph,
-    )
+    try:
+        return make_lua_skiller(
+            context.board,
+            context.clock,
+            context.bus,
+            folders=context.paths.skill_dirs,
+            config=config,
+            space=item.space,
+            name=item.name,
+            mode=item.mode,
+            limits=limits_of(config),
+            navgraph=navgraph,
+            place_of=partial(place_of_skill, config, context.spec),
+        )
+    except SkillError as error:
+        if error.file is None and config.exists(_SPACE):
+            place = config.get(_SPACE)
+            error.file, error.line = place.file or None, place.line or None
+        raise

@@ -6,6 +6,7 @@ stage, and the agent waits forever. Here a wrong type is an error with its place
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
@@ -88,12 +89,12 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
             )
 
 
-def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[str]:
-    """Return what a spec wants to load that is not there, with file and line. The executive goes on without.
+def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> list[ConfigError]:
+    """Return what a spec wants to load that is not there, with file and line.
 
     :param folders: where CLIPS files are searched for.
     """
-    warnings = []
+    missing = []
     for stage, path in _entries(config, spec):
         names = config.get_strings(f"{path}/files", default=[])
         if one := config.get_str(f"{path}/file", default=""):
@@ -101,9 +102,18 @@ def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> li
         for name in names:
             file = name.rpartition("|")[2]  # BATCH|FILE
             if not any((folder / file).is_file() for folder in folders):
-                place = path + ("/file" if name == one else "/files")
-                warnings.append(f"{_at(config, place)}{stage} loads {file}, which no folder has")
-    return warnings
+                place = config.get(path + ("/file" if name == one else "/files"))
+                missing.append(
+                    _error(f"{stage} loads {file}, which no folder has", place, _meant(file, folders))
+                )
+    return missing
+
+
+def _meant(file: str, folders: Sequence[Path]) -> str | None:
+    """Return which file was probably meant."""
+    known = {path.name for folder in folders for path in folder.glob("*.clp")}
+    close = difflib.get_close_matches(file, sorted(known), 1)
+    return f"did you mean {close[0]}?" if close else None
 
 
 def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:

@@ -27,9 +27,19 @@ class SkillerBackend(Closing):
         self.name = name
 
     @property
+    def known_skills(self) -> frozenset[str] | None:
+        """The skills that it can execute; None: nobody knows."""
+        return None
+
+    @property
     @abstractmethod
     def running(self) -> bool:
         """Whether a skill string is being executed: a run is not over before it is not."""
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing happens until a message comes."""
+        return not self.running
 
     @abstractmethod
     def loop(self) -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -73,6 +73,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     navgraph: NavGraph | None = None,
     watch: ModuleWatch | None = None,
     seed: int = 0,
+    place_of: Callable[[str], str] = lambda _skill_string: "",
 ) -> Skiller:
     """Load a skill space and make the Skiller that runs it.
 
@@ -81,6 +82,7 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param name: id of the SkillerInterface.
     :param navgraph: what skills see as ``navgraph``, see :func:`skills_see_navgraph`.
     :param watch: says when skill files change; None: made when ``/skiller/watch_files`` is true.
+    :param place_of: returns where a skill string comes from, for messages.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
     :raises BlackBoardError: when somebody else writes one of the interfaces.
     """
@@ -108,7 +110,9 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
             seed=seed,
         )
         undo.callback(engine.close)
-        skiller = Skiller(board, engine, bus, name=name, mode=mode, watch=watch, closing=[transforms])
+        skiller = Skiller(
+            board, engine, bus, name=name, mode=mode, watch=watch, closing=[transforms], place_of=place_of
+        )
         undo.pop_all()
     log.debug("Lua startup completed")
     return skiller

@@ -6,15 +6,16 @@ odd, ``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, Protocol
 
 from cxbridge.errors import SkillError
-from cxbridge.events import EventBus
+from cxbridge.events import EventBus, Level
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
 from cxbridge.skiller.debugboard import DebugBoard
 from cxbridge.skiller.lua.engine import LuaEngine
+from cxbridge.skiller.lua.host import log_error
 from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.luacalls import read_calls
 from cxbridge.skiller.status import Status
@@ -44,6 +45,7 @@ class Skiller(SkillerBackend):
     :param mode: what to do where Fawkes is odd.
     :param watch: says when the files of the skills change: then they are loaded again.
     :param closing: what else to close with the Skiller.
+    :param place_of: returns where a skill string comes from, for messages; empty when nobody knows.
     :raises BlackBoardError: when somebody else writes one of its interfaces.
     """
 
@@ -57,8 +59,10 @@ class Skiller(SkillerBackend):
         mode: Mode = "strict",
         watch: ModuleWatch | None = None,
         closing: Sequence[Closable] = (),
+        place_of: Callable[[str], str] = lambda _skill_string: "",
     ) -> None:
         super().__init__(name)
+        self._place_of = place_of
         self.mode: Mode = mode
         self.engine = engine
         self._log = bus.logger(LOG_COMPONENT)
@@ -104,6 +108,16 @@ class Skiller(SkillerBackend):
     def skills(self) -> tuple[str, ...]:
         """The names of the skills, in the order of the skill space."""
         return self.engine.skills
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing happens until a message comes: no skill wants to be called in each loop."""
+        return not self.running and not self.engine.has_callbacks
+
+    @property
+    def known_skills(self) -> frozenset[str] | None:
+        """The skills that it has; None in the mode ``fawkes``, where any Lua is one."""
+        return None if self.mode == "fawkes" else frozenset(self.engine.skills)
 
     def loop(self) -> None:
         """Take the messages, run the skill string once, publish what changed."""
@@ -207,7 +221,7 @@ class Skiller(SkillerBackend):
             self._reset()
             self._interface.status = Status.S_RUNNING
             return
-        self._log.error(f"Failed to compile skill string: {text}|{problem}")
+        self._log.error(f"Failed to compile skill string: {text}|{problem}{self._mapped(text)}")
         self._interface.status = Status.S_FAILED
         if self.mode == "strict":
             self._interface.error = problem
@@ -253,7 +267,8 @@ class Skiller(SkillerBackend):
     def _fail(self, error: str) -> None:
         """End a skill string with which Lua did not come to an end."""
         text = f"{self._interface.skill_string}|{error}"
-        self._log.error(f"Failed to execute skill: {text}")
+        mapped = self._mapped(text)
+        log_error(self._log, Level.ERROR, f"Failed to execute skill{mapped}: {text}", self.engine.modules)
         self._interface.error = text
         self._interface.status = Status.S_FAILED
         self._interface.write()
@@ -261,6 +276,11 @@ class Skiller(SkillerBackend):
         if self.mode == "fawkes":  # where S_FAILED is overwritten at once, so that most readers never see it
             self._publish(Status.S_INACTIVE)
         self._debug.publish()
+
+    def _mapped(self, text: str) -> str:
+        """Return where the configuration maps an action to the skill of a skill string, as a remark."""
+        place = self._place_of(text)
+        return f" (mapped at {place})" if place else ""
 
     def _publish(self, status: Status) -> None:
         """Write the status if it is another one."""

@@ -9,8 +9,10 @@ from contextlib import ExitStack, contextmanager
 from itertools import groupby
 from typing import Any, Final
 
+from cxbridge.check.broken import retold
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
+from cxbridge.errors import BrokenAgentError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
 from cxbridge.executive.host.values import Value
@@ -20,6 +22,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
@@ -45,11 +48,11 @@ class AgentRun(Closing):
 
     :param options: as for ``cxbridge run``.
     :param scripted: whether skills end as :attr:`skills` says; else ``options.skiller`` executes them.
-    :param strict: a construct that does not load is an error.
+    :param strict: a mistake in what the agent loads is an error.
     :param patience: seconds of real time that a wait may take.
     :param golden: what :meth:`assert_golden` compares with.
     :raises CxbridgeError: when the scenario is wrong.
-    :raises AssertionError: when a construct does not load.
+    :raises AssertionError: when the agent is broken.
     """
 
     def __init__(
@@ -61,7 +64,6 @@ class AgentRun(Closing):
         patience: float = PATIENCE_S,
         golden: GoldenFiles | None = None,
     ) -> None:
-        __tracebackhide__ = True
         self.options = options
         self._golden = golden
         self.patience = patience
@@ -73,6 +75,7 @@ class AgentRun(Closing):
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
             assembly = self._assembly = stack.enter_context(Assembly(options))
+            self._checks = AgentChecks([assembly], on=strict)
             self._start_us = assembly.clock.now_us()
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)
@@ -90,7 +93,7 @@ class AgentRun(Closing):
             with self._watched() as out_of_patience:
                 assembly.start()
             self._check_patience(out_of_patience)
-            self._check_constructs(strict=strict)
+            self._check(self._checks.start)
             self._stack = stack.pop_all()
 
     def _note(self, event: Event) -> None:
@@ -104,15 +107,14 @@ class AgentRun(Closing):
         elif isinstance(event, TRANSITION_TYPES):
             self.transitions.append(event)
 
-    def _check_constructs(self, *, strict: bool) -> None:
+    def _check(self, check: Callable[[], None]) -> None:
+        """Look for mistakes in what the agent has loaded."""
         __tracebackhide__ = True
-        broken = self._assembly.executive.env.loader.diagnostics
-        if strict and broken:
-            first = broken[0]
-            raise AssertionError(
-                f"{first.file}:{first.line}: {first.construct or 'a construct'} does not load: "
-                f"{first.message} [{first.code}] ({len(broken)} in all; strict=False goes on without them)"
-            )
+        try:
+            check()
+        except BrokenAgentError as error:
+            report = retold(error, self.options)
+            raise AssertionError(f"{report}; strict=False goes on without what is broken") from None
 
     def close(self) -> None:
         """End the run and let go of everything; a second call does nothing."""
@@ -127,13 +129,11 @@ class AgentRun(Closing):
 
     def step(self, loops: int = 1) -> None:
         """Run loops of the main loop."""
-        __tracebackhide__ = True
         end = self._assembly.loop.loops + loops
         self._run(lambda: self._assembly.loop.loops >= end)
 
     def advance(self, seconds: float) -> None:
         """Let time pass."""
-        __tracebackhide__ = True
         end = self.seconds + seconds
         self._run(lambda: self.seconds >= end)
 
@@ -142,7 +142,6 @@ class AgentRun(Closing):
 
         :raises AssertionError: when it is not within so many seconds of the run's clock.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         met = False
 
@@ -161,7 +160,6 @@ class AgentRun(Closing):
         :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
             before.
         """
-        __tracebackhide__ = True
         end = self.seconds + timeout
         self._run(lambda: self.is_over or self.seconds >= end)
         if not self.is_over:
@@ -185,7 +183,6 @@ class AgentRun(Closing):
             self._due.pop(0)[1]()
 
     def _run(self, done: Callable[[], bool]) -> None:
-        __tracebackhide__ = True
         loop, clock = self._assembly.loop, self._assembly.clock
         with self._watched() as out_of_patience:
             while not out_of_patience.is_set():
@@ -195,11 +192,11 @@ class AgentRun(Closing):
                 if self._problem or done():
                     break
         self._check_patience(out_of_patience)
+        self._check(self._checks.look)
         if self._problem:
             raise AssertionError(self._with_goals(f"an error in a rule: {self._problem}"))
 
     def _check_patience(self, out_of_patience: threading.Event) -> None:
-        __tracebackhide__ = True
         if out_of_patience.is_set():
             problem = f"no end within {self.patience:g} s of real time; last rules: {self._last_rules()}"
             raise AssertionError(self._with_goals(problem))
@@ -237,6 +234,10 @@ class AgentRun(Closing):
         if self._skills is None:
             raise AssertionError(f"skills are executed by '{self.options.skiller}', they cannot be scripted")
         return self._skills
+
+    def unmet_skills(self) -> list[str]:
+        """Return what of the script of skills no call has met, a line each."""
+        return [] if self._skills is None else self._skills.unmet()
 
     # ---- the world
 
@@ -300,7 +301,6 @@ class AgentRun(Closing):
 
     def assert_outcomes(self, **outcomes: str) -> None:
         """Check how all goals of classes ended; ``_`` in the names of classes stands for ``-`` as well."""
-        __tracebackhide__ = True
         for name, outcome in outcomes.items():
             found = self.goals(name) or self.goals(name.replace("_", "-"))
             wrong = [f"{goal.id} is {goal.mode} {goal.outcome}" for goal in found if goal.outcome != outcome]

@@ -26,7 +26,7 @@ class GoldenFiles:
     """The golden files of a test.
 
     :param folder: where they lie.
-    :param test: the test's name, which the file has that is given none.
+    :param test: the test's name, which the file has that is given none; empty: several tests share the run.
     :param update: write the files again instead of comparing with them.
     """
 
@@ -35,7 +35,12 @@ class GoldenFiles:
     update: bool = False
 
     def file(self, name: str | None = None) -> Path:
-        """Return the file of a name, or of the test."""
+        """Return the file of a name, or of the test.
+
+        :raises AssertionError: when there is neither.
+        """
+        if not (name or self.test):
+            raise AssertionError("several tests share this run: assert_golden needs a name for its file")
         return self.folder / f"{file_name(name or self.test)}{SUFFIX}"
 
     def check(

@@ -2,13 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
+from typing import Final
 
 from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import ScriptedEstimator, SkillScript
 from cxbridge.testing.world import OWNER
+
+_SKILL: Final = re.compile(r"\w+")
+"""The name of a skill at the start of its template in an action mapping."""
 
 
 class ScriptedSkills(SkillScript):
@@ -39,6 +44,16 @@ class ScriptedSkills(SkillScript):
         """Close all Skillers."""
         for name in list(self._skillers):
             self.vanish(name)
+
+    def unmet(self) -> list[str]:
+        """Return what of the script no call has met, a line each."""
+        mappings = (
+            item.text
+            for item in self._context.config.search("/clips-executive/specs")
+            if "/action-mapping/" in item.path and not item.is_list
+        )
+        names = (_SKILL.match(text) for text in mappings)
+        return self.complaints({name.group() for name in names if name})
 
     # ---- faults
 

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from fnmatch import fnmatchcase
-from typing import Any, Protocol, Self
+from typing import Any, Final, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
@@ -14,6 +16,8 @@ from cxbridge.skiller.status import Status
 
 FOREVER = 1e9
 """Seconds that a skill which hangs would take: three decades."""
+
+_PATTERN: Final = re.compile(r"[*?[]")
 
 Effect = Callable[[], object]
 """What a skill changes in the world when it ends."""
@@ -66,6 +70,13 @@ class SkillRule:
     args: dict[str, Any] = field(default_factory=dict)
     calls: list[Call] = field(default_factory=list)
     _behaviours: list[_Behaviour] = field(default_factory=list)
+    _scripted: bool = False
+    _optional: bool = False
+
+    def optional(self) -> Self:
+        """They need not come: else a test fails when nothing calls a skill that it has scripted."""
+        self._optional = True
+        return self
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
         """They succeed after so many seconds."""
@@ -88,6 +99,7 @@ class SkillRule:
     def _say(self, answer: SkillAnswer, times: int | None, then: Effect | None) -> Self:
         if times is not None and times < 1:
             raise ValueError(f"times={times}: at least once")
+        self._scripted = True
         self._behaviours.append(_Behaviour(answer, times, then))
         return self
 
@@ -96,6 +108,25 @@ class SkillRule:
         return fnmatchcase(call.name, self.name) and all(
             key in call.args and _is_like(call.args[key], wanted) for key, wanted in self.args.items()
         )
+
+    def __str__(self) -> str:
+        """Return it as a test wrote it."""
+        return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
+
+    def complaint(self, known: Collection[str]) -> str:
+        """Return what is wrong when the run is over: nothing has called it; empty when all is well.
+
+        :param known: the names of the skills that were called, or that actions are mapped to.
+        """
+        if self.calls or self._optional:
+            return ""
+        others = f": skills here are {', '.join(sorted(known))}" if known else ""
+        if self.name not in known:
+            near = get_close_matches(self.name, known, n=1)
+            hint = f"; did you mean '{near[0]}'?" if near else others
+            is_typo = self._scripted or (known and not _PATTERN.search(self.name))
+            return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""
+        return f"{self} has met no call; say .optional() if it need not" if self._scripted else ""
 
     @property
     def says_something(self) -> bool:
@@ -150,6 +181,14 @@ class SkillScript:
     @staticmethod
     def _is_of(call: Call, name: str, args: dict[str, Any]) -> bool:
         return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
+
+    def complaints(self, mapped: Collection[str] = ()) -> list[str]:
+        """Return what is wrong with the script when the run is over: what no call has met.
+
+        :param mapped: the names of the skills that actions are mapped to.
+        """
+        known = {*mapped, *(call.name for call in self.calls)}
+        return [text for rule in self._rules if (text := rule.complaint(known))]
 
     def begin(self, skiller: str, call: SkillStringCall) -> tuple[Outcome, Effect | None]:
         """Note that a call begins; return how it ends, and what it changes then."""

@@ -21,9 +21,19 @@ MOST_BYTES: Final = 16 << 20
 BUNCH_BYTES: Final = 64 << 10
 """Bytes after which a bunch is sent."""
 
-HISTORY: Final = frozenset({"goal", "plan-action", "skill", "planner"})
-"""Kinds that tell what a run has done. They are a group of their own: the many other events, facts and log
-lines above all, do not crowd them out, so that a client that comes late has them."""
+GROUPS: Final = (
+    frozenset({"goal", "plan-action", "skill", "planner"}),
+    frozenset({"log", "message"}),
+)
+"""Kinds that are kept apart from each other and from the rest: what a run has done, and its log. The many
+others, facts and values of interfaces above all, do not crowd them out, so that late clients have them."""
+
+_OTHERS: Final = len(GROUPS)
+
+
+def group_of(kind: str) -> int:
+    """Return the number of the group that a kind belongs to; that of all others is the last one."""
+    return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHERS)
 
 
 @dataclass(frozen=True, slots=True)
@@ -41,21 +51,35 @@ class EventSelection:
         """Whether an event is one of them."""
         return kind in self.kinds and (not self.env or not env or env == self.env)
 
+    @property
+    def groups(self) -> set[int]:
+        """The groups that they belong to."""
+        return {group_of(kind) for kind in self.kinds}
+
 
 class Position(NamedTuple):
     """How far a client has come.
 
-    :param history: how many events of :data:`HISTORY` there were up to there.
-    :param others: how many others.
+    :param counts: how many events of each group there were up to there; of the others at the end.
     :param lost: how many were gone before they came here.
     """
 
-    history: int = 0
-    others: int = 0
+    counts: tuple[int, ...] = (0,) * (_OTHERS + 1)
     lost: int = 0
 
     def __str__(self) -> str:
-        return ".".join(map(str, self))
+        return ".".join(map(str, (*self.counts, self.lost)))
+
+    @property
+    def total(self) -> int:
+        """How many events there were up to there."""
+        return sum(self.counts) + self.lost
+
+    def after(self, group: int) -> Position:
+        """Return the position after one more event of a group."""
+        counts = list(self.counts)
+        counts[group] += 1
+        return Position(tuple(counts), self.lost)
 
 
 @dataclass(frozen=True, slots=True)
@@ -92,7 +116,7 @@ class _Group:
 
 
 class EventBuffer:
-    """Events in their order, in two groups: see :data:`HISTORY`.
+    """Events in their order, each group (:data:`GROUPS`) in bounds of its own.
 
     For one thread.
     """
@@ -100,29 +124,28 @@ class EventBuffer:
     def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
         self.end = Position()
         """After the event that came last."""
-        self._history = _Group(most_events, most_bytes)
-        self._others = _Group(most_events, most_bytes)
+        self._groups = [_Group(most_events, most_bytes) for _ in range(_OTHERS + 1)]
         self._values: dict[str, Any] = {}
 
     @property
     def begin(self) -> Position:
         """Before the oldest events that are kept."""
-        oldest = [group.entries[0] for group in (self._history, self._others) if group.entries]
+        oldest = (group.entries[0] for group in self._groups if group.entries)
         lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
-        return Position(self._history.gone, self._others.gone, lost)
+        return Position(tuple(group.gone for group in self._groups), lost)
 
     @property
     def count(self) -> int:
         """How many events there were."""
-        return sum(self.end)
+        return self.end.total
 
     @property
     def size(self) -> int:
         """Bytes of text that are kept."""
-        return self._history.bytes + self._others.bytes
+        return sum(group.bytes for group in self._groups)
 
     def __len__(self) -> int:
-        return len(self._history.entries) + len(self._others.entries)
+        return sum(len(group.entries) for group in self._groups)
 
     def skip(self, count: int) -> None:
         """Note that so many events are gone before they came here."""
@@ -144,11 +167,11 @@ class EventBuffer:
         self._values.clear()
 
     def _keep(self, event: Event) -> None:
-        kind, (history, others, lost) = event.KIND.name, self.end
-        is_history = kind in HISTORY
-        self.end = Position(history + is_history, others + (not is_history), lost)
+        kind = event.KIND.name
+        group = group_of(kind)
+        self.end = self.end.after(group)
         entry = _BufferedEvent(self.end, kind, getattr(event, "env", ""), encode_with_kind(event))
-        (self._history if is_history else self._others).add(entry)
+        self._groups[group].add(entry)
 
     def after(
         self, position: Position, selection: EventSelection
@@ -158,9 +181,8 @@ class EventBuffer:
         :returns: the events with the positions after them; the position to go on after; how many events are
             gone in between, of the groups that are wanted.
         """
-        later = self._history.after(position.history) if selection.kinds & HISTORY else []
-        if selection.kinds - HISTORY:
-            later = list(merge(later, self._others.after(position.others), key=_order))
+        groups = selection.groups
+        later = merge(*(self._groups[each].after(position.counts[each]) for each in groups), key=_order)
         found: list[tuple[Position, bytes]] = []
         size, upto = 0, self.end
         for entry in later:
@@ -170,17 +192,16 @@ class EventBuffer:
                 if size >= BUNCH_BYTES:
                     upto = entry.position
                     break
-        return found, upto, self._gone(position, upto, selection)
+        return (
+            found,
+            upto,
+            upto.lost - position.lost + sum(self._gone(position, upto, each) for each in groups),
+        )
 
-    def _gone(self, position: Position, upto: Position, selection: EventSelection) -> int:
-        """Return how many events between two positions are not kept any more."""
-        gone = upto.lost - position.lost
-        if selection.kinds & HISTORY:
-            gone += max(0, min(upto.history, self._history.gone) - position.history)
-        if selection.kinds - HISTORY:
-            gone += max(0, min(upto.others, self._others.gone) - position.others)
-        return gone
+    def _gone(self, position: Position, upto: Position, group: int) -> int:
+        """Return how many events of a group between two positions are not kept any more."""
+        return max(0, min(upto.counts[group], self._groups[group].gone) - position.counts[group])
 
 
 def _order(entry: _BufferedEvent) -> int:
-    return entry.position.history + entry.position.others
+    return sum(entry.position.counts)

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
-from cxbridge.web.event_buffer import HISTORY
+from cxbridge.web.event_buffer import GROUPS, group_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -22,7 +22,7 @@ WATCHED: Final = ("fact", "rule")
 """Kinds that CLIPS reports only while it watches for them."""
 
 MOST_PENDING: Final = 10_000
-"""Events of each group (:data:`~cxbridge.web.event_buffer.HISTORY`) that wait for the server's thread."""
+"""Events of each group (:data:`~cxbridge.web.event_buffer.GROUPS`) that wait for the server's thread."""
 
 
 def default_kinds() -> frozenset[str]:
@@ -38,8 +38,9 @@ class EventCollector:
 
     def __init__(self, host: WebHost) -> None:
         self._host = host
-        self._history: deque[tuple[int, Event]] = deque(maxlen=MOST_PENDING)
-        self._others: deque[tuple[int, Event]] = deque(maxlen=MOST_PENDING)
+        self._pending: list[deque[tuple[int, Event]]] = [
+            deque(maxlen=MOST_PENDING) for _ in range(len(GROUPS) + 1)
+        ]
         self._numbers = count()
         self._lost = 0
         self._wanted: Counter[str] = Counter()
@@ -59,7 +60,7 @@ class EventCollector:
     # -- in the threads of those who tell
 
     def _take(self, event: Event) -> None:
-        pending = self._history if event.KIND.name in HISTORY else self._others
+        pending = self._pending[group_of(event.KIND.name)]
         if len(pending) >= MOST_PENDING:
             self._lost += 1
         pending.append((next(self._numbers), event))
@@ -79,7 +80,7 @@ class EventCollector:
     def drain(self) -> tuple[list[Event], int]:
         """Return the events that came since the last time, and how many were lost before them."""
         lost, self._lost = self._lost, 0
-        found = [[group.popleft() for _ in range(len(group))] for group in (self._history, self._others)]
+        found = [[group.popleft() for _ in range(len(group))] for group in self._pending]
         return [event for _, event in merge(*found, key=itemgetter(0))], lost
 
     # -- in the main loop's thread

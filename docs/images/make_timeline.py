@@ -1,4 +1,4 @@
-"""Takes the pictures of the timeline for the manual: from real runs, in a real browser.
+"""Takes the pictures of reports for the manual, and films the timeline: from real runs, in a real browser.
 
     python docs/images/make_timeline.py [NAME...]
 
@@ -132,16 +132,6 @@ def reports(browser: Any, folder: Path) -> None:
     tab.close()
 
 
-def views(browser: Any, folder: Path) -> None:
-    """Take the pictures of the page's view."""
-    with daemon(folder, "test-scenario") as url:
-        time.sleep(14)
-        goal = "#/timeline/goal/gen14/action/TALK-PLAN%2010"
-        picture(browser, url, "web-timeline-light")
-        picture(browser, f"{url}{goal}", "web-timeline-dark", color_scheme="dark")
-        picture(browser, url, "web-timeline-phone", viewport=PHONE)
-
-
 def picture(browser: Any, url: str, name: str, **options: Any) -> None:
     """Take one picture."""
     tab = browser.new_page(**({"viewport": DESK} | options))
@@ -152,7 +142,7 @@ def picture(browser: Any, url: str, name: str, **options: Any) -> None:
     tab.close()
 
 
-PARTS: dict[str, Callable[[Any, Path], None]] = {"timeline": film, "reports": reports, "views": views}
+PARTS: dict[str, Callable[[Any, Path], None]] = {"timeline": film, "reports": reports}
 
 
 def main(names: list[str]) -> None:

@@ -275,3 +275,10 @@ def test_every_rule_of_the_rcll_agent_is_seen():
             assert mention.name.text in (written, written.strip("$?*"))
         rows = [row for row in file.text.splitlines() if row.lstrip().startswith("(defrule ")]
         assert len(list(model.defined(Kind.RULE))) == len(rows), path
+
+
+def test_a_call_in_an_ordered_fact_looks_like_a_slot_and_is_a_call():
+    text = "(deftemplate cup (slot wash))\n(defrule r => (assert (total (wash 1)) (cup (wash 2))) (wash 3))\n"
+    model = model_of(a__clp="(deffunction wash (?x) ?x)\n" + text)
+    calls = [file.text[mention.start : mention.end + 2] for file, mention in model.calls("wash")]
+    assert sorted(calls) == ["wash 1", "wash 3"]

@@ -56,7 +56,7 @@ def test_a_story_tells_how_each_goal_ended_then_the_tree_then_one_line(capsys):
 
 
 def test_a_failed_action_is_the_reason(tmp_path, capsys):
-    scenario = write_scenario(tmp_path, mapping="act: no_such_skill{}")
+    scenario = write_scenario(tmp_path, mapping="act: fail{}")
     status, lines, _ = run(scenario, capsys=capsys)
     assert status == 1
     (told,) = [line for line in lines if " failed " in line and "G (MINI)" in line]

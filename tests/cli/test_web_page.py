@@ -26,7 +26,7 @@ WAIT_S = 60
 
 
 @contextmanager
-def served(*arguments):
+def served(*arguments, line="The page is at "):
     """A command that serves a page; yields it and the page's address."""
     process = subprocess.Popen(
         [sys.executable, "-m", "cxbridge", *map(str, arguments)],
@@ -39,9 +39,9 @@ def served(*arguments):
     try:
         address = ""
         assert process.stderr is not None
-        for line in process.stderr:
-            if line.startswith("The page is at "):
-                address = line.split()[-1]
+        for said in process.stderr:
+            if said.startswith(line):
+                address = said.split()[-1]
                 break
         assert address, "it has ended before"
         yield process, address
@@ -61,7 +61,7 @@ def get(address, path, host=None):
 
 
 def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tmp_path):
-    scenario, port = write_scenario(tmp_path, mapping="act: no_such_skill{}"), free_port()
+    scenario, port = write_scenario(tmp_path, mapping="act: fail{}"), free_port()
     with served("run", scenario, "--web", port, "--no-browser") as (process, address):
         assert address == f"http://127.0.0.1:{port}"
         status, page = get(address, "/")
@@ -79,6 +79,35 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert why[0] == 200, why
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 1
+
+
+def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
+    pytest.importorskip("foxglove", reason="needs foxglove-sdk")
+    from tests.trace.foxglove.client import connected
+
+    scenario = write_scenario(tmp_path)
+    command = ("run", scenario, "--foxglove", "0", "--web", "0", "--no-browser")
+    with served(*command) as (process, address):
+        said = process.stderr.readline()
+        assert said.startswith("Foxglove connects to ws://127.0.0.1:")
+        assert "The page stays open: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        assert get(address, "/api/cxbridge/status")[0] == 200
+        with connected(said.split()[-1]) as client:
+            client.until(lambda: client.has("/goals"))
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 0
+
+
+def test_foxglove_alone_is_announced_and_is_a_port(tmp_path, capsys):
+    pytest.importorskip("foxglove", reason="needs foxglove-sdk")
+    scenario = write_scenario(tmp_path)
+    with served("run", scenario, "--foxglove", "0", line="Foxglove connects to ") as (process, address):
+        assert address.startswith("ws://127.0.0.1:")
+        assert "Foxglove stays connected: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        process.send_signal(signal.SIGINT)
+        assert process.wait(WAIT_S) == 0
+    assert invoke(["run", str(scenario), "--foxglove=70000"]) == 2
+    assert "--foxglove cannot be at port '70000'" in capsys.readouterr().err
 
 
 def test_ctrl_c_before_the_end_is_130(tmp_path):

@@ -233,8 +233,16 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("{scenario}", "--config", "{wrong}"),
         ("{text}",),
     ],
+    ("new",): [
+        ("{text}",),
+        ("{tmp}/fresh",),
+        ("{tmp}/x", "--from-fawkes", "{text}", "--fawkes-dir", "{tmp}"),
+    ],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
+    ("format",): [("{text}",), ("{definition}",)],
+    ("lsp",): [],  # these two speak a protocol on stdout
+    ("dap",): [],
     ("view",): [("{text}",)],  # what is there, it serves until Ctrl-C
     ("doctor",): [(), ("--json",)],
     ("gateway",): [("{text}", "{text}")],

@@ -12,7 +12,7 @@ import pytest
 
 from cxbridge.daemon.configuration import read_configuration
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.errors import ClipsError, ConfigError, CxbridgeError
+from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import make_agent_context
@@ -50,9 +50,17 @@ def test_a_run_that_does_not_end_is_status_3_and_says_what_is_open(tmp_path):
     assert 5 <= result.run_seconds < 5.1
 
 
-def test_an_agent_that_sets_no_goal_is_status_3(tmp_path):
-    result, _ = run(write_scenario(tmp_path, agent="(defrule nothing (never) =>)"), timeout=1)
-    assert (result.status, result.reason) == (3, "no goal has appeared after 1 s")
+def test_an_agent_that_sets_no_goal_is_stuck_with_status_3(tmp_path):
+    result, _ = run(write_scenario(tmp_path, agent="(defrule nothing (never) =>)"))
+    assert (result.status, result.reason) == (3, "nothing can happen any more: no goal has appeared")
+    assert result.as_dict()["result"] == "stuck"
+    assert result.run_seconds < 2
+
+
+def test_an_agent_that_waits_for_a_time_is_not_stuck(tmp_path):
+    wait = "(defrule wait (time ?now $?) (test (> ?now 2000000000)) =>)"
+    result, _ = run(write_scenario(tmp_path, agent=wait), timeout=5)
+    assert (result.status, result.reason) == (3, "no goal has appeared after 5 s")
 
 
 def test_an_agent_may_quit(tmp_path):
@@ -255,25 +263,74 @@ def test_folders_that_are_not_there(tmp_path):
 def test_a_file_of_the_agent_that_is_missing_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
     scenario = write_scenario(tmp_path)
     (scenario / "mini.clp").unlink()
-    result, log = run(scenario, timeout=1)
+    result, log = run(scenario, timeout=1, strict=False)
     assert result.status == 3
     assert any("Cannot load file mini.clp (file not found in" in text for text in log)
+
+
+def test_a_file_that_is_missing_is_status_2_with_its_place_and_what_was_meant(tmp_path):
+    scenario = write_scenario(tmp_path)
+    (scenario / "mini.clp").rename(scenario / "mimi.clp")
+    (mistake,) = bad(scenario).mistakes
+    assert mistake.message == "stage-3 loads mini.clp, which no folder has"
+    assert (mistake.file, mistake.line, mistake.hint) == (
+        str(scenario / "scenario.yaml"),
+        14,
+        "did you mean mimi.clp?",
+    )
 
 
 def test_a_broken_construct_is_told_and_the_run_goes_on_as_in_fawkes(tmp_path):
     scenario = write_scenario(tmp_path, agent=AGENT + "\n(defrule broken (x) => (nope 1))\n")
     line = AGENT.count("\n") + 2
-    result, log = run(scenario)
+    result, log = run(scenario, strict=False)
     assert result.status == 0
     message = f"{scenario / 'mini.clp'}:{line}: defrule broken is not defined: Missing function declaration"
     assert any(text.startswith(message) for text in log)
 
 
-def test_a_broken_construct_is_status_2_with_strict(tmp_path):
-    scenario = write_scenario(tmp_path, agent=AGENT + "\n(defrule broken (x) => (nope 1))\n")
-    error = bad(scenario, strict=True)
-    assert isinstance(error, ClipsError)
-    assert (error.file, error.line) == (str(scenario / "mini.clp"), AGENT.count("\n") + 2)
+def test_broken_constructs_are_status_2_each_with_its_place(tmp_path):
+    """Without --strict the run went on, and said at its end that no goal had appeared."""
+    more = "\n(defrule broken (x) => (nope 1))\n(defrule worse (y) => (nope 2))\n"
+    scenario = write_scenario(tmp_path, agent=AGENT + more)
+    error = bad(scenario)
+    assert isinstance(error, BrokenAgentError)
+    line = AGENT.count("\n") + 2
+    places = [(each.file, each.line) for each in error.mistakes]
+    assert places == [(str(scenario / "mini.clp"), line), (str(scenario / "mini.clp"), line + 1)]
+    assert str(error).splitlines()[-1] == "2 mistakes, the agent was not started"
+
+
+LATER = """
+(defrule mini-later (time ?now $?) (test (> ?now 1000000001)) => (load* "{file}"))
+(defrule mini-signal (never) => (assert (executive-init-signal (id later))))
+"""
+
+
+def test_a_broken_file_that_is_loaded_while_the_initialisation_waits_is_status_2(tmp_path):
+    """--strict looked once, before the first loop, and never again."""
+    later = tmp_path / "later.clp"
+    later.write_text("(defrule later\n")
+    scenario = write_scenario(tmp_path, agent=AGENT + LATER.format(file=later))
+    config = scenario / "scenario.yaml"
+    config.write_text(
+        config.read_text().replace("- name: agent", "- name: agent\n            wait-for: later")
+    )
+    error = bad(scenario)
+    assert [(each.file, each.line) for each in error.mistakes] == [(str(later), 1)]
+    assert error.message == "1 mistake, the agent was not started"
+
+
+def test_an_initialisation_that_waits_for_a_signal_that_nobody_gives_is_stuck(tmp_path):
+    scenario = write_scenario(tmp_path)
+    config = scenario / "scenario.yaml"
+    config.write_text(
+        config.read_text().replace("- name: agent", "- name: agent\n            wait-for: godot")
+    )
+    result, _ = run(scenario)
+    assert result.status == 3
+    place = f"{config}:14"
+    assert result.reason == f"nothing can happen any more: {place}: agent waits for the signal godot"
 
 
 def test_an_action_without_a_mapping_fails_with_a_reason(tmp_path):
@@ -283,25 +340,48 @@ def test_an_action_without_a_mapping_fails_with_a_reason(tmp_path):
 
 
 def test_a_lua_error_in_a_skill_string_fails_the_action(tmp_path):
-    result, log = run(write_scenario(tmp_path, mapping='act: error("on purpose")'))
+    result, log = run(write_scenario(tmp_path, mapping='act: error("on purpose")'), strict=False)
     assert result.status == 1
     assert any("on purpose" in text for text in log)
 
 
 def test_a_skill_that_does_not_exist_fails_the_action(tmp_path):
-    result, log = run(write_scenario(tmp_path, mapping="act: levitate{}"))
+    result, log = run(write_scenario(tmp_path, mapping="act: levitate{}"), strict=False)
     assert result.status == 1
     assert any("levitate" in text for text in log)
 
 
+@pytest.mark.parametrize(
+    ("mapping", "message"),
+    [
+        ("levitate{}", "'act' is mapped to the skill 'levitate', which does not exist"),
+        (
+            "say{{",
+            "the skill string of 'act' is wrong: column 6: the skill string ends",
+        ),
+        ("say{text=?(txt)s}", "'act' has no parameter 'txt'"),
+    ],
+)
+def test_a_mapping_that_cannot_work_is_status_2_with_its_place(tmp_path, mapping, message):
+    scenario = write_scenario(tmp_path, mapping=f"act: {mapping!r}", agent=OPERATOR + AGENT)
+    (mistake,) = bad(scenario).mistakes
+    assert mistake.message.startswith(message)
+    assert (mistake.file, mistake.line) == (str(scenario / "scenario.yaml"), 16)
+
+
+OPERATOR = """
+(defrule operator (executive-init) => (assert (domain-operator (name act) (param-names text))))
+"""
+
+
 def test_a_skill_string_that_is_no_lua_fails_the_action(tmp_path):
-    result, log = run(write_scenario(tmp_path, mapping="act: say{{"))
+    result, log = run(write_scenario(tmp_path, mapping="act: say{{"), strict=False)
     assert result.status == 1
     assert any("say{{" in text for text in log)
 
 
 def test_an_endless_loop_in_a_skill_string_fails_the_action_in_bounded_time(tmp_path):
-    result, _ = run(write_scenario(tmp_path, mapping="act: while true do end"))
+    result, _ = run(write_scenario(tmp_path, mapping="act: while true do end"), strict=False)
     assert result.status == 1
     assert result.wall_seconds < 20
 
@@ -320,7 +400,7 @@ def test_a_skill_space_that_is_not_there(tmp_path):
 def test_a_pddl_syntax_error_is_told_with_file_and_line(tmp_path):
     (tmp_path / "d.pddl").write_text("(define (domain d)\n (:requirements :strips)\n (:predicates (p ?x)\n")
     agent = f'(defrule load (executive-initialized) => (parse-pddl-domain "{tmp_path / "d.pddl"}"))'
-    result, log = run(write_scenario(tmp_path, agent=agent), timeout=1)
+    result, log = run(write_scenario(tmp_path, agent=agent), timeout=1, strict=False)
     assert result.status == 3
     assert any(f"Failed to parse domain: {tmp_path / 'd.pddl'}:" in text for text in log)
 
@@ -350,7 +430,9 @@ def test_a_broken_interface_definition_is_told_with_file_and_line(tmp_path):
     )
     agent = '(defrule open (executive-initialized) => (blackboard-open-reading "BrokenInterface" "B"))'
     scenario = write_scenario(tmp_path / "s", agent=agent)
-    _, log = run(scenario, interface_dirs=(tmp_path / "x",), timeout=1)
+    (mistake,) = bad(scenario, interface_dirs=(tmp_path / "x",)).mistakes
+    assert (mistake.file, mistake.line) == (str(tmp_path / "x" / "BrokenInterface.xml"), 3)
+    _, log = run(scenario, interface_dirs=(tmp_path / "x",), timeout=1, strict=False)
     assert any("BrokenInterface.xml:3" in text for text in log)
 
 

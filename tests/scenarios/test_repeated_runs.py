@@ -10,6 +10,7 @@ import pytest
 from cxbridge.events import Event, FactChange, PlannerCall
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
+from tests.run.test_run_temporal import INSTALLED
 from tests.support import ROOT
 
 TEMPORAL = "temporal"
@@ -43,6 +44,7 @@ def test_log_and_trace_of_two_runs_are_the_same(scenario, tmp_path):
     assert len(events) > 100
 
 
+@pytest.mark.skipif(not INSTALLED, reason="no temporal planner")
 def test_what_is_known_of_a_call_of_a_planner_is_the_same_whatever_it_finds(tmp_path):
     one, other = (
         [event.text for event in events if isinstance(event, FactChange) and event.template == "planner-call"]

@@ -105,3 +105,120 @@ def test_both(cx, after):
         "test_mini.transitions",
     ]
     project("succeeds()", more=more).assert_outcomes(passed=3)
+
+
+def test_a_skill_that_nothing_calls_fails_the_test(project):
+    project("succeeds()", "--update-golden").assert_outcomes(passed=1)
+    more = """
+def test_typo(cx):
+    run = cx.run("mini")
+    run.skills("wrok").fails("never")
+    run.to_end()
+
+def test_typo_of_a_question(cx):
+    run = cx.run("mini")
+    run.to_end()
+    assert run.skills("wrok").calls == []
+
+def test_argument(cx):
+    run = cx.run("mini")
+    run.skills("work", what="nothing").succeeds()
+    run.to_end()
+
+def test_optional(cx):
+    run = cx.run("mini")
+    run.skills("work", what="nothing").succeeds().optional()
+    run.to_end()
+    assert run.skills("work", what="other").calls == []
+"""
+    found = project("succeeds()", more=more)
+    found.assert_outcomes(passed=2, failed=3)
+    found.stdout.fnmatch_lines(
+        [
+            "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
+            "run.skills('wrok') has met no call, there is no skill 'wrok'; did you mean 'work'[?]",
+            "run.skills('work', what='nothing') has met no call; say .optional() if it need not",
+        ]
+    )
+    found.stdout.no_fnmatch_line("*pytest_plugin.py*")
+
+
+def test_a_failure_shows_no_frame_of_the_library(project):
+    more = """
+def test_goal(cx):
+    cx.run("mini").goal("NOWHERE")
+
+def test_condition(cx):
+    run = cx.run("mini")
+    run.until(lambda: run.goal("NOWHERE"))
+
+def test_interface(cx):
+    cx.run("mini").write("BatteryInterface::Robot", nothing=1)
+
+def test_scenario(cx):
+    cx.run("nowhere")
+"""
+    found = project("succeeds()", "-k", "not mini", more=more)
+    found.assert_outcomes(failed=4, deselected=1)
+    found.stdout.no_fnmatch_line("*cxbridge/*.py:*")
+    found.stdout.fnmatch_lines(["*run.until(lambda: run.goal(*", "E *there is no goal NOWHERE*"])
+    full = project("succeeds()", "-k", "test_goal", "--full-trace", more=more)
+    full.stdout.fnmatch_lines(["*agent_run.py:*"])
+
+
+MODULE = """
+import pytest
+
+@pytest.fixture(scope="module")
+def run(cx_module):
+    run = cx_module.run("mini")
+    run.skills("{skill}").succeeds(after=2.0)
+    run.to_end()
+    return run
+
+def test_outcome(run):
+    assert run.goal("G").outcome == "{outcome}"
+
+def test_golden(run):
+    run.assert_golden("mini")
+
+def test_name(run):
+    with pytest.raises(AssertionError, match="needs a name"):
+        run.assert_golden()
+"""
+
+
+def test_tests_of_a_module_share_a_run(project, pytester):
+    def module(*arguments, skill="work", outcome="COMPLETED"):
+        more = MODULE.format(skill=skill, outcome=outcome)
+        return project("succeeds()", "-k", "not mini", *arguments, more=more)
+
+    module("--update-golden").assert_outcomes(passed=3, deselected=1)
+    assert (pytester.path / "golden" / "test_agent" / "mini.transitions").exists()
+    module().assert_outcomes(passed=3, deselected=1)
+    failed = module("--cx-artifacts", "kept", outcome="FAILED")
+    failed.assert_outcomes(passed=2, failed=1, deselected=1)
+    failed.stdout.fnmatch_lines(["*cxbridge run 1*", "*recorded: kept/test_agent/module.mcap"])
+    assert (pytester.path / "kept" / "test_agent" / "module.mcap").exists()
+    unmet = module(skill="wrok")
+    unmet.assert_outcomes(passed=3, errors=1, deselected=1)
+    unmet.stdout.fnmatch_lines(["*did you mean 'work'*"])
+
+
+def test_times_count_when_they_are_asked_for(project):
+    timed = "succeeds(after={})\n    run.to_end()\n    run.assert_golden('timed', time_tolerance=0.2)"
+    project("succeeds()", "--update-golden").assert_outcomes(passed=1)
+    absent = project(timed.format(2.0))
+    absent.stdout.fnmatch_lines(["*there is no golden file *timed.transitions*"])
+    project(timed.format(2.0), "--update-golden").assert_outcomes(passed=1)
+    project(timed.format(2.1)).assert_outcomes(passed=1)
+    late = project(timed.format(3.0))
+    late.assert_outcomes(failed=1)
+    late.stdout.fnmatch_lines(["*another time: * s earlier in B*"])
+
+
+def test_a_golden_file_without_times_has_none_to_compare(project, pytester):
+    project("succeeds()", "--update-golden").assert_outcomes(passed=1)
+    timed = project("succeeds()\n    run.to_end()\n    run.assert_golden(time_tolerance=0.2)")
+    timed.assert_outcomes(failed=1)
+    timed.stdout.fnmatch_lines(["*holds no times*"])

@@ -94,7 +94,7 @@ def test_why(there):
     answer = client.get("/api/cxbridge/why?rule=mini-never").json
     assert answer["kind"] == "Answer"
     assert any("mini-never" in line for line in answer["lines"])
-    assert client.get("/api/cxbridge/why?goal=G").json["lines"][0].startswith("goal G")
+    assert client.get("/api/cxbridge/why?goal=G").json["lines"][0].startswith("G (MINI) ")
     for query in ("", "?rule=", "?rule=a&goal=b", "?rule=nope", f"?goal={'x' * 500}"):
         assert client.get(f"/api/cxbridge/why{query}").status == 400, query
 

@@ -7,35 +7,68 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.keys import KeyCheck, parts_of, prefixes
+from cxbridge.config import ConfigType, ConfigValue
+from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.specs import check_spec
 
 STRANGE: Final = Code(
     "CX111",
     Severity.WARNING,
     "a configuration value is not what it seems",
-    "YAML reads some words as something else, two files disagree, or nobody reads this key. Nothing "
-    "says so at run time.",
+    "YAML reads some words as something else, two files disagree, or nobody reads this key of an entry. "
+    "Nothing says so at run time.",
 )
 NO_TIME: Final = Code(
     "CX112",
     Severity.WARNING,
     "no time facts",
     "Without assert-time-each-loop there is no (time ...) fact in the loop: the executive reads no "
-    "interface after the "
-    "first loop, time-outs never pass, and an agent with skills waits for ever.",
+    "interface after the first loop, time-outs never pass, and an agent with skills waits without end. "
+    "A scenario.yaml that does not name the key has true; Fawkes' own configuration has false.",
+)
+TIME: Final = Code(
+    "CX113",
+    Severity.NOTE,
+    "time facts by default",
+    "A scenario.yaml without assert-time-each-loop gets a (time ...) fact in each loop. Fawkes needs the "
+    "key: write it down if the agent is to run there, too.",
+)
+UNKNOWN_KEY: Final = Code(
+    "CX114",
+    Severity.WARNING,
+    "nobody reads this key",
+    "The program reads no key of this name in this place, and no CLIPS file of the agent names it. "
+    "Often it is misspelt, or a level too high or too low.",
+)
+SPEC_NAME: Final = Code(
+    "CX115",
+    Severity.ERROR,
+    "the name of the spec is not a text",
+    "The configuration takes the name for a Boolean or a number, with quotes, too. The rule that begins "
+    "the initialisation waits for a text: nothing is ever loaded.",
+)
+OLD_FORMAT: Final = Code(
+    "CX116",
+    Severity.ERROR,
+    "a spec in the old format",
+    "Specs once had a key for each part (goal-reasoner, goal-expander, action-selection, ...). Today the "
+    "executive reads init with stages only, and loads none of these files.",
 )
 
-CODES: Final = (STRANGE, NO_TIME)
+CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT)
 
 _PLACE = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
+_ROOT: Final = "/clips-executive"
+_TIME_KEY: Final = f"{_ROOT}/assert-time-each-loop"
+_CLIPS: Final = re.compile(r"\S+\.clp")
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each strange value."""
-    config = agent.config
     seen: set[Place] = set()
-    for text in (*map(str, config.warnings), *check_spec(config, agent.spec)):
+    for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
         match = _PLACE.match(text)
         place = Place(str(agent.context.paths.config_file))
         if match:
@@ -43,13 +76,108 @@ def check(agent: Agent) -> Iterator[Finding]:
         if not match or place not in seen:  # a second one there follows from the first
             yield Finding(STRANGE, place, match["text"] if match else text)
         seen.add(place)
-    key = "/clips-executive/assert-time-each-loop"
-    if agent.context.paths.ros2cx is None and not config.get_bool(key, default=False):
-        there = config.exists(key)
-        place = place_of(config.get(key)) if there else Place(str(agent.context.paths.config_file))
+    if agent.context.paths.ros2cx is None:
+        yield from _check_time(agent)
+        yield from _check_spec_name(agent)
+        old = _old_keys(agent)
+        yield from _check_format(agent, old)
+        yield from _check_keys(agent, {place_of(value) for value in old} | seen)
+
+
+def _check_time(agent: Agent) -> Iterator[Finding]:
+    config = agent.config
+    value = config.get(_TIME_KEY) if config.exists(_TIME_KEY) else None
+    place = Place(str(agent.context.paths.config_file))
+    if value is not None and value.file:
+        place = place_of(value)
+    if not config.get_bool(_TIME_KEY, default=False):
         yield Finding(
             NO_TIME,
             place,
-            f"assert-time-each-loop is {'false' if there else 'absent'}: nothing is read, no time passes",
+            f"assert-time-each-loop is {'absent' if value is None else 'false'}: "
+            "nothing is read, no time passes",
             "set assert-time-each-loop: true below clips-executive",
         )
+    elif not place.line:
+        yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
+
+
+def _check_spec_name(agent: Agent) -> Iterator[Finding]:
+    key = f"{_ROOT}/spec"
+    if agent.config.exists(key) and (value := agent.config.get(key)).type is not ConfigType.STRING:
+        yield Finding(
+            SPEC_NAME,
+            place_of(value),
+            f"the name of the spec, '{value.text}', is not a text but {_article(value.type)}",
+            "choose another name, such as my-spec",
+        )
+
+
+def _article(kind: ConfigType) -> str:
+    return {ConfigType.BOOL: "a Boolean", ConfigType.FLOAT: "a number"}.get(kind, "an integer")
+
+
+# ---- keys
+
+
+def _old_keys(agent: Agent) -> list[ConfigValue]:
+    """Return the files that the chosen spec names right below its own name."""
+    base = f"{_ROOT}/specs/{agent.spec}"
+    return [
+        value
+        for value in agent.config.walk(base)
+        if "/" not in value.path.removeprefix(f"{base}/")
+        and any(map(_CLIPS.fullmatch, value.items or (value.text,)))
+    ]
+
+
+def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
+    if old:
+        keys = ", ".join(value.path.rpartition("/")[2] for value in old)
+        yield Finding(
+            OLD_FORMAT,
+            place_of(old[0]),
+            f"the spec '{agent.spec}' names files in the old format ({keys}): nobody loads them",
+            "list the files below init: stage-3: - name: NAME, files: [...]",
+        )
+
+
+def _check_keys(agent: Agent, told: set[Place]) -> Iterator[Finding]:
+    """Yield a finding for each key that nobody reads, but those in places that a finding names already."""
+    checked, seen = KeyCheck(), set[str]()
+    in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
+    lines = {(place.file, place.line) for place in told}
+    for value in agent.config.walk("/"):
+        path = parts_of(value.path)
+        unknown = checked.first_unknown(path)
+        if unknown is None or not value.file or (value.file, value.line) in lines:
+            continue
+        index, known = unknown
+        key = "/".join(path[: index + 1])
+        hint = did_you_mean(path[index], known)
+        if key in seen or _is_read(agent, value, index):
+            continue
+        if not (hint or index) if in_scenario else not (hint and _is_of_spec(agent, path[:index])):
+            continue
+        seen.add(key)
+        above = f" below {'/'.join(path[:index])}" if index else ""
+        yield Finding(
+            UNKNOWN_KEY,
+            place_of(value),
+            f"nobody reads '{path[index]}'{above}",
+            hint or f"known are: {', '.join(sorted(known))}",
+        )
+
+
+def _is_of_spec(agent: Agent, above: tuple[str, ...]) -> bool:
+    """Whether keys below a path concern the executive and the chosen spec.
+
+    A folder of Fawkes has sections of many programs, and specs that nobody has run for years.
+    """
+    return above[:1] == ("clips-executive",) and above[1:3] in ((), ("specs", agent.spec))
+
+
+def _is_read(agent: Agent, value: ConfigValue, unknown: int) -> bool:
+    """Whether a CLIPS file of the agent names the path, or what is unknown above it."""
+    paths = [path for path in prefixes(parts_of(value.path)) if path.count("/") > unknown]
+    return any(f'"{path}' in file.text for path in paths for file in agent.own_files)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
 
@@ -131,7 +130,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     unknown = _unknown_template(agent, construct) if construct is not None else None
     if construct is not None and unknown is not None:
         name = unknown.head
-        hint = _meant(name, known.names("deftemplate"))
+        hint = did_you_mean(name, known.names("deftemplate"))
         return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
     word = _word(code, construct, diagnostic)
     place = Place(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
@@ -262,11 +261,6 @@ def _is_pattern(construct: Definition, node: SyntaxNode) -> bool:
     return False
 
 
-def _meant(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else ""
-
-
 def _function_hint(agent: Agent, name: str, known: _Known) -> str:
     functions = ("deffunction", "defgeneric")
     later = [
@@ -277,7 +271,7 @@ def _function_hint(agent: Agent, name: str, known: _Known) -> str:
     feature = agent.feature_with(name)
     if feature:
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
-    return _meant(name, known.names("deffunction", "defgeneric", "defmethod"))
+    return did_you_mean(name, known.names("deffunction", "defgeneric", "defmethod"))
 
 
 def _slot_message(diagnostic: Diagnostic) -> str:
@@ -289,4 +283,4 @@ def _slot_hint(agent: Agent, diagnostic: Diagnostic) -> str:
     slot, template = [*_QUOTED.findall(diagnostic.message), "", ""][:2]
     slots = agent.env.eval(f"(deftemplate-slot-names {template})") if template else ()
     names = [str(each) for each in slots] if isinstance(slots, tuple) else []
-    return _meant(slot, names) or f"it has: {', '.join(names)}"
+    return did_you_mean(slot, names) or f"it has: {', '.join(names)}"

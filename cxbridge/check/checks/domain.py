@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean, of_error
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
@@ -34,12 +33,12 @@ ACTION: Final = Code(
     "A rule makes a plan-action with a name that is neither an action of the domain nor a "
     "domain-operator of a rule. The "
     "action never becomes executable: unless a rule of the agent executes it all the same, its goal "
-    "waits for ever.",
+    "waits without end.",
 )
 MAPPED: Final = Code(
     "CX401",
     Severity.WARNING,
-    "a mapping of an action that there is not",
+    "a mapping of an action that does not exist",
     "The action mapping has an entry for a name that no domain and no rule knows: it is never used.",
 )
 PARAMETER: Final = Code(
@@ -133,7 +132,7 @@ def _check_plan_actions(file: ClipsFile, actions: _Actions) -> Iterator[Finding]
                 ACTION,
                 file.place(name),
                 f"no domain has an action '{name.text}'",
-                _meant(name.text, actions.parameters),
+                did_you_mean(name.text, actions.parameters),
             )
 
 
@@ -147,13 +146,13 @@ def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
         )
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:
-                hint = _meant(action, actions.parameters)
+                hint = did_you_mean(action, actions.parameters)
                 yield Finding(MAPPED, place, f"no domain has an action '{action}'", hint)
             continue
         known = actions.parameters[action]
         for part in parse_template(template):
             if isinstance(part, Placeholder) and known is not None and part.name not in known:
-                hint = _meant(part.name, known) or f"it has: {', '.join(known) or 'none'}"
+                hint = did_you_mean(part.name, known) or f"it has: {', '.join(known) or 'none'}"
                 yield Finding(PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
         for doubt in find_doubts(template):
             yield Finding(DOUBT, place, f"'{doubt.text}' is no placeholder: {doubt.reason}")
@@ -179,8 +178,3 @@ def _is_asserted(file: ClipsFile, node: SyntaxNode) -> bool:
                 return True
             return any(call.start < node.start < call.end for call in file.calls("assert"))
     return False
-
-
-def _meant(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else ""

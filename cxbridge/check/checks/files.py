@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity
+from cxbridge.check.findings import Code, Finding, Severity, did_you_mean
 
 MISSING: Final = Code(
     "CX102",
@@ -16,7 +15,7 @@ MISSING: Final = Code(
     "a file is not there",
     "The spec, or a CLIPS file, loads a file that none of the folders has. The executive goes on "
     "without it: the rules "
-    "in it do not exist, and goals wait for ever.",
+    "in it do not exist, and goals wait forever.",
 )
 
 SHADOWED: Final = Code(
@@ -35,11 +34,14 @@ def check(agent: Agent) -> Iterator[Finding]:
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))
+        there = next((path for each in folders if (path := each / missing.name).exists()), None)
         yield Finding(
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
-            _like(missing.name, folders) or f"searched: {searched}",
+            did_you_mean(missing.name, _files(folders), f"searched: {searched}")
+            if there is None
+            else f"{there} is there, and is not a regular file",
         )
     core = agent.context.paths.cx
     for asked in agent.asked:
@@ -54,14 +56,12 @@ def check(agent: Agent) -> Iterator[Finding]:
             )
 
 
-def _like(name: str, folders: tuple[Path, ...]) -> str:
-    """Return which file was probably meant."""
-    known = {
+def _files(folders: tuple[Path, ...]) -> set[str]:
+    """Return the names of the CLIPS files in the folders."""
+    return {
         str(path.relative_to(folder))
         for folder in folders
         if folder.is_dir()
         for pattern in ("*.clp", "*/*.clp")
         for path in folder.glob(pattern)
     }
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else ""

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterator
 from typing import Final
 
+from cxbridge.agent.lua import read_lua
+from cxbridge.agent.names import Kind
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Severity, did_you_mean, of_error
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.skillers import skiller_settings
@@ -25,12 +26,21 @@ BROKEN: Final = Code(
 UNKNOWN: Final = Code(
     "CX412",
     Severity.ERROR,
-    "a mapping names a skill that there is not",
+    "a mapping names a skill that does not exist",
     "Neither the skill space nor an executor has the skill: the action fails.",
 )
 
-CODES: Final = (BROKEN, UNKNOWN)
+ARGUMENT: Final = Code(
+    "CX413",
+    Severity.WARNING,
+    "a skill does not know the argument",
+    "The mapping gives the skill an argument that is neither in its documentation (@param) nor anywhere in "
+    "its text: the skill never reads it.",
+)
 
+CODES: Final = (BROKEN, UNKNOWN, ARGUMENT)
+
+_ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
 
@@ -43,17 +53,48 @@ def check(agent: Agent) -> Iterator[Finding]:
         return
     if skills is None:
         return
+    yield from _check_arguments(agent, skills)
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
         match = _NAME.match(template)
         if match is None or match[1] in skills or not agent.config.exists(f"{base}/{action}"):
             continue
-        close = difflib.get_close_matches(match[1], sorted(skills), 1)
-        hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(sorted(skills))}"
+        hint = did_you_mean(match[1], skills, f"there are: {', '.join(sorted(skills))}")
         place = place_of(agent.config.get(f"{base}/{action}"))
         yield Finding(
-            UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which there is not", hint
+            UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which does not exist", hint
         )
+
+
+def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:
+    """Yield a finding for each argument by name that a Lua skill does not know."""
+    texts = {name: texts for name, texts in _texts(agent).items() if name in skills}
+    base = f"/clips-executive/specs/{agent.spec}/action-mapping"
+    for action, template in action_mapping(agent.config, agent.spec).items():
+        match = _NAME.match(template)
+        if match is None or match[1] not in texts or not agent.config.exists(f"{base}/{action}"):
+            continue
+        documented, text = texts[match[1]]
+        for name in _ARGUMENT.findall(template[match.end(1) :]):
+            if name not in documented and not re.search(rf"\b{name}\b", text):
+                known = ", ".join(sorted(documented)) or "none"
+                hint = did_you_mean(name, documented, f"it has: {known}")
+                place = place_of(agent.config.get(f"{base}/{action}"))
+                yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
+
+
+def _texts(agent: Agent) -> dict[str, tuple[set[str], str]]:
+    """Return the documented arguments and the text of each Lua skill; of two of one name both."""
+    found: dict[str, tuple[set[str], str]] = {}
+    for folder in agent.context.paths.skill_dirs:
+        for path in sorted(folder.rglob("*.lua")):
+            file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
+            name = file.pieces[0].piece.name
+            if name is not None:
+                arguments = {m.name.text for m in file.mentions if m.name.kind is Kind.ARGUMENT}
+                before, text = found.get(name.text, (set[str](), ""))
+                found[name.text] = before | arguments, text + file.text
+    return found
 
 
 def _skills(agent: Agent) -> set[str] | None:

@@ -7,9 +7,10 @@ which is a group of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("run", "check", "daemon", "plan", "gateway"),
+    "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
+    "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),

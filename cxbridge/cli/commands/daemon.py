@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 from cxbridge.cli import daemon_debug
+from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
@@ -71,7 +72,9 @@ def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> i
     from cxbridge.daemon.daemon import Daemon
 
     if web.web is None:
-        return Daemon(options, console.log(info=True)).run()
+        daemon = Daemon(options, console.log(info=True))
+        with in_words_of_check(daemon.run_options):
+            return daemon.run()
     wanted: tuple[tuple[str, int], ...] = (("web/enable", True),)
     if web.port is not None:
         wanted += (("web/port", web.port),)
@@ -80,7 +83,8 @@ def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> i
     def announce() -> None:
         web.announce(next(url for url in daemon.endpoints if url.startswith("http")))
 
-    return daemon.run(on_ready=announce)
+    with in_words_of_check(daemon.run_options):
+        return daemon.run(on_ready=announce)
 
 
 @app.command()

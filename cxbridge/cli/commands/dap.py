@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
+from cxbridge.cli.console import complain
 from cxbridge.cli.orderly import orderly
 
 
@@ -28,4 +29,8 @@ def dap() -> int:
         os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
         adapter = Adapter(Wire(source, sink))
         with Interrupt(adapter.end):
-            return adapter.serve()
+            adapter.serve()
+    if adapter.problem:
+        complain(adapter.problem)
+        return 2
+    return 0

@@ -8,12 +8,14 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.cli.web_options import WebOptions
 from cxbridge.run.options import RunOptions
+from cxbridge.trace.foxglove.options import FoxgloveOptions
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -35,6 +37,7 @@ class _Console(ConsoleOptions):
 def run(
     options: RunOptions,
     web: WebOptions,
+    foxglove: FoxgloveOptions,
     console: _Console,
     breaks: Annotated[
         list[str] | None,
@@ -81,10 +84,11 @@ def run(
         else:
             story.finish(result)
 
-    if web.web is not None:
-        from cxbridge.cli.web_options import run_with_page
+    with in_words_of_check(options):
+        if web.web is not None or foxglove.foxglove is not None:
+            from cxbridge.cli.web_options import run_watched
 
-        return run_with_page(options, web, shown, attach, show)
-    result = run_scenario(options, shown, attach, interactive=bool(breaks))
+            return run_watched(options, web, foxglove, shown, attach, show)
+        result = run_scenario(options, shown, attach, interactive=bool(breaks))
     show(result)
     return result.status

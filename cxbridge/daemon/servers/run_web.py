@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge import __version__
 from cxbridge.daemon.client import ask_why
 from cxbridge.daemon.explain import DaemonExplainer
+from cxbridge.daemon.servers.run_watch import REST_S
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
@@ -31,7 +32,6 @@ if TYPE_CHECKING:
     from cxbridge.tf.listener import TransformListener
     from cxbridge.web.settings import WebSettings
 
-_REST_S: Final = 0.02
 _RULES: Final = 1
 _OWNER: Final = "TransformsRestApi"
 
@@ -181,29 +181,19 @@ class RunWeb:
 
 
 class RunPage:
-    """Serves the page of a run, and after its end until somebody has seen enough; a run's company.
+    """Serves the page of a run; :class:`~cxbridge.daemon.servers.run_watch.RunServer`.
 
     :param on_ready: gets the page's address, once it is served.
-    :param on_end: gets the result, before the page is kept open.
-    :param has_seen_enough: whether to close the page after the end.
     """
 
-    def __init__(
-        self,
-        settings: WebSettings,
-        on_ready: Callable[[str], None],
-        on_end: Callable[[RunResult], None],
-        has_seen_enough: Callable[[], bool],
-    ) -> None:
+    def __init__(self, settings: WebSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings
         self._on_ready = on_ready
-        self._on_end = on_end
-        self._has_seen_enough = has_seen_enough
         self._host: RunWeb | None = None
         self._server: WebServer | None = None
 
     @contextmanager
-    def join(self, run: Assembly | Team) -> Iterator[None]:
+    def serve(self, run: Assembly | Team) -> Iterator[None]:
         """Serve a run's page."""
         host = self._host = RunWeb(run)
         server = self._server = WebServer(host, self._settings)
@@ -212,10 +202,10 @@ class RunPage:
             self._on_ready(server.url)
 
             def attend() -> None:
-                self._attend()
+                self.attend()
                 while host.paused and not run.loop.stopping:
-                    time.sleep(_REST_S)
-                    self._attend()
+                    time.sleep(REST_S)
+                    self.attend()
 
             run.loop.add(Hook.PRE_LOOP, attend)
             yield
@@ -223,17 +213,13 @@ class RunPage:
             server.stop()
             host.close()
 
-    def _attend(self) -> None:
+    def attend(self) -> None:
+        """Answer requests."""
         if self._server is not None and self._host is not None:
             self._server.attend()
             self._host.attend()
 
-    def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
-        """Keep the page open."""
+    def finish(self, result: RunResult) -> None:
+        """Let the page say how the run has ended."""
         if self._host is not None:
             self._host.finish(result)
-        self._on_end(result)
-        while not (is_over() or self._has_seen_enough()):
-            self._attend()
-            tick()
-            time.sleep(_REST_S)

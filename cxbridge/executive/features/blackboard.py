@@ -13,19 +13,23 @@ from weakref import WeakKeyDictionary
 from msgspec import Struct, field
 
 from cxbridge.blackboard import BlackBoard
-from cxbridge.blackboard.errors import NoWriterError
+from cxbridge.blackboard.errors import NoWriterError, UnknownTypeError
 from cxbridge.clock import split_us
-from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.events import Logger
+from cxbridge.errors import ClipsError, CxbridgeError, InterfaceError
+from cxbridge.events import Level, Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features import interface_facts
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.udf import Function
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 
 _INTERFACE = Symbol("blackboard-interface")
+_DEFINITION_ERRORS = (InterfaceError, UnknownTypeError)
+"""That a type cannot be used: a mistake of the agent itself."""
+
 _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
@@ -164,9 +168,20 @@ class BlackBoardFeature(Feature):
                 self._define_type(context, interface)
         except CxbridgeError as error:
             context.log.warn(f"Failed to preload interface type {kind}, exception follows")
-            context.log.warn(str(error))
+            self._tell_definition(context, kind, error)
             return
         context.reading[kind] = []
+
+    @staticmethod
+    def _tell_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
+        """Tell why an interface cannot be opened; a type that is not defined is a mistake of the agent."""
+        loader = context.env.loader
+        if not isinstance(error, _DEFINITION_ERRORS):
+            context.log.warn(str(error))
+            return
+        place = (error.file, error.line) if error.file else loader.place_of_executing()
+        mistake = Diagnostic(place[0] or kind, place[1], "", "XML", error.message, error.hint or "")
+        loader.report(mistake, str(error), context.log, Level.WARN)
 
     def _open(self, context: _BlackBoardContext, kind: str, identifier: str, *, writing: bool) -> None:
         opened = context.writing if writing else context.reading
@@ -177,8 +192,13 @@ class BlackBoardFeature(Feature):
         try:
             interface = open_interface(kind, identifier, owner=f"CLIPS:{context.env.name}")
         except CxbridgeError as error:
-            context.log.warn(f"Failed to open interface {kind}:{identifier}, exception follows")
-            context.log.warn(str(error))
+            level = (
+                Level.DEBUG
+                if context.env.loader.quiet and isinstance(error, _DEFINITION_ERRORS)
+                else Level.WARN
+            )
+            context.log.log(level, f"Failed to open interface {kind}:{identifier}, exception follows")
+            self._tell_definition(context, kind, error)
             return
         if not self._define_type(context, interface):
             interface.close()

@@ -10,6 +10,7 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Value
 
 if TYPE_CHECKING:
@@ -51,9 +52,15 @@ class PddlParserFeature(Feature):
                 parsed = parse_domain(data.decode("utf-8", "surrogateescape"), path)
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
-                log.error(f"Failed to parse domain: {path}: cannot read it: {error.strerror}")
+                text = f"cannot read it: {error.strerror}"
+                file, line = env.loader.place_of_executing()
+                mistake = Diagnostic(file or path, line, "", "PDDL", f"the domain {path}: {text}")
+                env.loader.report(mistake, f"Failed to parse domain: {path}: {text}", log)
             except PddlError as error:
-                log.error(f"Failed to parse domain: {error}")
+                mistake = Diagnostic(
+                    error.file or path, error.line, "", "PDDL", error.message, error.hint or ""
+                )
+                env.loader.report(mistake, f"Failed to parse domain: {error}", log)
             else:
                 self._domains[env.name] = parsed
                 _assert_rows(env, rows)

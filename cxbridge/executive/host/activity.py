@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from clips._clips import lib
+from cxbridge.executive.host.capi import MATCHING, executing_rule
 
-from cxbridge.executive.host.capi import NULL, decode
+__all__ = ["MATCHING", "executing"]
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-
-MATCHING = "(matching)"
-"""In place of a rule: facts are being matched against conditions."""
 
 
 def executing(env: ClipsEnvironment) -> str:
@@ -23,14 +20,4 @@ def executing(env: ClipsEnvironment) -> str:
     but the one that keeps the environment from being destroyed.
     """
     with env.life:
-        if not env.is_firing:
-            return ""
-        busy, count = "", 0
-        rule = lib.GetNextDefrule(env.env, NULL)
-        while rule != NULL:
-            if not lib.DefruleIsDeletable(rule):
-                busy, count = decode(lib.DefruleName(rule)), count + 1
-            if count > 1:
-                return MATCHING
-            rule = lib.GetNextDefrule(env.env, rule)
-    return busy
+        return executing_rule(env.env) if env.is_firing else ""

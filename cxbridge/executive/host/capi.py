@@ -189,3 +189,20 @@ def decode(text: CData) -> str:
 def encode(text: str) -> bytes:
     """Return text as the bytes CLIPS stores; the inverse of :func:`decode`."""
     return text.encode("utf-8", "surrogateescape")
+
+
+MATCHING = "(matching)"
+"""In place of a rule: facts are being matched against conditions."""
+
+
+def executing_rule(env: CData) -> str:
+    """Return the rule whose right-hand side runs; empty: none; :data:`MATCHING`: facts are matched."""
+    busy, count = "", 0
+    rule = lib.GetNextDefrule(env, NULL)
+    while rule != NULL:
+        if not lib.DefruleIsDeletable(rule):
+            busy, count = decode(lib.DefruleName(rule)), count + 1
+        if count > 1:
+            return MATCHING
+        rule = lib.GetNextDefrule(env, rule)
+    return busy

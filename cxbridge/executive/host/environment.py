@@ -104,6 +104,7 @@ class ClipsEnvironment:
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
         define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
+        define("cx-not-found", self.loader.not_found, 1, types="*;sy")
         define("now", lambda: self.time_of(self.bus.clock.now_us()))
         define("now-systime", lambda: split_us(self.bus.clock.now_us()))
 

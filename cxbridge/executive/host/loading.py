@@ -9,15 +9,16 @@ import os
 import re
 import tempfile
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 
 from clips._clips import lib
 from msgspec import Struct
 from msgspec.structs import replace
 
-from cxbridge.clipstext.syntax import CONSTRUCT, blank, top_level
+from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
-from cxbridge.executive.host.capi import NULL, CData, encode
+from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
 from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
@@ -51,6 +52,7 @@ class Diagnostic(Struct, frozen=True):
     :param construct: ``defrule NAME`` ..., the construct that is not defined because of it; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
     :param message: what is wrong.
+    :param hint: what to do about it; may be empty.
     """
 
     file: str
@@ -58,6 +60,7 @@ class Diagnostic(Struct, frozen=True):
     construct: str
     code: str
     message: str
+    hint: str = ""
 
     def __str__(self) -> str:
         place = self.file if self.line is None else f"{self.file}:{self.line}"
@@ -100,6 +103,8 @@ class ClipsLoader:
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
+        self.quiet = False
+        """Whether mistakes are only for debugging logs: somebody else reports them, all in one piece."""
         self.rewrite: Callable[[str, str], str] | None = None
         """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
@@ -170,6 +175,30 @@ class ClipsLoader:
         """The file that is being loaded; empty when none is."""
         return self._loading[-1] if self._loading else ""
 
+    def not_found(self, file: str) -> None:
+        """Note a file that a rule of the agent wants to load and that no folder has.
+
+        Of the files that the configuration names the core's rules ask; who reads it says where it names them.
+        """
+        place, line = self.place_of_executing()
+        if place is not None and not self._is_native(Path(place)):
+            self.report(Diagnostic(place, line, "", "FILE", f"there is no file {file}"))
+
+    def place_of_executing(self) -> tuple[str | None, int | None]:
+        """Return the file and line of the rule that fires; None when none does, or nobody knows."""
+        rule = executing_rule(self._env)
+        found = self.place_of(rule) if rule else None
+        return (None, None) if found is None else (str(found[0]), found[1])
+
+    def place_of(self, rule: str) -> tuple[Path, int] | None:
+        """Return the file and line of a rule, as far as its file can be read still."""
+        for file in reversed(self.files):
+            with suppress(OSError):
+                line = rule_lines(file.read_text("utf-8", "surrogateescape")).get(rule)
+                if line is not None:
+                    return file, line
+        return None
+
     def is_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""
         return bool(lib.FindDeffunction(self._env, encode(name)))
@@ -227,8 +256,19 @@ class ClipsLoader:
             self._report(Diagnostic(where, line, construct, head[1], head["text"].strip()), Level.ERROR)
 
     def _report(self, diagnostic: Diagnostic, level: Level) -> None:
+        self.report(diagnostic, str(diagnostic), self._log, level)
+
+    def report(
+        self, diagnostic: Diagnostic, text: str = "", log: Logger | None = None, level: Level = Level.ERROR
+    ) -> None:
+        """Note a mistake in a file that the agent uses, found by CLIPS or by a feature.
+
+        :param text: what the log gets; empty: nothing.
+        :param log: which log that is; None: that of the environment.
+        """
         self.diagnostics.append(diagnostic)
-        self._log.log(level, str(diagnostic))
+        if text:
+            (log or self._log).log(Level.DEBUG if self.quiet else level, text)
 
     def _warn_of_redefinitions(self, source: ClipsSource) -> None:
         """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""

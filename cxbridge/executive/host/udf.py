@@ -77,6 +77,14 @@ class UdfTable:
         """The names of the Python functions, without those that were revoked."""
         return frozenset(self._functions.keys() - self._revoked)
 
+    def signature(self, name: str) -> tuple[int, int, str, str]:
+        """Return the least and greatest number of arguments of a function, their types, its documentation.
+
+        :raises KeyError: when there is no such function.
+        """
+        minimum, maximum, types, cell = self._functions[name]
+        return minimum, maximum, types, cell[0].__doc__ or ""
+
     def revoke(self, names: Iterable[str], why: str) -> None:
         """Let calls of these functions fail from now on; they can be defined again.
 

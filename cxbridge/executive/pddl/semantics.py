@@ -78,6 +78,8 @@ class DomainChecker:
                 self._refuse_types(typed)
         if not self._compat:
             self._refuse_all_twins()
+            for typed in declared[1:] if self._typed else ():
+                self._parameter_types(typed)
         for action in domain.actions:
             self._action(action)
 

@@ -83,6 +83,11 @@ class RobotMemory:
             assert self._store is not None
             return self._store
 
+    @property
+    def is_open(self) -> bool:
+        """Whether somebody has asked for its store."""
+        return self._store is not None
+
     def open(self) -> None:
         """Open the store and write the interfaces of the replica sets. A second call does nothing.
 

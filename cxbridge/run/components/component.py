@@ -78,6 +78,11 @@ class Component:
         return False
 
     @property
+    def is_quiet(self) -> bool:
+        """Whether it changes nothing until rules ask it to: a run may end that waits for it in vain."""
+        return False
+
+    @property
     def loss(self) -> str:
         """Why a run cannot come to its end without what is gone; empty while all is there."""
         return ""

@@ -33,7 +33,7 @@ class ExecutiveComponent(Component):
     description = "CLIPS Executive"
 
     def __init__(self, context: RunContext) -> None:
-        self._context = context
+        self.context = context
         self.firings = 0
         """How many rules have fired."""
         self._begun = False
@@ -45,21 +45,21 @@ class ExecutiveComponent(Component):
         """Watch what is to be followed and recorded, from before the first file is loaded."""
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
-        _watch_for_recording(self.executive, self._context.config, self._context.options.trace_level)
+        _watch_for_recording(self.executive, self.context.config, self.context.options.trace_level)
 
     def configure(self) -> None:
         """Load the core and the agent."""
         self._begun = True
-        for feature in self._context.additions.features:
-            if not init_mentions(self._context.config, self._context.spec, feature.name):
+        for feature in self.context.additions.features:
+            if not init_mentions(self.context.config, self.context.spec, feature.name):
                 self.manager.request(self.executive.env.name, feature.name)
         self.executive.init()
-        if self._context.refresh is not None:
-            self._context.refresh.start()
+        if self.context.refresh is not None:
+            self.context.refresh.start()
 
     def loop(self) -> None:
         """Think, if it is time to."""
-        self.firings += think(self.executive, self._context.refresh)
+        self.firings += think(self.executive, self.context.refresh)
 
     def check(self) -> None:
         """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
@@ -75,6 +75,11 @@ class ExecutiveComponent(Component):
         begun, self._begun = self._begun, False
         if begun:
             self.executive.finalize()
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it changes nothing but by rules: always."""
+        return True
 
     def close(self) -> None:
         """Finalize, and unload everything."""

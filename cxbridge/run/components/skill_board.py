@@ -49,6 +49,11 @@ class SkillBoardComponent(Component):
         """Whether a skill is executed."""
         return self.service.running
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether no skill is executed."""
+        return not self.running
+
     def close(self) -> None:
         """End all skills."""
         self._shared.service = self._shared.ros2cx = None

@@ -21,6 +21,7 @@ class Skillers(Component):
 
     def __init__(self, context: RunContext, skillers: SkillerGroup | None = None) -> None:
         self._skillers = skillers or make_skillers(context, local_skillers(context))
+        context.known_skills.update(self._skillers.known_by_name)
 
     def loop(self) -> None:
         """Let each take its step."""
@@ -30,6 +31,11 @@ class Skillers(Component):
     def running(self) -> bool:
         """Whether any of them executes a skill string."""
         return self._skillers.running
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether all wait for a skill string."""
+        return self._skillers.is_quiet
 
     def close(self) -> None:
         """Close them."""

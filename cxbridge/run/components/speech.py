@@ -24,6 +24,11 @@ class Speech(Component):
         """Take messages, and go on speaking."""
         self._writer.loop()
 
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it only speaks what skills say: always."""
+        return True
+
     def close(self) -> None:
         """Close the interface."""
         self._writer.close()

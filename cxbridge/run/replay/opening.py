@@ -7,6 +7,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.recordings import Recordings
 from cxbridge.run.replay.replay import Replay
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 
 
@@ -22,4 +23,6 @@ def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
     recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
     options = recordings.complete(options)
     options.check()
-    return options, Replay(recordings, Order(options.replay_order))
+    seconds = options.replay_tolerance
+    tolerance = None if seconds is None else Tolerance(seconds)
+    return options, Replay(recordings, Order(options.replay_order), tolerance)

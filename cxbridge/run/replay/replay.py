@@ -30,6 +30,7 @@ from cxbridge.run.replay.verdict import ReplayOutcome, judge
 from cxbridge.run.skillers import SkillerGroup, skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.replay.blocks import BlockMaker
 
@@ -42,6 +43,7 @@ class Replay:
 
     :param recordings: of the run.
     :param order: how the transitions are compared.
+    :param tolerance: how far their times may be apart; None: times do not count.
     :param whole: of the run that this is one agent of; None: it is all.
     :param name: of the agent.
     """
@@ -50,7 +52,13 @@ class Replay:
     """What the run's blackboard must be."""
 
     def __init__(
-        self, recordings: Recordings, order: Order, whole: Replay | None = None, name: str = ""
+        self,
+        recordings: Recordings,
+        order: Order,
+        tolerance: Tolerance | None = None,
+        *,
+        whole: Replay | None = None,
+        name: str = "",
     ) -> None:
         self.recordings = recordings
         self._whole = whole
@@ -60,6 +68,7 @@ class Replay:
         self.is_exhausted = False
         """Whether a recording that was cut off has no more for somebody."""
         self._order = order
+        self._tolerance = tolerance
         self._expected: list[Expectation[Command] | Expectation[Execution]] = []
         self._skillers = SkillerGroup(())
         self._has_sensors = False
@@ -78,7 +87,8 @@ class Replay:
 
         :raises TraceError: when the recordings have nothing of it.
         """
-        return Replay(recordings_of(self.recordings, name), self._order, self, name)
+        recordings = recordings_of(self.recordings, name)
+        return Replay(recordings, self._order, self._tolerance, whole=self, name=name)
 
     @property
     def length_us(self) -> int:
@@ -94,7 +104,12 @@ class Replay:
                 yield
             recordings = self.recordings
             self._outcome = judge(
-                notes, recordings.decisions, self._order, self.divergence, whole=recordings.is_whole
+                notes,
+                recordings.decisions,
+                self._order,
+                self.divergence,
+                whole=recordings.is_whole,
+                tolerance=self._tolerance,
             )
 
     # -- the parts

@@ -13,6 +13,7 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan
+from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.render.json import plain_report
 from cxbridge.trace.compare.render.text import make_report, text_report
@@ -62,12 +63,19 @@ class ReplayOutcome:
 
 
 def judge(
-    ours: Path, decisions: Scan, order: Order, divergence: Divergence | None, *, whole: bool
+    ours: Path,
+    decisions: Scan,
+    order: Order,
+    divergence: Divergence | None,
+    *,
+    whole: bool,
+    tolerance: Tolerance | None = None,
 ) -> ReplayOutcome:
     """Compare a run with the recorded one.
 
     :param ours: the recording of this run.
     :param whole: whether the recorded run had come to its end; else it is compared up to there.
+    :param tolerance: how far times may be apart; None: times do not count.
     :raises TraceError: when there is nothing to compare.
     """
     compared = str(decisions.run.path)
@@ -80,17 +88,17 @@ def judge(
     if not _count(mine, view.event_types):
         nothing = ("It has come to nothing that can be compared.",)
         return ReplayOutcome(compared, order.value, None, same=False, whole=whole, lines=nothing)
-    comparison = compare_runs(mine, [theirs], view, order)
+    comparison = compare_runs(mine, [theirs], view, order, tolerance=tolerance)
     report = make_report(comparison, mine, [theirs])
     lines = list(text_report(report))
-    if not comparison.same and order is Order.TOTAL and _same_in_partial_order(mine, theirs, view):
+    if not comparison.same and order is Order.TOTAL and _same_in_partial_order(mine, theirs, view, tolerance):
         lines.append("In partial order they are the same: --replay-order partial")
     plain = plain_report(report)
     return ReplayOutcome(compared, order.value, None, comparison.same, whole, tuple(lines), plain)
 
 
-def _same_in_partial_order(mine: Run, theirs: Run, view: View) -> bool:
-    other: Comparison = compare_runs(mine, [theirs], view, Order.PARTIAL)
+def _same_in_partial_order(mine: Run, theirs: Run, view: View, tolerance: Tolerance | None) -> bool:
+    other: Comparison = compare_runs(mine, [theirs], view, Order.PARTIAL, tolerance=tolerance)
     return other.same
 
 

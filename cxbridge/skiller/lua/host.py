@@ -17,7 +17,7 @@ from typing import Any, Protocol
 from cxbridge.clock import Clock
 from cxbridge.config.secrets import HIDDEN, is_secret, mask
 from cxbridge.errors import CxbridgeError, SkillError
-from cxbridge.events import Logger
+from cxbridge.events import Level, Logger
 from cxbridge.skiller.lua.modulepath import ModulePath
 
 
@@ -98,8 +98,20 @@ def _unchecked(function: Callable[..., Any]) -> Callable[..., Any]:
     return call
 
 
+_STACK = "\nstack traceback:"
+
 LONGEST_LINE = 8192
 """Characters of a line in the log that a skill may write; the rest is cut."""
+
+
+def log_error(logger: Logger, level: Level, text: str, modules: ModulePath) -> None:
+    """Log a text; of an error of Lua one line with the file of the skill; the stack is for debugging."""
+    line, mark, stack = text.partition(_STACK)
+    if not mark:
+        logger.log(level, text)
+        return
+    logger.log(level, modules.with_paths(line))
+    logger.debug(f"{mark.strip()}{stack}")
 
 
 class HostFunctions:
@@ -138,7 +150,7 @@ class HostFunctions:
         }
 
     def _log(self, level: str, text: str) -> None:
-        getattr(self._logger, level)(readable(text[:LONGEST_LINE]))
+        log_error(self._logger, Level[level.upper()], readable(text[:LONGEST_LINE]), self._modules)
 
     def _find_module(self, name: str) -> tuple[str, str]:
         return self._modules.read(name)

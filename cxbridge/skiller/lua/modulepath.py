@@ -9,6 +9,7 @@ from pathlib import Path
 from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
+_PLACE = re.compile(r"([^\s:|]+):(\d+):")
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
@@ -82,13 +83,17 @@ class ModulePath:
                 yield stem.with_name(stem.name + ".lua")
                 yield stem / "init.lua"
 
+    def with_paths(self, line: str) -> str:
+        """Return a line of a message with the full paths of the skills' files in it."""
+        return _PLACE.sub(lambda match: f"{self.files.get(match[1], match[1])}:{match[2]}:", line)
+
     def locate(self, message: str) -> tuple[Path | None, int | None, str]:
         """Split a Lua message with its traceback into file, line and text, as far as it has them.
 
         The place is the innermost one in a skill's file: a mistake in a definition shows in the engine's.
         """
         text = _OWN_PLACE.sub("", message.partition("\nstack traceback:")[0])
-        for label, line in re.findall(r"([^\s:]+):(\d+):", message):
+        for label, line in _PLACE.findall(message):
             if label in self.files:
                 return self.files[label], int(line), text.removeprefix(f"{label}:{line}: ")
         return None, None, text

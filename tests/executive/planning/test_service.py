@@ -216,8 +216,8 @@ def test_fast_downward_as_a_program(program, service):
     [
         ("echo rubbish; exit 3", PlanStatus.FAILED, "exit status 3 and without a plan: rubbish"),
         ("echo 'ff: goal can be simplified to FALSE'", PlanStatus.NO_PLAN, "no plan"),
-        (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that there is not: MOON"),
-        (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that there is not: FLY"),
+        (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that does not exist: MOON"),
+        (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that does not exist: FLY"),
         ("kill -9 $$", PlanStatus.FAILED, "without a plan"),
     ],
 )

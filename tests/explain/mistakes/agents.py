@@ -67,7 +67,7 @@ MISTAKES = (
         ("say-hello", "action-mapping"),
     ),
     Mistake(
-        "a mapping names a skill that there is not",
+        "a mapping names a skill that does not exist",
         "scenario.yaml",
         "say-hello: say{",
         "say-hello: sya{",
@@ -190,7 +190,7 @@ MISTAKES = (
         ("print", "talk-print-start", "pritn"),
     ),
     Mistake(
-        "the goal of a planner has an object that there is not",
+        "the goal of a planner has an object that does not exist",
         "meet-goals.clp",
         '"(said PEGGY GOODBYE)"',
         '"(said PEGY GOODBYE)"',

@@ -198,7 +198,7 @@ def test_neither_skiller_nor_speech_is_there(mini: Path, tmp_path: Path) -> None
 
 def test_a_run_that_failed_is_reproduced_with_status_0(tmp_path: Path) -> None:
     write_scenario(tmp_path, mapping="act: nosuchskill{}")
-    recorded = run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap"))
+    recorded = run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap", strict=False))
     assert recorded.status == 1
     result = replay(tmp_path / "run.mcap")
     assert result.status == 0
@@ -207,7 +207,7 @@ def test_a_run_that_failed_is_reproduced_with_status_0(tmp_path: Path) -> None:
 
 def test_the_errors_of_skills_come_again(tmp_path: Path) -> None:
     write_scenario(tmp_path, mapping="act: nosuchskill{}")
-    run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap"))
+    run_scenario(RunOptions(scenario=tmp_path, trace=tmp_path / "run.mcap", strict=False))
     replay(tmp_path / "run.mcap", trace=tmp_path / "again.mcap")
     errors = [
         [e.values["error"] for e in open_run(path) if isinstance(e, InterfaceWrite) and skill_of(e)]
@@ -438,3 +438,27 @@ def test_the_scenarios_that_come_with_cxbridge_need_no_name(tmp_path: Path) -> N
     shipped = SCENARIOS / "test-scenario"
     run_scenario(RunOptions(scenario=shipped, trace=tmp_path / "run.mcap"))
     assert run_scenario(RunOptions(replay=(tmp_path / "run.mcap",))).status == 0
+
+
+@pytest.mark.parametrize("order", ["total", "partial"])
+def test_another_parameter_is_another_decision(mini: Path, order: str) -> None:
+    def odd(event: Event) -> Event:
+        return replace(event, params="(odd)") if isinstance(event, PlanActionTransition) else event
+
+    result = replay(rewrite(mini, odd, f"odd-{order}.mcap"), order=order)
+    assert result.status == 1
+    assert result.replay is not None
+    assert any("params=(odd)" in line for line in result.replay.lines)
+
+
+@pytest.mark.parametrize("order", ["total", "partial"])
+def test_times_count_when_they_are_asked_for(mini: Path, order: str) -> None:
+    def late(event: Event) -> Event:
+        ended = isinstance(event, GoalTransition) and event.mode in ("FINISHED", "EVALUATED", "RETRACTED")
+        return replace(event, time_us=event.time_us + 300_000) if ended else event
+
+    changed = rewrite(mini, late, f"late-{order}.mcap")
+    assert replay(mini, order=order, replay_tolerance=0.0).status == 0
+    assert replay(changed, order=order).status == 0
+    assert replay(changed, order=order, replay_tolerance=0.5).status == 0
+    assert replay(changed, order=order, replay_tolerance=0.1).status == 1

@@ -171,9 +171,8 @@ def processes() -> Iterator[list[Process]]:
     made: list[Process] = []
     yield made
     for process in made:
-        if process.popen.poll() is None:
+        with process.popen:
             process.popen.kill()
-            process.popen.communicate(timeout=WAIT_S)
 
 
 def there(rig: Rig, board: int, *names: str) -> Callable[[], bool]:

@@ -250,7 +250,7 @@ def test_an_endless_loop_within_a_state_fails_the_skill_string(tmp_path: Path):
     rig = load(tmp_path, text, name="count")
     rig.exec("count{}")
     assert rig.status == "S_FAILED"
-    assert "skills/count.lua:11: endless loop?" in rig.logged(Level.ERROR)[0]
+    assert "count.lua:11: endless loop?" in rig.logged(Level.ERROR)[0]
 
 
 def test_an_endless_loop_while_a_skill_is_left(tmp_path: Path):

@@ -149,11 +149,11 @@ DRIVER = """
   press(rows, "ArrowLeft"); await drawn(); told.closed = count();
   press(rows, "ArrowRight"); await drawn(); told.opened = count();
   press(rows, ",", ","); await drawn(); told.moment = run.steps.length - run.moment;
-  enter(document.querySelector(".tl .find"), "gen2"); await drawn();
-  told.found = document.querySelector(".tl .count").textContent;
-  enter(document.querySelector(".tl .find"), ""); await drawn();
-  document.querySelector(".tl-legend .o-failed").click(); await drawn();
-  told.failed = document.querySelector(".tl .count").textContent;
+  const shown = () => document.querySelector(".tl .count").textContent;
+  const until = async (wanted) => { for (let i = 0; i < 200 && shown() !== wanted; i++) await drawn(); };
+  enter(document.querySelector(".tl .find"), "gen2"); await until("2 of 3 goals"); told.found = shown();
+  enter(document.querySelector(".tl .find"), ""); await until("3 goals");
+  document.querySelector(".tl-legend .o-failed").click(); await until("2 of 3 goals"); told.failed = shown();
   enter(get("log-find"), "needle"); told.log = get("log-count").textContent;
   press(get("log-rows"), "ArrowDown", "Enter"); await drawn(); told.jumped = run.moment;
   document.body.append(cx.el("p", { id: "driven" }, JSON.stringify(told)));

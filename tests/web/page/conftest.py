@@ -151,6 +151,18 @@ def site(daemon: FakeDaemon) -> Iterator[Served]:
         yield server
 
 
+def show_gone(tab: Any) -> None:
+    """Let Goals show those that are gone; the page itself does so once no other is left."""
+    box = tab.get_by_role("checkbox", name="gone too")
+
+    def is_on() -> bool:
+        if not box.is_checked():
+            box.click()
+        return bool(box.is_checked())
+
+    wait_for(tab, is_on)
+
+
 def wait_for(tab: Any, condition: Callable[[], bool]) -> None:
     """Wait until a condition of ours holds; the page goes on meanwhile."""
     for _ in range(WAIT_MS // 50):

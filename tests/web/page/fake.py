@@ -18,6 +18,9 @@ from starlette.routing import Mount, Route
 
 from cxbridge.web.pages import Pages
 
+BUNCH = 500
+"""Events of a message; the daemon sends about as many."""
+
 START_US = 1_700_000_000_000_000
 
 
@@ -135,14 +138,18 @@ class FakeDaemon:
             while not self._closed.is_set():
                 with self._lock:
                     fresh = self.events[at:]
-                text = ""
+                wanted: list[dict[str, Any]] = []
                 for event in fresh:
-                    at += 1
                     if event["kind"] == "dropped":
-                        text += f"event: dropped\nid: {at}\ndata: {json.dumps(event)}\n\n"
+                        yield f"event: dropped\ndata: {json.dumps(event)}\n\n".encode()
                     elif event["kind"] in kinds:
-                        text += f"id: {at}\ndata: {json.dumps(event)}\n\n"
-                yield text.encode() or b": alive\n\n"
+                        wanted.append(event)
+                at += len(fresh)
+                for begin in range(0, len(wanted), BUNCH):
+                    lines = "".join(f"data: {json.dumps(event)}\n" for event in wanted[begin : begin + BUNCH])
+                    yield f"id: {at}\n{lines}\n".encode()
+                if not wanted:
+                    yield b": alive\n\n"
                 await asyncio.sleep(0.02)
 
         return StreamingResponse(stream(), media_type="text/event-stream")

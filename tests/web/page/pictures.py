@@ -1,7 +1,9 @@
 """Makes the pictures of the page in docs/images: each view in light, dark and on a telephone of 390 pixels.
 
 Run with ``python -m tests.web.page.pictures [NAME...]``: of all views, or of those that are named. A daemon
-runs the scenario of two robots; the recording is one of the test scenario.
+runs the scenario of two robots; recordings are of the test scenario and of a robot's tour, as ``view``
+shows them. The terminal's pictures are made by tests/docs/terminal_pictures.py, the film of the timeline and
+those of reports by docs/images/make_timeline.py.
 """
 
 from __future__ import annotations
@@ -9,24 +11,48 @@ from __future__ import annotations
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
+from urllib.parse import quote
 
-from playwright.sync_api import sync_playwright
-
+from cxbridge.clock import RealClock
+from cxbridge.events import EventBus
 from cxbridge.web import pages
+from cxbridge.web.http.recordings import Recordings
+from cxbridge.web.http.serving import HttpThread
+from cxbridge.web.settings import WebSettings
 from tests.support import ROOT
 from tests.trace.html.browser import BROWSER
 from tests.web.support import serving
 
-IMAGES = ROOT / "docs" / "images"
-SIZES = {"light": (1440, 900), "dark": (1440, 900), "phone": (390, 844)}
-SETTLE_MS = 1500
+IMAGES: Final = ROOT / "docs" / "images"
+LOOKS: Final[Mapping[str, dict[str, Any]]] = {
+    "light": {"viewport": {"width": 1440, "height": 900}},
+    "dark": {"viewport": {"width": 1440, "height": 900}, "color_scheme": "dark"},
+    "phone": {"viewport": {"width": 390, "height": 844}},
+}
+_SETTLE_MS: Final = 1500
+_POSE: Final = "Position3DInterface::Pose.translation"
+_SERIES: Final = (f"{_POSE}[0]", f"{_POSE}[1]", "executive:plan-action{id=3}.state", "loop")
+
+Prepare = Callable[[Any], None]
 
 
-def _nothing(_page: Any) -> None:
-    pass
+@dataclass(frozen=True)
+class Shot:
+    """A picture to take.
+
+    :param address: of the view, below ``#/``.
+    :param prepare: what to do before, on the page.
+    :param run: the scenario whose recording is shown; empty: the page of the daemon.
+    """
+
+    address: str
+    prepare: Prepare = lambda _page: None
+    run: str = ""
 
 
 def _why(page: Any) -> None:
@@ -45,70 +71,97 @@ def _debug(page: Any) -> None:
     page.wait_for_selector("#stopped")
 
 
-def _recording(page: Any) -> None:
-    with page.expect_file_chooser() as chooser:
-        page.click("#open-recording")
-    chooser.value.set_files(page.recording)
-    page.wait_for_selector("#moment")
-    page.locator("#moment").fill("120")
+def _moment(part: float) -> Prepare:
+    """Let so much of the recorded run have happened."""
+
+    def prepare(page: Any) -> None:
+        page.evaluate(
+            """async (part) => {
+              const { app } = await import("/js/app.js"), { begin, end } = app.recording;
+              app.select({ time: Math.round(begin + part * (end - begin)) });
+            }""",
+            part,
+        )
+
+    return prepare
 
 
-# Those of goals come first: while facts are followed the daemon soon forgets older events
-VIEWS: dict[str, tuple[str, Callable[[Any], None]]] = {
-    "run": ("goals?goal=", _nothing),
-    "goals": ("goals/INSPECT-lab", _nothing),
-    "search": ("goals?goal=", _search),
-    "debug": ("goals?goal=", _debug),
-    "skills": ("skills/move", _nothing),
-    "domain": ("domain/operators/move", _nothing),
-    "blackboard": ("blackboard/SkillerInterface%3A%3Arobot1", _nothing),
-    "graph": ("blackboard/graph", _nothing),
-    "clips": ("clips/rules/robots-choose", _why),
-    "facts": ("clips/facts", _nothing),
-    "environments": ("clips/environments/executive", _nothing),
-    "log": ("log", _nothing),
-    "config": ("config", _nothing),
-    "not-found": ("nowhere", _nothing),
-    "recording": ("goals/gen14", _recording),
+SHOTS: Final[Mapping[str, Shot]] = {
+    "run": Shot("goals?goal="),
+    "goals": Shot("goals/INSPECT-lab"),
+    "search": Shot("goals?goal=", _search),
+    "debug": Shot("goals?goal=", _debug),
+    "skills": Shot("skills/move"),
+    "domain": Shot("domain/operators/move"),
+    "blackboard": Shot("blackboard/SkillerInterface%3A%3Arobot1"),
+    "graph": Shot("blackboard/graph"),
+    "clips": Shot("clips/rules/robots-choose", _why),
+    "facts": Shot("clips/facts"),
+    "environments": Shot("clips/environments/executive"),
+    "not-found": Shot("nowhere"),
+    "timeline": Shot("timeline/goal/gen18", run="test-scenario"),
+    "recording": Shot("goals/gen14", _moment(0.4), run="test-scenario"),
+    "plot": Shot("plot/" + "/".join(quote(name, safe="") for name in _SERIES), _moment(0.7), run="waypoints"),
+    "map": Shot("map", _moment(0.7), run="waypoints"),
 }
 
 
-def shoot(browser: Any, url: str, name: str, recording: Path) -> None:
-    """Make the pictures of one view."""
-    address, prepare = VIEWS.get(name, (name, _nothing))
-    for kind, (width, height) in SIZES.items():
-        page = browser.new_page(
-            viewport={"width": width, "height": height},
-            color_scheme="dark" if kind == "dark" else "light",
-            reduced_motion="reduce",
-        )
-        page.recording = recording
-        page.goto(f"{url}/#/{address}")
-        page.wait_for_selector("#state >> text=RUNNING")
-        page.wait_for_timeout(SETTLE_MS)
-        prepare(page)
-        page.wait_for_timeout(SETTLE_MS / 3)
-        page.screenshot(path=IMAGES / f"web-{name}-{kind}.png")
+def record(folder: Path, scenario: str) -> Path:
+    """Return the recording of a run; that of the tour has loop times: its clock is no virtual one."""
+    path = folder / f"{scenario}.mcap"
+    options = ["--trace", str(path), "--trace-level", "facts", "--quiet"]
+    options += ["--clock", "scaled:8"] if scenario == "waypoints" else []
+    command = [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / scenario), *options]
+    subprocess.run(command, check=True)
+    return path
+
+
+@contextmanager
+def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
+    """Serve recordings as ``cxbridge view`` does, each alone; yields the addresses by scenario."""
+    with ExitStack() as stack:
+        addresses = {}
+        for scenario in scenarios:
+            recordings = Recordings([record(folder, scenario)])
+            server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
+            server.start(recordings)
+            stack.callback(server.stop)
+            addresses[scenario] = server.url + recordings.start
+        yield addresses
+
+
+def shoot(browser: Any, url: str, name: str, shot: Shot) -> None:
+    """Take the pictures of one view."""
+    for look, options in LOOKS.items():
+        page = browser.new_page(reduced_motion="reduce", **options)
+        page.goto(f"{url}#/{shot.address}")
+        page.wait_for_selector(f"#state >> text={'RECORDING' if shot.run else 'RUNNING'}")
+        page.wait_for_timeout(_SETTLE_MS)
+        shot.prepare(page)
+        page.wait_for_timeout(_SETTLE_MS / 2)
+        page.screenshot(path=IMAGES / f"web-{name}-{look}.png")
         page.close()
 
 
 def main(names: list[str]) -> None:
     """Make the pictures."""
+    from playwright.sync_api import sync_playwright
+
     tabs = {path.stem for path in pages.VIEWS.glob("*.js") if "export const tab" in path.read_text()}
-    wanted = names or [*VIEWS, *sorted(tabs - VIEWS.keys())]
-    with tempfile.TemporaryDirectory() as folder:
-        recording = Path(folder) / "test-scenario.mcap"
-        command = f"-m cxbridge run {ROOT}/scenarios/test-scenario --trace-level facts --trace {recording}"
-        subprocess.run([sys.executable, *command.split()], check=True, capture_output=True)
-        scenario = ROOT / "scenarios" / "two-robots"
-        with (
-            serving((("clock", "scaled:4"),), config=scenario) as (_, client, _lines),
-            sync_playwright() as playwright,
-        ):
-            browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
-            for name in wanted:
-                shoot(browser, client.url, name, recording)
-            browser.close()
+    shots = {**SHOTS, **{name: Shot(name) for name in sorted(tabs - SHOTS.keys())}}
+    wanted = {name: shots[name] for name in names or shots}
+    runs = sorted({shot.run for shot in wanted.values()} - {""})
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        viewing(Path(folder), runs) as urls,
+        serving((("clock", "scaled:4"),), config=ROOT / "scenarios" / "two-robots") as (_, client, _lines),
+        sync_playwright() as playwright,
+    ):
+        urls[""] = f"{client.url}/"
+        browser = playwright.chromium.launch(executable_path=BROWSER, args=["--no-sandbox"])
+        for name, shot in wanted.items():
+            shoot(browser, urls[shot.run], name, shot)
+        browser.close()
 
 
 if __name__ == "__main__":

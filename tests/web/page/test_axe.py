@@ -7,12 +7,14 @@ from importlib import resources
 import pytest
 
 from cxbridge.web import pages
-from tests.web.page.conftest import DESK, PHONE
+from tests.web.page.conftest import DESK, PHONE, in_both
 from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+from tests.web.page.test_map import GRAPH, pose, transform
 from tests.web.page.test_panes import DOMAIN, RULE, action_event, skill_event
 from tests.web.page.test_views import STOP
 
 ADDRESSES = (
+    "timeline/goal/A",
     "goals/A",
     "goals?goal=",
     "blackboard/graph",
@@ -22,11 +24,26 @@ ADDRESSES = (
     "skills/move",
     "config/components",
     "nowhere",
+    "plot/Position3DInterface%3A%3Ar1.translation%5B0%5D/loop",
+    "map",
 )
 RUN = (
     "axe.run().then((all) => all.violations.filter((one) => /serious|critical/.test(one.impact))"
     ".map((one) => one.id + ' ' + one.nodes[0].html))"
 )
+
+
+def past(page) -> dict[str, list[str]]:
+    """Look at a moment of the live run, in a view that shows it and in one that cannot."""
+    page.evaluate("async (time) => (await import('/js/app.js')).app.select({ time })", START_US - 1)
+    found: dict[str, list[str]] = {}
+    for view in ("log", "goals", "clips"):
+        page.click(f"nav a[data-view={view}]")
+        page.wait_for_selector("#scrub:visible")
+        page.wait_for_timeout(300)
+        found |= {f"past of {view}": serious} if (serious := page.evaluate(RUN)) else {}
+    page.click("#to-live")
+    return found
 
 
 @pytest.fixture
@@ -36,6 +53,7 @@ def axe():
     return resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
 
 
+@in_both
 @pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
 @pytest.mark.parametrize("scheme", ["light", "dark"])
 def test_axe_finds_nothing_serious(browser, site, daemon, axe, scheme, size):
@@ -48,6 +66,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, scheme, size):
             fact_model(7, "(door (open FALSE))"),
             *map(fact_model, range(8, 18), DOMAIN),
         ],
+        "cxbridge/navgraphs": [GRAPH],
         "blackboard/graph": {"dotgraph": 'digraph x { graph [rankdir=LR]; "A::a" -> { b c }; }'},
         "cxbridge/debugger": {"breakpoints": [{"number": 1, "spec": "rule:x"}], "stopped": STOP},
         "cxbridge/rules": [{"name": "open-door", "module": "MAIN", "agenda": 1, "firings": 3}],
@@ -71,6 +90,8 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, scheme, size):
         goal_event("C", "RETRACTED", "FAILED", error="STUCK"),
         action_event("A", "1", "RUNNING"),
         skill_event('move{to="lab"}', "S_FAILED"),
+        pose(61, 1.0, 0.5),
+        transform("map", "odom", 1.0, 0.0),
         *(
             {"kind": "log", "time_us": START_US, "component": "C", "level": each, "text": "x"}
             for each in "IWE"
@@ -81,7 +102,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, scheme, size):
     )
     page = context.new_page()
     page.goto(site.url)
-    page.add_script_tag(content=axe)
+    page.evaluate(f"() => {{ {axe} }}")  # a script of the page itself would be against its policy
     page.click("#debug-open")
     found: dict[str, list[str]] = {}
     for view in (*sorted(path.stem for path in pages.VIEWS.glob("*.js")), *ADDRESSES):
@@ -90,6 +111,7 @@ def test_axe_finds_nothing_serious(browser, site, daemon, axe, scheme, size):
         page.wait_for_timeout(300)
         serious = page.evaluate(RUN)
         found |= {view: serious} if serious else {}
+    found |= past(page)
     page.keyboard.press("Control+k")
     page.keyboard.type("a")
     page.wait_for_selector(".found")

@@ -9,7 +9,7 @@ import pytest
 
 from tests.run.mini import write_scenario
 from tests.support import ROOT
-from tests.web.page.conftest import wait_for
+from tests.web.page.conftest import show_gone, wait_for
 from tests.web.support import serving
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -35,7 +35,7 @@ def test_the_test_scenario_is_watched_from_begin_to_end(tab):
         tab.wait_for_selector("#why-text >> text=gen14")
         tab.wait_for_selector("#goal .detail-head >> text=COMPLETED")
         assert tab.locator("#goal .action").filter(has_text="FINAL").count() == 5
-        tab.get_by_role("checkbox", name="gone too").check()
+        show_gone(tab)
         tab.wait_for_selector("[role=treeitem] >> text=FINALLY-SUCCEED-gen29")
         wait_for(tab, lambda: tab.locator(".row.later").count() == tab.get_by_role("treeitem").count() >= 20)
         history = tab.locator("#goal .history").last.inner_text()  # Why has one, too

@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from tests.web.page.conftest import in_both, wait_for
+from tests.web.page.conftest import in_both, show_gone, wait_for
 from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
 
 pytestmark = in_both
@@ -87,7 +87,7 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
     )
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("[role=treeitem]")
-    tab.get_by_role("checkbox", name="gone too").check()
+    show_gone(tab)
     rows = tab.get_by_role("treeitem")
     wait_for(tab, lambda: rows.count() == 4)
 

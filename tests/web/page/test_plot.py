@@ -76,6 +76,7 @@ def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, da
     wait_for(tab, lambda: values_of(tab).get(x) == "9.5000")
 
 
+@in_both
 def test_names_are_typed_and_completed(tab, site, daemon):
     daemon.answers |= {
         "cxbridge/interfaces": [{"type": "T", "id": "a/b", "data": {"speed": 1, "way": [1, 2]}}],
@@ -101,6 +102,7 @@ def test_names_are_typed_and_completed(tab, site, daemon):
     tab.wait_for_selector("text=Nothing is plotted yet")
 
 
+@in_both
 def test_text_becomes_levels_and_loop_times_are_milliseconds(tab, site, daemon):
     state = "executive:plan-action{id=2}.state"
     tab.goto(site.url + address(state, "loop"))
@@ -114,6 +116,7 @@ def test_text_becomes_levels_and_loop_times_are_milliseconds(tab, site, daemon):
     wait_for(tab, lambda: values_of(tab) == {state: "RUNNING", "loop": "12.250"})
 
 
+@in_both
 def test_a_recording_is_plotted_and_shares_its_moment(tab, site, daemon):
     """A click chooses the moment for all views; the moment chooses the values that are shown."""
     goals = [goal_event("G", "FORMULATED"), goal_event("G", "SELECTED", time_us=START_US + 10_000_000)]
@@ -235,6 +238,7 @@ def test_a_name_in_full_stands_for_itself(tab, site, name):
     assert full == (name if name != "t.s" else "executive:t.s")
 
 
+@in_both
 def test_on_a_telephone_nothing_runs_out_of_the_page(browser, site, daemon):
     daemon.files["run.json"] = lines(*(write(at, float(at)) for at in range(5)))
     context = browser.new_context(viewport=PHONE)

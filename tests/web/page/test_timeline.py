@@ -10,7 +10,7 @@ import pytest
 from cxbridge.history.builder import RunHistory
 from cxbridge.trace.codec import encode_with_kind
 from tests.trace.runs import family
-from tests.web.page.conftest import wait_for
+from tests.web.page.conftest import in_both, wait_for
 from tests.web.page.fake import START_US, FakeDaemon, Served, goal_event
 
 SECOND = 1_000_000
@@ -118,6 +118,7 @@ def fill(tab: Any, outcome: str) -> list[int]:
     return [int(part) for part in text[text.index("(") + 1 : -1].split(",")[:3]]
 
 
+@in_both
 def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
     tab.goto(site.url)
     tab.wait_for_url("**/#/timeline")
@@ -130,6 +131,7 @@ def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
     wait_for(tab, lambda: "goal LEAF, failed, ran 0 ms, NO-WAY" in labels(tab))
 
 
+@in_both
 def test_goals_that_were_there_before_the_page_was_opened_are_shown(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [
         {"kind": "Goal", "id": "OLD", "class": "C", "mode": "DISPATCHED", "outcome": "UNKNOWN", "parent": ""}
@@ -138,6 +140,7 @@ def test_goals_that_were_there_before_the_page_was_opened_are_shown(tab, site, d
     wait_for(tab, lambda: labels(tab) == ["goal OLD, running"])
 
 
+@in_both
 def test_bars_have_the_colours_of_their_outcomes(recorded):
     tab = recorded
     row = y_of(tab, "FETCH")
@@ -146,6 +149,7 @@ def test_bars_have_the_colours_of_their_outcomes(recorded):
     assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != fill(tab, "failed")
 
 
+@in_both
 def test_a_click_leads_from_the_goal_to_the_line_of_the_log_and_why_and_back(recorded):
     tab = recorded
     tab.mouse.click(x_of(tab, 4), y_of(tab, "FETCH"))
@@ -170,6 +174,7 @@ def test_a_click_leads_from_the_goal_to_the_line_of_the_log_and_why_and_back(rec
     tab.wait_for_selector(".tl-detail", state="hidden")
 
 
+@in_both
 def test_why_goes_down_to_the_cause(recorded):
     tab = recorded
     tab.evaluate("location.hash = '#/timeline/goal/ROOT/why'")
@@ -179,6 +184,7 @@ def test_why_goes_down_to_the_cause(recorded):
     assert [step.endswith(end) for step, end in zip(steps, ends, strict=True)] == [True] * 5
 
 
+@in_both
 def test_an_address_is_gone_to_at_once(tab, site, daemon):
     daemon.files["run.jsonl"] = "\n".join(map(json.dumps, failure())).encode()
     tab.goto(f"{site.url}?run=files/run.jsonl#/timeline/goal/FETCH/action/P%201")
@@ -186,6 +192,7 @@ def test_an_address_is_gone_to_at_once(tab, site, daemon):
     tab.wait_for_selector(".tl [role=treeitem][aria-selected=true] >> text=move")
 
 
+@in_both
 def test_errors_are_marks_with_their_text(recorded):
     tab = recorded
     box = tab.locator(".tl-chart").bounding_box()
@@ -197,6 +204,7 @@ def test_errors_are_marks_with_their_text(recorded):
     tab.wait_for_selector("#told >> text=6.000 s")
 
 
+@in_both
 def test_the_cursor_is_the_moment_of_the_other_views(recorded):
     tab = recorded
     box = tab.locator(".tl-chart").bounding_box()
@@ -230,6 +238,7 @@ def test_wheel_keys_and_buttons_zoom_and_pan(recorded):
     wait_for(tab, lambda: window(tab) == whole)
 
 
+@in_both
 def test_two_fingers_zoom(recorded):
     tab = recorded
     whole = window(tab)
@@ -249,6 +258,7 @@ def test_two_fingers_zoom(recorded):
     )
 
 
+@in_both
 def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
     tab.goto(site.url)
     daemon.tell(*at(0, goal_event("A", "DISPATCHED")), *at(30, goal_event("B", "DISPATCHED")))
@@ -268,6 +278,7 @@ def test_live_it_follows_until_it_is_panned_and_comes_back(tab, site, daemon):
     wait_for(tab, lambda: window(tab)[1] >= 200)
 
 
+@in_both
 def test_outcomes_and_words_filter(recorded):
     tab = recorded
     tab.click(".tl-legend .o-rejected")
@@ -286,6 +297,7 @@ def test_outcomes_and_words_filter(recorded):
     tab.wait_for_selector(".tl .count >> text=0 of 3 goals")
 
 
+@in_both
 def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
     tab = recorded
     length = tab.evaluate("history.length")
@@ -300,6 +312,7 @@ def test_arrows_walk_and_fold_without_steps_in_the_history(recorded):
     tab.wait_for_selector(".tl-detail", state="hidden")
 
 
+@in_both
 def test_steps_give_each_transition_the_same_room(recorded):
     tab = recorded
     tab.click("text=steps")

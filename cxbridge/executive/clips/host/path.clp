@@ -74,6 +74,7 @@
     (return ?loaded))
   (bind ?problem (str-cat "Cannot " ?verb " file " ?file " (file not found in " (path-string) ")"))
   (printout error ?problem crlf)
+  (cx-not-found ?file)
   (assert (path-info (file ?file) (error-msg ?problem)))
   FALSE)
 

@@ -46,6 +46,7 @@ class App extends EventTarget {
         this.past.clear();
         this.toast("Another process of the daemon answers: what the one before told is forgotten");
       },
+      caughtUp: () => this.readGoals(), // a list that was read meanwhile is older than some events
       dropped: ({ count }) => {
         this.toast(count + " events were missed; the views are read again");
         this.renew();

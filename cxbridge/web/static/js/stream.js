@@ -1,10 +1,11 @@
 // The daemon's stream of events: goes on after the last event it had, and says when it is lost.
 const RETRY_MS = [500, 1000, 2000, 5000];
+const SLICE_MS = 15; // of work at a time, so that the page draws and answers meanwhile
 
 export class Stream {
   /**
    * @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.restarted,
-   * told.dropped
+   * told.dropped, told.caughtUp (so much had come that it took more than a moment)
    */
   constructor(told) {
     this.told = told;
@@ -15,6 +16,8 @@ export class Stream {
     this.tries = 0;
     this.timer = null;
     this.isWaiting = true; // for the hello, with which everything is read
+    this.queue = []; // lines that have come, each an event
+    this.working = null; // the timer of what is left to do;
   }
 
   /** Follow these kinds from now on; without changes nothing happens. */
@@ -28,7 +31,7 @@ export class Stream {
   open() {
     this.close();
     const source = new EventSource(
-      "api/cxbridge/events?kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
+      "api/cxbridge/events?together=true&kinds=" + this.kinds + "&since=" + encodeURIComponent(this.last),
     );
     this.source = source;
     this.isWaiting = true;
@@ -39,7 +42,10 @@ export class Stream {
       this.epoch = epoch;
       this.tries = 0;
       this.isWaiting = false;
-      if (restarted) this.told.restarted();
+      if (restarted) {
+        this.queue = [];
+        this.told.restarted();
+      }
       this.told.state("open");
       this.told.hello(hello);
     });
@@ -49,7 +55,8 @@ export class Stream {
     });
     source.addEventListener("message", (event) => {
       this.note(event);
-      this.told.event(JSON.parse(event.data));
+      this.queue.push(...event.data.split("\n"));
+      if (!this.working) this.work();
     });
     source.addEventListener("error", () => {
       if (this.source !== source) return;
@@ -59,6 +66,22 @@ export class Stream {
       const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
       this.timer = setTimeout(() => this.open(), wait);
     });
+  }
+
+  /** Take the events that have come, some at a time; all at once while nobody looks: timers rest then. */
+  work() {
+    const begin = performance.now(),
+      { queue } = this;
+    let at = 0;
+    try {
+      while (at < queue.length && (at % 20 || document.hidden || performance.now() - begin < SLICE_MS))
+        this.told.event(JSON.parse(queue[at++]));
+    } finally {
+      queue.splice(0, at);
+      const isBehind = this.queue.length > 0;
+      if (!isBehind && this.working) this.told.caughtUp();
+      this.working = isBehind ? setTimeout(() => this.work(), 0) : null;
+    }
   }
 
   note(event) {

@@ -10,6 +10,7 @@ import { highlighted } from "./source.js";
  * @param rule what is known: {name, module, file, line, salience}
  * @param firings how often it fired
  * @param back a node that leads back, on a telephone
+ * @returns nodes; update: to be called with the rule and its firings when more is known, or it has fired
  */
 export function ruleDetail(app, rule, firings, back) {
   const source = el("div", { id: "rule-source" }),
@@ -25,7 +26,8 @@ export function ruleDetail(app, rule, firings, back) {
     }
   }
   const place = el("p", { class: "dim" });
-  function drawPlace(found) {
+  let found = rule;
+  function drawPlace() {
     place.replaceChildren(
       [
         rule.module,
@@ -38,10 +40,10 @@ export function ruleDetail(app, rule, firings, back) {
         .join(" · "),
     );
   }
-  drawPlace(rule);
+  drawPlace();
   constructText(app, env, "defrule", rule.name).then(
-    (found) => {
-      if (!found) {
+    (construct) => {
+      if (!construct) {
         source.replaceChildren(
           el(
             "p",
@@ -53,19 +55,20 @@ export function ruleDetail(app, rule, firings, back) {
         );
         return;
       }
-      drawPlace(found);
+      found = construct;
+      drawPlace();
       source.replaceChildren(
         el("h3", {}, "Source"),
         el(
           "pre",
           { class: "source", tabindex: "0", "aria-label": "source of " + rule.name },
-          highlighted(found.text),
+          highlighted(construct.text),
         ),
       );
     },
     () => {}, // where it is said already
   );
-  return [
+  const nodes = [
     el(
       "div",
       { class: "detail-head" },
@@ -77,4 +80,10 @@ export function ruleDetail(app, rule, firings, back) {
     why,
     source,
   ];
+  function update(known, count) {
+    rule = known;
+    firings = count;
+    drawPlace();
+  }
+  return { nodes, update };
 }

@@ -199,7 +199,9 @@ export function runSummary(app, goals, parents) {
           el(
             "tr",
             {},
-            ["class", "goals", "", "outcomes", "longest"].map((name) => el("th", { scope: "col" }, name)),
+            ["class", "goals", "", "outcomes", "longest"].map((name) =>
+              el("th", { scope: "col", class: name ? null : "stack-cell" }, name),
+            ),
           ),
         ),
         el("tbody", {}, classTable(goals, app.now)),

@@ -72,7 +72,7 @@ export function palette(app, views) {
       ? all > shown.length
         ? shown.length + " of " + all + " are shown"
         : all
-          ? String(all)
+          ? all + " found"
           : "Nothing is found"
       : "Enter opens, Esc closes";
     mark(0);

@@ -5,8 +5,9 @@ import { skillString } from "./parameters.js";
 /**
  * @param parameters of parametersOf()
  * @param call called with the skill string
+ * @param isHeld whether somebody else controls the Skiller
  */
-export function skillForm(app, skill, parameters, call) {
+export function skillForm(app, skill, parameters, call, isHeld) {
   const fields = parameters.map(({ name, last }) => {
     const input = el("input", {
       type: "text",
@@ -27,7 +28,7 @@ export function skillForm(app, skill, parameters, call) {
   const show = () => {
     shown.textContent = text();
   };
-  const send = app.gate(el("button", { type: "submit", class: "primary" }, "Call " + skill));
+  const send = app.gate(el("button", { type: "submit", class: "primary" }, "Call " + skill), isHeld);
   const form = el(
     "form",
     { class: "skill-form", id: "skill-form", on: { input: show } },

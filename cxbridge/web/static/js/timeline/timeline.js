@@ -214,7 +214,8 @@ export class Timeline {
       this.isFitted = true;
       this.window.fit();
     }
-    if (this.isListDirty) {
+    const isNewList = this.isListDirty;
+    if (isNewList) {
       this.isListDirty = false;
       this.list.set(this.items);
       if (this.revealing) this.list.mark(this.list.selected, true);
@@ -224,6 +225,10 @@ export class Timeline {
     if (this.canvas.width !== Math.round(width * ratio)) this.canvas.width = Math.round(width * ratio);
     if (this.canvas.height !== Math.round(height * ratio)) this.canvas.height = Math.round(height * ratio);
     this.paint(this.canvas.getContext("2d"), width, height, ratio);
+    if (isNewList) {
+      this.later(); // of thousands of rows all of it would be a long task
+      return;
+    }
     this.overview.draw();
     this.toolbar.draw();
     this.detail.draw(this.path);

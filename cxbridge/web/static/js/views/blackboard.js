@@ -1,5 +1,6 @@
 // Interfaces: who writes and reads them, their values as they change, and messages to send.
-import { get, part, post, throttled } from "../api.js";
+import { get, part, throttled } from "../api.js";
+import { idPath, messageForm, sentMessages } from "../blackboard/messages.js";
 import { button, clockText, el, none, pairs, panel, refill, search, tabs } from "../dom.js";
 import { fieldNames } from "../plot/names.js";
 import { plot } from "../plot/store.js";
@@ -26,8 +27,7 @@ export function open(root, app) {
     wanted = "",
     chosen = "",
     problem = "",
-    data = null,
-    message = "";
+    data = null;
   const list = new VirtualList({
     label: "Interfaces",
     key: (item) => item.uid,
@@ -108,7 +108,7 @@ export function open(root, app) {
     async () => {
       const of = info();
       if (!of) return;
-      const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + path(of.id) + "/data");
+      const answer = await get("blackboard/interfaces/" + part(of.type) + "/" + idPath(of.id) + "/data");
       if (of.uid === chosen) {
         data = answer;
         drawValues();
@@ -119,7 +119,6 @@ export function open(root, app) {
       problem = error.message;
     },
   );
-  const path = (id) => id.split("/").map(part).join("/");
 
   function rows() {
     if (!app.recording) return infos;
@@ -183,7 +182,7 @@ export function open(root, app) {
         ["hash", of.hash ? el("code", {}, of.hash) : ""],
       ]),
     );
-    drawForm(of);
+    formPlace.replaceChildren(messageForm(app, of) || "");
     if (of.known) readData();
   }
 
@@ -245,132 +244,7 @@ export function open(root, app) {
     const written = document.getElementById("written");
     if (written) written.textContent = live ? clockText(live.time, 3) : data ? data.timestamp : "";
   }
-  function drawMessages() {
-    const mine = app.model.messages
-      .filter((each) => each.uid === chosen)
-      .slice(-20)
-      .reverse();
-    if (!chosen || !mine.length) {
-      sent.replaceChildren();
-      return;
-    }
-    refill(
-      sent,
-      el("h3", {}, "Messages"),
-      el(
-        "ol",
-        { class: "calls" },
-        mine.map((each) =>
-          el(
-            "li",
-            {},
-            el("span", { class: "dim n" }, clockText(each.time, 3)),
-            el("b", {}, each.message),
-            el("code", { class: "main-text" }, JSON.stringify(each.values)),
-            el("span", { class: "dim small" }, [each.sender, each.outcome].join(" ")),
-          ),
-        ),
-      ),
-    );
-  }
-
-  /** The form of a message: an input a field, by its type. */
-  function drawForm(of) {
-    if (app.recording || !of.message_types.length) {
-      formPlace.replaceChildren();
-      return;
-    }
-    if (!of.message_types.some((each) => each.name === message)) message = of.message_types[0].name;
-    const choice = el(
-      "select",
-      { "aria-label": "message" },
-      of.message_types.map((each) =>
-        el("option", { value: each.name, selected: each.name === message }, each.name),
-      ),
-    );
-    const fields = el("div", { class: "fields" });
-    const inputs = new Map();
-    function inputOf(field) {
-      if (field.enums.length)
-        return el(
-          "select",
-          {},
-          field.enums.map((item) => el("option", {}, item)),
-        );
-      if (field.type === "bool" && !field.is_array) return el("input", { type: "checkbox" });
-      if (field.is_array) return el("input", { type: "text", placeholder: "1, 2, 3" });
-      if (field.type === "string") return el("input", { type: "text" });
-      return el("input", { type: "number", step: /float|double/.test(field.type) ? "any" : "1", value: "0" });
-    }
-    function drawFields() {
-      inputs.clear();
-      fields.replaceChildren(
-        ...of.message_types
-          .find((each) => each.name === message)
-          .fields.map((field) => {
-            const input = inputOf(field);
-            inputs.set(field, input);
-            return el(
-              "label",
-              {},
-              el(
-                "span",
-                {},
-                field.name,
-                el("span", { class: "dim small" }, " " + field.type + (field.is_array ? "[]" : "")),
-              ),
-              input,
-            );
-          }),
-      );
-    }
-    function valueOf(field, input) {
-      if (field.is_array)
-        return input.value
-          .split(",")
-          .filter((each) => each.trim())
-          .map((each) => convert(field, each.trim()));
-      if (input.type === "checkbox") return input.checked;
-      return convert(field, input.value);
-    }
-    function convert(field, text) {
-      if (field.enums.length || field.type === "string") return text;
-      if (field.type === "bool") return text === "true" || text === "1";
-      return Number(text);
-    }
-    choice.addEventListener("change", () => {
-      message = choice.value;
-      drawFields();
-    });
-    const form = el(
-      "form",
-      { class: "message", id: "message" },
-      el("h3", {}, "Send a message"),
-      choice,
-      fields,
-      el(
-        "div",
-        { class: "tools" },
-        app.gate(el("button", { type: "submit", class: "primary" }, "Send")),
-        app.whyNot ? el("span", { class: "dim small" }, app.whyNot) : null,
-      ),
-    );
-    form.addEventListener("submit", (event) => {
-      event.preventDefault();
-      const all = Object.fromEntries(
-        [...inputs].map(([field, input]) => [field.name, valueOf(field, input)]),
-      );
-      app.attempt(async () => {
-        const answer = await post("cxbridge/blackboard/" + part(of.type) + "/" + path(of.id) + "/messages", {
-          type: message,
-          fields: all,
-        });
-        app.toast(message + " sent, number " + answer.msgid);
-      });
-    });
-    drawFields();
-    formPlace.replaceChildren(form);
-  }
+  const drawMessages = () => refill(sent, ...sentMessages(app, chosen));
 
   const stop = app.model.onChange((topics) => {
     if (topics.has("interfaces")) {

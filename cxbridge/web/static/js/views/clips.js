@@ -3,8 +3,9 @@
 import { get, part, post, throttled } from "../api.js";
 import { button, checkbox, el, none, paced, panel, refill, search, tabs } from "../dom.js";
 import { envSelect } from "../env.js";
-import { recordedRules, templateOwners } from "../clips/constructs.js";
+import { templateOwners } from "../clips/constructs.js";
 import { factForm } from "../clips/fact_form.js";
+import { agendaItems, factItems, ruleItems, rulesOfRecording } from "../clips/items.js";
 import { factsOverview, rulesOverview } from "../clips/overview.js";
 import { ruleDetail } from "../clips/rule.js";
 import { VirtualList } from "../virtual.js";
@@ -38,7 +39,8 @@ export function open(root, app) {
     coreOf = "",
     onlyFired = false,
     typed = "",
-    awaited = null;
+    awaited = null,
+    shownRule = null; // what is shown of a rule, until something else is
   const bar = el("div"),
     tools = el("div", { class: "tools below" }),
     empty = el("div", { hidden: true });
@@ -130,94 +132,15 @@ export function open(root, app) {
     coreOf = env;
     draw();
   }, SOON_MS);
-  function factItems() {
-    const items = [];
+  const allRules = () => (app.recording ? rulesOfRecording(app) : rules);
+  function itemsNow() {
+    if (tab === "agenda") return agendaItems(agenda, wanted);
+    if (tab === "rules") return ruleItems(allRules(), firings, { wanted, onlyFired });
     if (coreOf !== app.env) readCore();
-    for (const fact of app.model.factsOf(app.env).values()) {
-      const line = "f-" + fact.index + " " + fact.text;
-      if (wanted && !line.toLowerCase().includes(wanted)) continue;
-      items.push({
-        key: "f-" + fact.index,
-        sign: fact.text,
-        fact,
-        rowClass: core.has(fact.template) ? "of-core" : "",
-        draw: () => [
-          el("span", { class: "dim n index" }, "f-" + fact.index),
-          el("code", { class: "main-text" }, factText(fact)),
-          core.has(fact.template) ? el("span", { class: "dim small wide-only" }, "core") : null,
-        ],
-      });
-    }
-    const inOrder = (list) => {
-      for (let at = 1; at < list.length; at++)
-        if (list[at].fact.index < list[at - 1].fact.index)
-          return list.sort((a, b) => a.fact.index - b.fact.index);
-      return list;
-    };
-    const rank = ({ fact }) => (own.has(fact.template) ? 0 : core.has(fact.template) ? 2 : 1);
-    const groups = [[], [], []];
-    for (const item of items) groups[rank(item)].push(item);
-    return groups.flatMap(inOrder);
-  }
-  const factText = (fact) => {
-    const head = "(" + fact.template;
-    return fact.text.startsWith(head)
-      ? ["(", el("b", {}, fact.template), fact.text.slice(head.length)]
-      : [fact.text];
-  };
-  function rulesOfRecording() {
-    const fired = [...app.model.firings.keys()]
-      .filter((key) => key.startsWith(app.env + " "))
-      .map((key) => ({ name: key.slice(app.env.length + 1), agenda: 0 }));
-    const names = new Set(fired.map((rule) => rule.name));
-    const others = recordedRules(app.recording, app.env)
-      .filter((rule) => !names.has(rule.name))
-      .map((rule) => ({ ...rule, agenda: 0 }));
-    return [...fired, ...others];
-  }
-  function ruleItems() {
-    const known = app.recording ? rulesOfRecording() : rules;
-    return [...known]
-      .sort((a, b) => Number(Boolean(a.core)) - Number(Boolean(b.core)))
-      .filter(
-        (rule) =>
-          (!wanted || (rule.name + " " + (rule.file || "")).toLowerCase().includes(wanted)) &&
-          (!onlyFired || firings(rule) || rule.agenda),
-      )
-      .map((rule) => {
-        const fired = firings(rule);
-        return {
-          key: "r-" + rule.name,
-          sign: fired + " " + rule.agenda,
-          rule,
-          draw: () => [
-            el("span", { class: "main-text" }, rule.name),
-            rule.agenda ? el("span", { class: "pill" }, rule.agenda + " on the agenda") : null,
-            fired ? el("span", { class: "dim small n" }, fired + "×") : null,
-            rule.core ? el("span", { class: "dim small wide-only" }, "core") : null,
-            rule.salience
-              ? el("span", { class: "dim small n wide-only" }, "salience " + rule.salience)
-              : null,
-          ],
-        };
-      });
-  }
-  function agendaItems() {
-    return agenda
-      .filter((each) => !wanted || (each.rule + " " + each.basis).toLowerCase().includes(wanted))
-      .map((each, at) => ({
-        key: "a-" + at,
-        sign: each.rule + each.basis,
-        rule: { name: each.rule },
-        draw: () => [
-          el("span", { class: "dim n index" }, String(each.salience)),
-          el("span", { class: "main-text" }, each.rule),
-          el("code", { class: "dim small" }, each.basis),
-        ],
-      }));
+    return factItems(app.model.factsOf(app.env).values(), { core, own }, wanted);
   }
   function draw() {
-    const items = { facts: factItems, rules: ruleItems, agenda: agendaItems }[tab]();
+    const items = itemsNow();
     const all = {
       facts: app.model.factsOf(app.env).size,
       rules: rules.length || items.length,
@@ -238,6 +161,7 @@ export function open(root, app) {
       empty.replaceChildren(all ? none("Nothing matches") : none(problem || text, problem ? "" : hint));
     }
     list.set(items);
+    updateRule();
     envs.renew();
     overview();
   }
@@ -321,9 +245,15 @@ export function open(root, app) {
           draw();
         }),
       );
-    else refill(detail, rulesOverview(app.recording ? rulesOfRecording() : rules, firings));
+    else refill(detail, rulesOverview(allRules(), firings));
+  }
+  /** The chosen rule has fired again, or more is known of it. */
+  function updateRule() {
+    const known = shownRule && allRules().find((each) => each.name === shownRule.name);
+    if (known) shownRule.update(known, firings(known));
   }
   function drawDetail(item) {
+    shownRule = null;
     layout.classList.toggle("has-detail", Boolean(item));
     if (!item) {
       drawOverview();
@@ -361,7 +291,8 @@ export function open(root, app) {
       refill(detail, none("There is no rule " + rule.name));
       return;
     }
-    refill(detail, ...ruleDetail(app, known, firings(known), back));
+    shownRule = { name: rule.name, ...ruleDetail(app, known, firings(known), back) };
+    refill(detail, ...shownRule.nodes);
   }
 
   const slow = throttled(async () => {

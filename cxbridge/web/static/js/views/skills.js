@@ -1,12 +1,14 @@
 // Skills: what runs, its state graph, to call and to stop.
 import { get, part, post, remove, throttled } from "../api.js";
-import { button, clockText, durationText, el, none, pairs, panel, refill, search } from "../dom.js";
+import { button, el, none, pairs, panel, refill, search } from "../dom.js";
 import { controllerName } from "../controller.js";
 import { drawGraph } from "../graph/draw.js";
 import { skillBadge } from "../looks.js";
 import { EXECUTOR, executorsOf, executorTable } from "../skills/executors.js";
 import { skillForm } from "../skills/form.js";
-import { mappedSkills, parametersOf, parseCall } from "../skills/parameters.js";
+import { knownSkills, noSkills } from "../skills/known.js";
+import { callList, callsOf, DEBUG, readStatus, skillerState, STATUS } from "../skills/now.js";
+import { mappedSkills, parametersOf } from "../skills/parameters.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Skills", order: 30 };
@@ -14,9 +16,7 @@ export const moment = "past";
 export const kinds = ["interface"];
 const SOON_MS = 500,
   SLOW_MS = 1000;
-const STATUS = "SkillerInterface::",
-  DEBUG = "SkillerDebugInterface::",
-  USUAL = "Skiller";
+const USUAL = "Skiller";
 let typed = "",
   chosenSkiller = ""; // stay when another view was open
 
@@ -34,7 +34,8 @@ export function open(root, app) {
     looked = "",
     boardRead = [],
     mapped = new Map(),
-    controller = { of: "", name: "" };
+    controller = { of: "", name: "" },
+    isHeld = false;
   const ask = (path) => path + (skiller() === USUAL ? "" : "?skiller=" + part(skiller()));
   const list = new VirtualList({
     label: "Skills",
@@ -209,7 +210,7 @@ export function open(root, app) {
   const readActive = throttled(
     async () => {
       const of = skiller();
-      const answer = showsGraphs ? await get(ask("skiller/skills/active")) : await plainStatus(of);
+      const answer = showsGraphs ? await get(ask("skiller/skills/active")) : await readStatus(of);
       if (of !== skiller()) return;
       active = answer;
       draw();
@@ -221,19 +222,6 @@ export function open(root, app) {
       draw();
     },
   );
-  /** Of a Skiller that shows no graphs: what its interface has. */
-  async function plainStatus(id) {
-    const { data } = await get(
-      "blackboard/interfaces/SkillerInterface/" + id.split("/").map(part).join("/") + "/data",
-    );
-    return {
-      "skill-string": data.skill_string,
-      status: data.status,
-      error: data.error,
-      exclusive_controller: data.exclusive_controller,
-      graph: "",
-    };
-  }
   const readChosen = throttled(
     async () => {
       const name = chosen;
@@ -252,19 +240,9 @@ export function open(root, app) {
 
   /** The executors of the Skiller that is looked at: its name is that of the agent. */
   const executors = () => executorsOf(app.model, boardRead).filter((each) => each.agent === skiller());
-  /** The skills by name, with who executes them; of a recording those that were called. */
   function known() {
-    const who = new Map(names.map((name) => [name, []]));
-    for (const each of executors())
-      for (const skill of each.skills) who.set(skill, [...(who.get(skill) || []), each.id]);
-    if (app.recording)
-      for (const each of app.model.calls) {
-        const called = parseCall(each.text);
-        if (called && each.skiller === skiller() && !who.has(called.skill)) who.set(called.skill, []);
-      }
-    return [...who]
-      .map(([name, ids]) => ({ name, who: ids.join(", ") }))
-      .sort((a, b) => (a.name < b.name ? -1 : 1));
+    const calls = app.recording ? app.model.calls.filter((each) => each.skiller === skiller()) : [];
+    return knownSkills(names, executors(), calls);
   }
   let drawnNames = "";
   function drawNames() {
@@ -274,62 +252,26 @@ export function open(root, app) {
     told.textContent = all.length ? String(all.length) : "";
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
-    if (!items.length) {
+    if (!items.length)
       empty.replaceChildren(
-        app.recording
-          ? none("No skills", "A recording has the skills that were called up to its moment.")
-          : all.length
-            ? none("No skill matches")
-            : !showsGraphs && !problem
-              ? none(
-                  "No list of skills",
-                  skiller() +
-                    " has no SkillerDebugInterface: it tells neither its skills nor their graphs. It can be called.",
-                )
-              : none(
-                  problem || "No skills",
-                  problem ? "" : "The Skiller knows none, or there is no Skiller.",
-                ),
+        noSkills({
+          isRecording: Boolean(app.recording),
+          skiller: skiller(),
+          showsGraphs,
+          problem,
+          isSearch: all.length > 0,
+        }),
       );
-    }
     list.set(items);
-  }
-
-  /** What the Skiller says of itself: as the API told it, or as its interface was written. */
-  function current() {
-    const of = skiller(),
-      call = app.model.calls.findLast((each) => each.skiller === of);
-    const status = app.model.interfaces.get(STATUS + of);
-    const debug = app.model.interfaces.get(DEBUG + of);
-    const value = { text: "", status: "INACTIVE", error: "", controller: "", graph: "" };
-    if (active && !app.recording)
-      Object.assign(value, {
-        text: active["skill-string"] || "",
-        status: active.status,
-        error: active.error,
-        controller: active.exclusive_controller,
-        graph: active.graph,
-      });
-    if (call) Object.assign(value, { text: call.text, status: call.status });
-    if (status)
-      Object.assign(value, {
-        text: status.values.skill_string,
-        status: status.values.status,
-        error: status.values.error,
-        controller: status.values.exclusive_controller || "",
-      });
-    // the same interface also has the list of skills, and machines that somebody else asked for
-    if (debug && debug.values.graph_fsm === "ACTIVE" && debug.values.graph) value.graph = debug.values.graph;
-    return value;
   }
 
   let drawn = "",
     drawnCalls = "";
   function draw() {
     drawChoice();
-    const value = current(),
+    const value = skillerState(app.model, skiller(), app.recording ? null : active),
       drawing = chosen ? (shown && (shown.name === chosen || shown.graph) ? shown.graph : "") : value.graph;
-    const isHeld = Boolean(value.controller) && !app.recording; // a Skiller heeds its controller only
+    isHeld = Boolean(value.controller) && !app.recording; // a Skiller heeds its controller only
     app.gate(stopButton, isHeld || !String(value.status).endsWith("RUNNING"));
     app.gate(callButton, isHeld);
     held.hidden = app.mayChange && !isHeld;
@@ -392,7 +334,8 @@ export function open(root, app) {
       board.replaceChildren(all.length ? executorTable(all) : "");
     }
     if (JSON.stringify(known()) !== drawnNames) drawNames();
-    const formSign = app.recording || !chosen ? "" : chosen + " " + mapped.size + " " + skiller();
+    const formSign =
+      app.recording || !chosen ? "" : [chosen, mapped.size, skiller(), isHeld, app.whyNot].join("\n");
     if (formSign === drawnForm) return;
     drawnForm = formSign;
     formOf.replaceChildren(
@@ -401,50 +344,21 @@ export function open(root, app) {
             "div",
             {},
             el("h3", {}, "Call " + chosen),
-            skillForm(app, chosen, parametersOf(chosen, mapped, app.model.calls), call),
+            skillForm(app, chosen, parametersOf(chosen, mapped, app.model.calls), call, isHeld),
           )
         : "",
     );
   }
   function drawCalls() {
-    const of = skiller(),
-      calls = app.model.calls
-        .filter((call) => call.skiller === of)
-        .slice(-50)
-        .reverse();
-    const sign = JSON.stringify(calls);
+    const calls = callsOf(app.model, skiller()),
+      sign = JSON.stringify(calls);
     if (sign === drawnCalls) return;
     drawnCalls = sign;
-    refill(
-      history,
-      el("h3", {}, "Calls"),
-      calls.length
-        ? el(
-            "ol",
-            { class: "calls" },
-            calls.map((call) =>
-              el(
-                "li",
-                {},
-                el("span", { class: "dim n" }, clockText(call.begin)),
-                skillBadge(call.status),
-                el("code", { class: "main-text" }, call.text),
-                el("span", { class: "dim n" }, call.end === null ? "" : durationText(call.end - call.begin)),
-                app.recording
-                  ? null
-                  : button(
-                      "again",
-                      () => {
-                        input.value = typed = call.text;
-                        input.focus();
-                      },
-                      { class: "quiet", "aria-label": "again: " + call.text },
-                    ),
-              ),
-            ),
-          )
-        : el("p", { class: "dim" }, "None yet."),
-    );
+    const again = (text) => {
+      input.value = typed = text;
+      input.focus();
+    };
+    refill(history, el("h3", {}, "Calls"), callList(calls, app.recording ? null : again));
   }
   const stop = app.model.onChange((topics) => {
     if (topics.has("skills")) {

@@ -1,0 +1,53 @@
+"""Says what is wrong with an agent that was not started in the words of the check."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import replace
+from typing import Final
+
+from cxbridge.check.findings import Finding, Severity
+from cxbridge.check.run import check
+from cxbridge.errors import BrokenAgentError, CxbridgeError
+from cxbridge.run.ending.mistakes import names_any
+from cxbridge.run.options import RunOptions
+
+_MISSING_FILE: Final = "CX102"
+_FUNCTION: Final = "CX204"
+_TEMPLATE: Final = re.compile(r"deftemplate ([^\s:]+)")
+_UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
+"""Findings about names that a file which is not there may define."""
+
+
+def retold(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
+    """Return an error with the findings of the check, and with what the check does not see.
+
+    :param options: of the run.
+    """
+    options = replace(options, trace=None, log=None, bblog=None, replay=())
+    try:
+        findings = [each for each in check(options) if each.code.severity is Severity.ERROR]
+    except CxbridgeError:
+        return error
+    if any(each.code.name == _MISSING_FILE for each in findings):
+        findings = [each for each in findings if each.code.name not in _UNKNOWN_NAMES]
+    lost = {match[1] for each in findings if (match := _TEMPLATE.match(each.message))}
+    findings = [
+        each
+        for each in findings
+        if each.code.name != _FUNCTION or not names_any(each.place.file, each.place.line, lost)
+    ]
+    files = {each.place.file for each in findings}
+    mistakes = [*map(_error, findings), *(each for each in error.mistakes if each.file not in files)]
+    return BrokenAgentError(mistakes, started=error.started)
+
+
+def _error(finding: Finding) -> CxbridgeError:
+    place = finding.place
+    return CxbridgeError(
+        f"{finding.message} [{finding.code.name}]",
+        file=place.file,
+        line=place.line or None,
+        column=place.column or None,
+        hint=finding.hint or None,
+    )

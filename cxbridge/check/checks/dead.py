@@ -1,0 +1,214 @@
+"""Finds what can never happen: rules, facts, goal classes and functions that nothing needs or makes.
+
+Only the agent's own files are judged: a core is a library, and no agent uses all of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.usage import Construct, Fact, Usage
+
+RULE: Final = Code(
+    "CX501",
+    Severity.WARNING,
+    "a rule that nothing can match",
+    "The rule needs a fact that nobody makes: no rule, function or deffacts asserts one of this template, "
+    "and neither the program nor an interface does. The rule never fires.",
+)
+FACT: Final = Code(
+    "CX502",
+    Severity.WARNING,
+    "a fact that nobody matches",
+    "Rules make facts of this template, and no pattern or query of any file reads them.",
+)
+NOT_FORMULATED: Final = Code(
+    "CX503",
+    Severity.WARNING,
+    "a goal class that nothing formulates",
+    "Rules wait for goals of this class, and the class is in nothing that a rule or function does: no goal "
+    "has it.",
+)
+NOT_SELECTED: Final = Code(
+    "CX504",
+    Severity.WARNING,
+    "a goal class that nothing selects",
+    "No rule that matches goals of this class selects them: they stay FORMULATED.",
+)
+FUNCTION: Final = Code(
+    "CX506",
+    Severity.WARNING,
+    "a function that is never called",
+    "No file calls the function, and no text or list of words has its name.",
+)
+
+CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, FUNCTION)
+
+_OF_PROGRAM: Final = re.compile(
+    r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
+    r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
+)
+"""Templates of facts that the program makes, or a feature of it."""
+_CLASS: Final = "class"
+_DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
+"""Of the slots of goals that say who expands them."""
+_GOAL: Final = "goal"
+_SORTS: Final = ("class", "type", "sub-type")
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each name that is dead."""
+    usage = Usage(agent.model, _configured_words(agent))
+    own = [each for each in usage.constructs if _is_own(agent, each)]
+    yield from _rules(agent, usage, own)
+    yield from _facts(agent, usage, own)
+    yield from _goals(usage, own)
+    yield from _functions(usage, own)
+
+
+def _configured_words(agent: Agent) -> frozenset[str]:
+    values = list(agent.config.walk("/"))
+    return frozenset(word for value in values for text in (value.text, *value.items) for word in text.split())
+
+
+def _is_own(agent: Agent, construct: Construct) -> bool:
+    """Whether a construct is one of the agent's own that CLIPS takes; a dropped one has its finding."""
+    if agent.is_of_core(construct.file.path) or not construct.placed.piece.closed:
+        return False
+    return (construct.file.path, construct.keyword, construct.name) not in agent.dropped
+
+
+def _finding(code: Code, construct: Construct, start: int, message: str, hint: str = "") -> Finding:
+    """Return a finding at a place of a construct."""
+    at = construct.placed.start + start
+    lines = construct.file.lines
+    return Finding(code, Place(construct.file.path, lines.at(at), lines.column(at)), message, hint)
+
+
+# ---- rules and facts
+
+
+def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+    for construct in own:
+        for pattern in construct.patterns:
+            if _can_be(agent, usage, pattern.template):
+                continue
+            yield _finding(
+                RULE,
+                construct,
+                pattern.start,
+                f"defrule {construct.name} can never match: nobody makes a fact '{pattern.template}'",
+                did_you_mean(pattern.template, set(usage.made) - {pattern.template}),
+            )
+            break  # one fact that is not there is enough
+
+
+def _can_be(agent: Agent, usage: Usage, template: str) -> bool:
+    """Whether anybody may make a fact of a template."""
+    if template in usage.made or template in usage.templates_in_texts or _OF_PROGRAM.fullmatch(template):
+        return True
+    is_defined = agent.model.is_defined(Name(Kind.TEMPLATE, template))
+    # a template that no file defines and that has slots is one of an interface or of a feature
+    return (not is_defined and template in agent.deftemplates) or usage.changed(template)
+
+
+def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+    read = usage.read_templates()
+    told: set[str] = set()
+    for construct in own:
+        for fact in construct.facts:
+            name = fact.template
+            if name in told | read or name in usage.templates_in_texts or _OF_PROGRAM.fullmatch(name):
+                continue
+            if usage.symbols[name] > _asserts(usage, name):
+                continue  # handed to a function that may look for it
+            if not agent.model.is_defined(Name(Kind.TEMPLATE, name)) and name in agent.deftemplates:
+                continue
+            told.add(name)
+            yield _finding(
+                FACT,
+                construct,
+                fact.start,
+                f"nobody matches the fact '{name}'",
+                did_you_mean(name, read - {name}),
+            )
+
+
+def _asserts(usage: Usage, template: str) -> int:
+    """Return how many constructs make a fact of a template."""
+    return len({construct.placed for construct, _ in usage.made.get(template, ())})
+
+
+# ---- goals
+
+
+def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+    made = {word for construct in usage.constructs for word in construct.words} | usage.others
+    told: set[str] = set()
+    for construct in own:
+        for pattern in construct.patterns:
+            for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
+                if name not in made | told:
+                    told.add(name)
+                    hint = did_you_mean(name, _classes(usage))
+                    message = (
+                        f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
+                    )
+                    yield _finding(NOT_FORMULATED, construct, pattern.start, message, hint)
+        for fact in construct.facts:
+            name = next(iter(fact.slots.get(_CLASS, ())), "")
+            if fact.template == _GOAL and name and name not in told:
+                told.add(name)
+                yield from _way(usage, construct, fact, name)
+
+
+def _classes(usage: Usage) -> set[str]:
+    return {name for _, fact in usage.made.get(_GOAL, ()) for name in fact.slots.get(_CLASS, ())}
+
+
+def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
+    """Yield a finding when a goal that is made is never selected."""
+    if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
+        return
+    functions = (each for each in usage.constructs if each.keyword == "deffunction")
+    setters = {each.name for each in functions if each.sets_mode("SELECTED")}
+    if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
+        yield _finding(NOT_SELECTED, construct, fact.start, f"nothing selects goals of class {name}")
+
+
+def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[str]) -> bool:
+    """Whether a rule matches such a goal in a mode, and may set another.
+
+    :param setters: functions that set it.
+    """
+    if not rule.sets_mode(after) and not rule.symbols & setters:
+        return False
+    defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
+    for pattern in rule.patterns:
+        modes = pattern.slots.get("mode")
+        if pattern.template == _GOAL and (modes is None or before in modes):
+            kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
+            if Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults):
+                return True
+    return False
+
+
+# ---- functions
+
+
+def _functions(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+    called = usage.model.names(Kind.FUNCTION, Use.CALLED)
+    for construct in own:
+        name = construct.name
+        if construct.keyword != "deffunction" or name in called or name in usage.others:
+            continue
+        elsewhere = usage.symbols[name] - (name in construct.symbols)
+        elsewhere += name in usage.templates_in_texts
+        if not elsewhere:
+            start = construct.node.arguments[0].start
+            yield _finding(FUNCTION, construct, start, f"nobody calls the function '{name}'")

@@ -1,0 +1,42 @@
+"""Finds constructs that are defined twice: the later one replaces the first, without a word."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.usage import Construct, Usage
+
+TWICE: Final = Code(
+    "CX208",
+    Severity.WARNING,
+    "a construct is defined twice",
+    "The later construct replaces the earlier one, in the same file or in another: only one of "
+    "two rules with one name exists.",
+)
+
+CODES: Final = (TWICE,)
+
+_KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", "defgeneric", "defclass"})
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each construct of the agent that replaces another one."""
+    first: dict[tuple[str, str], Construct] = {}
+    for construct in Usage(agent.model).constructs:
+        key = construct.keyword, construct.name
+        if construct.keyword not in _KINDS or not construct.name:
+            continue
+        before = first.setdefault(key, construct)
+        here = construct.file
+        if before is construct or agent.is_of_core(here.path) or (here.path, *key) in agent.dropped:
+            continue
+        start = construct.placed.start
+        line = before.file.lines.at(before.placed.start)
+        where = "line" if before.file is here else f"{Path(before.file.path).name}, line"
+        place = Place(here.path, here.lines.at(start), here.lines.column(start))
+        message = f"{construct.keyword} {construct.name} replaces the one in {where} {line}"
+        yield Finding(TWICE, place, message, "rename or remove one")

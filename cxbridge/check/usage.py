@@ -1,0 +1,217 @@
+"""What the constructs of an agent match and make: patterns with what they ask for, facts, words."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Final
+
+from cxbridge.agent.clips import CONDITIONS, literal
+from cxbridge.agent.model import AgentModel
+from cxbridge.agent.names import Kind, PlacedPiece, SourceFile, Use
+from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
+
+_WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
+_FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
+_NEGATIVE: Final = frozenset({"not", "forall"})
+
+Slots = Mapping[str, frozenset[str]]
+"""The words that a slot can have; a slot that is not in it can have any."""
+
+
+@dataclass(frozen=True, slots=True)
+class Fact:
+    """A pattern of a rule, or a fact that is made.
+
+    :param start: where it begins in its piece.
+    :param slots: of a pattern, what it asks for; of a fact, the one word that is written out.
+    :param named: the slots that are written at all.
+    """
+
+    template: str
+    start: int
+    slots: Slots
+    named: frozenset[str]
+
+    def fits(self, made: Fact, defaults: Mapping[str, str]) -> bool:
+        """Whether this pattern can match a fact that is made so.
+
+        :param defaults: of the slots that the fact may leave out; any word for the others.
+        """
+        for slot, words in self.slots.items():
+            have = made.slots.get(slot)
+            if have is None and slot not in made.named and slot in defaults:
+                have = frozenset({defaults[slot]})
+            if have is not None and not have & words:
+                return False
+        return True
+
+
+@dataclass(frozen=True)
+class Construct:
+    """A construct, or a command of a batch file.
+
+    :param patterns: those that must match a fact: none below ``not``.
+    """
+
+    file: SourceFile
+    placed: PlacedPiece
+
+    @property
+    def keyword(self) -> str:
+        """``defrule`` and its like."""
+        return self.placed.piece.keyword
+
+    @property
+    def name(self) -> str:
+        """Its name; empty when it has none."""
+        name = self.placed.piece.name
+        return "" if name is None else name.text
+
+    @cached_property
+    def node(self) -> SyntaxNode:
+        """Its text, read."""
+        return read(self.placed.piece.text, close=True)[0]
+
+    @cached_property
+    def patterns(self) -> tuple[Fact, ...]:
+        """The patterns that a rule needs a fact for."""
+        if self.keyword != "defrule":
+            return ()
+        arrow = next((n for n, item in enumerate(self.node.arguments) if item.text == "=>"), None)
+        return tuple(_patterns(self.node.arguments[1:arrow]))
+
+    @cached_property
+    def actions(self) -> tuple[SyntaxNode, ...]:
+        """What it does: of a rule what is behind the arrow, of anything else all."""
+        items = self.node.arguments
+        if self.keyword == "defrule":
+            arrow = next((n for n, item in enumerate(items) if item.text == "=>"), len(items))
+            return items[arrow + 1 :]
+        return items[1:] if self.keyword.startswith("def") else (self.node,)
+
+    @cached_property
+    def facts(self) -> tuple[Fact, ...]:
+        """The facts that it makes, as far as they are written out."""
+        made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
+        for action in self.actions:
+            made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
+        return tuple(_fact(node, is_made=True) for node in made if node.head)
+
+    @cached_property
+    def symbols(self) -> frozenset[str]:
+        """The words in what it does, and the texts, each as a whole."""
+        nodes = (node for action in self.actions for node in action.walk() if node.items is None)
+        return frozenset(map(literal, nodes))
+
+    def sets_mode(self, mode: str) -> bool:
+        """Whether it may give a goal a mode: that one, or one that is computed."""
+        return any(
+            node.head == "mode" and any(literal(value) in (mode, "") for value in node.arguments)
+            for action in self.actions
+            for node in action.walk()
+        )
+
+    @cached_property
+    def words(self) -> frozenset[str]:
+        """All words in what it does, in the conditions of tests, and in its texts."""
+        return frozenset(
+            word
+            for action in self.actions
+            for node in action.walk()
+            if node.items is None
+            for word in _WORD.findall(node.text)
+        )
+
+
+def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[Fact]:
+    for node in nodes:
+        if node.head in ("and", "logical", "exists"):
+            yield from _patterns(node.arguments)
+        elif node.head and node.head not in CONDITIONS | {"test", "declare"}:
+            yield _fact(node, is_made=False)
+
+
+def _fact(node: SyntaxNode, *, is_made: bool) -> Fact:
+    slots: dict[str, frozenset[str]] = {}
+    named = [item for item in node.arguments if item.head]
+    for item in named:
+        words = _words(item.arguments)
+        if words is not None and (not is_made or len(words) == 1):
+            slots[item.head] = words
+    heads = frozenset(item.head for item in named)
+    return Fact(without_module(node.head), node.start, slots, heads)
+
+
+def _words(values: tuple[SyntaxNode, ...]) -> frozenset[str] | None:
+    """Return the words that a constraint allows; None when these are not all that can be seen."""
+    marks = [value.text for value in values]
+    while len(marks) > 1 and marks[0].startswith("?") and marks[1] == "&":  # ?mode&SELECTED
+        marks, values = marks[2:], values[2:]
+    if not values or any(mark != "|" for mark in marks[1::2]) or len(marks) % 2 == 0:
+        return None
+    words = [literal(value) for value in values[::2]]
+    return frozenset(words) if all(words) else None
+
+
+@dataclass
+class Usage:
+    """All that the files of an agent match and make.
+
+    :param others: words that somebody else may hand to rules: values of the configuration.
+    """
+
+    model: AgentModel
+    others: frozenset[str] = frozenset()
+    constructs: list[Construct] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.constructs = [
+            Construct(file, placed)
+            for file in self.model.files
+            for placed in file.pieces
+            if placed.piece.keyword
+        ]
+
+    @cached_property
+    def made(self) -> dict[str, list[tuple[Construct, Fact]]]:
+        """The facts that constructs make, by their templates."""
+        found: dict[str, list[tuple[Construct, Fact]]] = {}
+        for construct in self.constructs:
+            for fact in construct.facts:
+                found.setdefault(fact.template, []).append((construct, fact))
+        return found
+
+    @cached_property
+    def templates_in_texts(self) -> frozenset[str]:
+        """Words behind a parenthesis in texts: templates of facts that ``assert-string`` or ``eval`` make."""
+        texts = (
+            node.text
+            for construct in self.constructs
+            for action in construct.actions
+            for node in action.walk()
+            if node.text.startswith('"')
+        )
+        return frozenset(word for text in texts for word in _FACT_IN_TEXT.findall(text))
+
+    @cached_property
+    def symbols(self) -> Counter[str]:
+        """In how many constructs a word, or a text of one word, is a part of what they do."""
+        return Counter(word for construct in self.constructs for word in construct.symbols)
+
+    def changed(self, template: str) -> bool:
+        """Whether a fact of a template is duplicated, which makes one."""
+        return any(
+            node.head == "duplicate"
+            for construct in self.constructs
+            if template in {pattern.template for pattern in construct.patterns}
+            for action in construct.actions
+            for node in action.walk()
+        )
+
+    def read_templates(self) -> set[str]:
+        """Return the templates that a pattern or a query asks for."""
+        return self.model.names(Kind.TEMPLATE, Use.MATCHED, Use.QUERIED)

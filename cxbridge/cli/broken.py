@@ -1,0 +1,27 @@
+"""A broken agent on the command line: what is wrong with it is said by the check."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import BrokenAgentError
+
+if TYPE_CHECKING:
+    from cxbridge.run.options import RunOptions
+
+
+@contextmanager
+def in_words_of_check(options: RunOptions) -> Iterator[None]:
+    """Let a :class:`BrokenAgentError` say what the check says: the word that is wrong, and what was meant.
+
+    :param options: of the run.
+    :raises BrokenAgentError: when one was raised.
+    """
+    try:
+        yield
+    except BrokenAgentError as error:
+        from cxbridge.check.broken import retold
+
+        raise retold(error, options) from None

@@ -1,0 +1,68 @@
+"""`cxbridge format`: lays CLIPS files out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cxbridge.cli.console import say
+from cxbridge.cli.orderly import orderly
+from cxbridge.errors import CxbridgeError
+
+
+@orderly()
+def format(  # noqa: A001 - the name of the command
+    files: Annotated[list[Path], typer.Argument(metavar="FILE...", help="CLIPS files, or folders of them.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Change nothing; only name the files that would change.")
+    ] = False,
+) -> int:
+    """Indent CLIPS files by their parentheses. White space changes, and nothing else.
+
+    A file whose parentheses do not match stays as it is.
+
+    Exit status: 0 done, or nothing to do; 1 --check found files that would change; 2 a file cannot be read.
+
+    Example: cxbridge format --check agent
+    """
+    from cxbridge.clipstext.layout import is_balanced, layout
+
+    changed = 0
+    for path in _clips_files(files):
+        text = _read(path)
+        if not is_balanced(text):
+            say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
+            continue
+        new = layout(text)
+        if new == text:
+            continue
+        changed += 1
+        say(f"{path}: {'would change' if check else 'changed'}")
+        if not check:
+            path.write_bytes(new.encode("utf-8", "surrogateescape"))
+    return int(check and changed > 0)
+
+
+def _clips_files(named: list[Path]) -> list[Path]:
+    """Return the files, and those in the folders, that are named.
+
+    :raises CxbridgeError: when one is not there.
+    """
+    found: list[Path] = []
+    for path in named:
+        if path.is_dir():
+            found += sorted(path.rglob("*.clp"))
+        elif path.is_file():
+            found.append(path)
+        else:
+            raise CxbridgeError("there is no such file", file=path)
+    return found
+
+
+def _read(path: Path) -> str:
+    try:
+        return path.read_bytes().decode("utf-8", "surrogateescape")
+    except OSError as error:
+        raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None

@@ -1,0 +1,147 @@
+"""Lays CLIPS text out: indents its lines by their parentheses. White space changes, and nothing else.
+
+Within a line, blanks stay, so that columns which somebody aligned remain. Text whose parentheses or quotes
+do not match is left as it is: nobody knows how deep its lines are.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cxbridge.clipstext.parts import parts
+from cxbridge.clipstext.syntax import PARENTHESIS, TOKEN, blank
+
+_STEP: Final = 2
+_BLANKS: Final = frozenset(" \t\n\r\f\v")
+_MOST_LINE_ENDS: Final = 3
+"""Two empty lines one after the other."""
+
+_BLOCKS: Final = frozenset(
+    {"defrule", "deffunction", "deftemplate", "deffacts", "defglobal", "defmethod", "defgeneric", "defclass"}
+    | {"slot", "multislot", "field", "multifield", "definstances", "defmessage-handler", "defmodule"}
+    | {"if", "while", "loop-for-count", "foreach", "progn", "progn$", "switch", "case", "default", "bind"}
+    | {"do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"}
+    | {"any-factp", "return"}
+)
+"""Lists whose lines are indented by two blanks; in others, they begin below the first argument."""
+
+_WORDS_OF_IF: Final = frozenset({"then", "else"})
+
+
+def is_balanced(text: str) -> bool:
+    """Whether all parentheses and strings of a text close, and no parenthesis is too much."""
+    if any(not part.closed for part in parts(text)):
+        return False
+    depth = 0
+    for match in PARENTHESIS.finditer(blank(text)):
+        depth += 1 if match[0] == "(" else -1
+        if depth < 0:
+            return False
+    return depth == 0 and not any(match.lastgroup == "unclosed" for match in TOKEN.finditer(text))
+
+
+def layout(text: str) -> str:
+    """Return CLIPS text with its lines indented; the same text when its parentheses do not match."""
+    if not is_balanced(text):
+        return text
+    ends = "\r\n" if "\r\n" in text else "\n"
+    writer = _Writer()
+    for match in TOKEN.finditer(text.replace("\r\n", "\n")):
+        writer.add(match.group(), is_blank=match.lastgroup == "blank")
+    return writer.text().replace("\n", ends)
+
+
+class _Open:
+    """A list that is open.
+
+    :ivar head: its first word; None before that.
+    :ivar argument: the column of its first argument, if that is in the line of the head.
+    """
+
+    def __init__(self, column: int) -> None:
+        self.column = column
+        self.head: str | None = None
+        self.argument: int | None = None
+
+    def indent(self, token: str) -> int:
+        """Return the column of a line that begins within."""
+        if token == ")":
+            return self.column
+        if token in _WORDS_OF_IF and self.head == "if":
+            return self.column + 1
+        if self.head is None or self.head == "(":
+            return self.column + 1
+        if self.head in _BLOCKS or self.argument is None:
+            return self.column + _STEP
+        return self.argument
+
+
+class _Writer:
+    """Writes tokens one after the other."""
+
+    def __init__(self) -> None:
+        self._parts: list[str] = []
+        self._open: list[_Open] = []
+        self._column = 0
+        self._begins_line = True
+
+    def add(self, token: str, *, is_blank: bool) -> None:
+        """Write the next token of the text."""
+        if not is_blank:
+            self._indent(token)
+            self._code(token)
+        elif token.startswith(";"):
+            self._indent(token)
+            self._write(token.rstrip("".join(_BLANKS)))
+        elif not _BLANKS.issuperset(token):
+            self._write(token)  # what is blank for Unicode is none for CLIPS
+        elif "\n" in token:
+            if self._parts:
+                self._write("\n" * min(token.count("\n"), _MOST_LINE_ENDS))
+            self._begins_line = True
+        elif not self._begins_line:
+            self._write(token.replace("\t", " "))
+
+    def text(self) -> str:
+        """Return what was written; it ends with one line end."""
+        written = "".join(self._parts).rstrip("".join(_BLANKS))
+        return written + "\n" if written else ""
+
+    def _indent(self, token: str) -> None:
+        if self._begins_line and self._open:
+            self._write(" " * self._open[-1].indent(token))
+        self._begins_line = False
+
+    def _code(self, token: str) -> None:
+        if token == ")":
+            self._open.pop()
+        else:
+            self._note(token)
+            if token == "(":
+                self._open.append(_Open(self._column))
+        self._write(token)
+
+    def _note(self, token: str) -> None:
+        """Note the head of the innermost list, or its first argument."""
+        if not self._open:
+            return
+        inner = self._open[-1]
+        if inner.head is None:
+            inner.head = token
+        elif inner.argument is None and inner.head != "(":
+            same_line = not any("\n" in part for part in self._since(inner))
+            inner.argument = self._column if same_line else inner.column + _STEP
+
+    def _since(self, inner: _Open) -> list[str]:
+        """Return what was written behind the head of a list: the blanks before its first argument."""
+        found = []
+        for part in reversed(self._parts):
+            if part == inner.head:
+                break
+            found.append(part)
+        return found
+
+    def _write(self, text: str) -> None:
+        self._parts.append(text)
+        _, line_end, rest = text.rpartition("\n")
+        self._column = len(rest) if line_end else self._column + len(text)

@@ -1,0 +1,77 @@
+"""The files of the agent that the options name: where they are, and which of them the spec loads."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from msgspec import Struct, field
+
+from cxbridge.agent.loading import SpecLoading
+from cxbridge.config import Configuration
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.lsp.session import Session, files_below
+from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import RunPaths, find_paths
+from cxbridge.run.specs import choose_spec
+
+_HOST_FOLDERS: Final = ("host", "features", "planner")
+
+
+class AgentFiles(Struct, frozen=True):
+    """Where the files of an agent are."""
+
+    config: Configuration
+    spec: str
+    paths: RunPaths
+    library: tuple[Path, ...] = field(default_factory=tuple)
+
+    @classmethod
+    def find(cls, options: RunOptions) -> AgentFiles:
+        """Find the files that the options name.
+
+        :raises CxbridgeError: when the configuration cannot be read, or names no spec.
+        """
+        config, config_file = load_configuration(options)
+        names = [options.agent] if options.agent else agent_names(config)
+        if names:
+            config = choose_agent(config, names[0])
+        spec = choose_spec(config, options.spec)
+        paths = find_paths(options, config, config_file)
+        return cls(config, spec, paths, tuple(_library(paths)))
+
+    def clips(self) -> Iterator[Path]:
+        """Yield the CLIPS files that a spec can load by their names alone."""
+        for folder in (*self.paths.before, self.paths.cx, *self.paths.clips_dirs):
+            yield from files_below(folder, (".clp",))
+
+    def others(self) -> Iterator[Path]:
+        """Yield the files beside CLIPS that the agent can name: interfaces and skills."""
+        for folder in self.paths.interface_dirs:
+            yield from sorted(folder.glob("*.xml"))
+        for folder in self.paths.skill_dirs:
+            yield from files_below(folder, (".lua",))
+
+    def loaded(self, session: Session) -> set[str]:
+        """Return what the spec loads; files that the session does not have yet are read."""
+        paths = self.paths
+        loading = SpecLoading(
+            (*paths.before, paths.cx, *paths.clips_dirs, paths.library),
+            paths.cx,
+            lambda path: session.model.file(str(path.resolve())) or session.read(path.resolve()),
+        )
+        files = loading.files(self.config, self.spec)
+        return {str(file.path.resolve()) for file in files if file.path is not None}
+
+
+def _library(paths: RunPaths) -> Iterator[Path]:
+    """Yield the CLIPS files that the host brings along."""
+    yield from sorted(paths.library.glob("*.clp"))
+    for folder in _HOST_FOLDERS:
+        yield from sorted((CORE_DIR / folder).glob("*.clp"))
+    if paths.robot_memory is not None:
+        yield paths.robot_memory
+    else:
+        yield CORE_DIR / "cx" / "robot-memory.clp"

@@ -1,0 +1,212 @@
+"""What can be written at a place: the names that fit there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator
+from typing import Final, NamedTuple
+
+from cxbridge.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, SLOT_VALUES
+from cxbridge.agent.names import Kind, Name, SourceFile, Use
+from cxbridge.agent.yaml import parents
+from cxbridge.clipstext.syntax import read
+from cxbridge.lsp.context import Context, context_at, template_of_fact
+from cxbridge.lsp.session import Session
+
+
+class Proposal(NamedTuple):
+    """A word that fits.
+
+    :param detail: what it is, in a few words.
+    """
+
+    text: str
+    kind: Kind | None
+    detail: str = ""
+
+
+_ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
+_SELECTED: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
+_CONSTRUCTS: Final = (*DEFINES, "defglobal")
+_PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":condition")
+
+
+def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
+    """Return the names that fit at a place, each once, sorted."""
+    if file.path.endswith(".clp"):
+        context = context_at(file, offset)
+        found = () if context is None else _clips(session, file, context)
+    elif file.path.endswith((".yaml", ".yml")):
+        found = _yaml(session, file, offset)
+    elif file.path.endswith(".pddl"):
+        found = _pddl(session, file, offset)
+    elif file.path.endswith(".lua"):
+        found = _lua(session, file, offset)
+    else:
+        found = ()
+    return sorted({each.text: each for each in found if each.text}.values())
+
+
+def _defined(session: Session, file: SourceFile, kind: Kind, owner: str | None = None) -> Iterator[Proposal]:
+    found = session.preferred(session.model.defined(kind, owner), file.path)
+    for each in found:
+        yield Proposal(each.mention.name.text, kind, f"{kind.value} {each.mention.name.owner}".rstrip())
+
+
+# ---- CLIPS
+
+
+def _clips(session: Session, file: SourceFile, context: Context) -> Iterable[Proposal]:
+    if not context.heads:
+        return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.at_head else ()
+    if context.word.startswith(("?*", "$?*")):
+        globals_ = session.model.names(Kind.GLOBAL, Use.DEFINED)
+        return [Proposal(f"?*{name}*", Kind.GLOBAL, "global") for name in globals_]
+    if match := _SELECTED.search(context.word):
+        slots = _slots(session, file, template_of_fact(context.text, match[1]))
+        return [Proposal(f"{match[1]}:{slot.text}", slot.kind, slot.detail) for slot in slots]
+    if context.at_head:
+        return _heads(session, file, context)
+    return _arguments(session, file, context)
+
+
+def _heads(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+    """Yield what can be the head of a list."""
+    if context.template and context.head in (context.template, "modify", "duplicate"):
+        yield from _slots(session, file, context.template)
+    elif context.in_condition and (context.head == "defrule" or context.head in CONDITIONS):
+        yield from _templates(session, file)
+        yield from (Proposal(word, None, "condition") for word in (*CONDITIONS, "test", "declare"))
+    elif context.head in ("assert", "deffacts"):
+        yield from _templates(session, file)
+    else:
+        yield from _defined(session, file, Kind.FUNCTION)
+        for name, info in session.knowledge.functions.items():
+            yield Proposal(name, Kind.FUNCTION, info.feature or "CLIPS")
+
+
+def _templates(session: Session, file: SourceFile) -> Iterator[Proposal]:
+    yield from _defined(session, file, Kind.TEMPLATE)
+    yield from _defined(session, file, Kind.INTERFACE)
+    for name in session.knowledge.templates:
+        yield Proposal(name, Kind.TEMPLATE, "template")
+
+
+def _slots(session: Session, file: SourceFile, template: str) -> Iterator[Proposal]:
+    yield from _defined(session, file, Kind.SLOT, template)
+    yield from _defined(session, file, Kind.FIELD, template)
+    for name in session.knowledge.templates.get(template, ()):
+        yield Proposal(name, Kind.SLOT, f"slot {template}")
+
+
+def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
+    """Yield what can follow the head of a list."""
+    head, template = context.head, context.template
+    if template and head != template:
+        kind = SLOT_VALUES.get((template, head))
+        if kind is not None:
+            yield from _names(session, file, kind)
+        if (template, head) == ("plan-action", "param-names"):
+            action = _ACTION_NAME.search(context.pattern)
+            yield from _defined(session, file, Kind.PARAMETER, action[1] if action else None)
+        yield from _allowed(session, file, template, head)
+    elif head in ARGUMENTS:
+        yield from _names(session, file, ARGUMENTS[head])
+    elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
+        yield from _templates(session, file)
+
+
+def _names(session: Session, file: SourceFile, kind: Kind) -> Iterator[Proposal]:
+    """Yield the names of a kind: those defined; of goal classes, files and features all that are used."""
+    yield from _defined(session, file, kind)
+    if kind in (Kind.GOAL_CLASS, Kind.FILE, Kind.FEATURE):
+        yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
+
+
+def _allowed(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
+    """Yield the values that a deftemplate allows in a slot."""
+    found = session.preferred(session.model.definitions(Name(Kind.TEMPLATE, template)), file.path)
+    for definition, mention in found:
+        placed = definition.piece_at(mention.start)
+        nodes = read(placed.piece.text, close=True) if placed else []
+        for item in nodes[0].arguments if nodes else ():
+            if item.arguments and item.arguments[0].text == slot:
+                for facet in item.arguments[1:]:
+                    if facet.head in ("allowed-values", "allowed-symbols"):
+                        for value in facet.arguments:
+                            yield Proposal(value.text, None, f"{template} {slot}")
+
+
+# ---- YAML
+
+
+def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+    start = file.text.rfind("\n", 0, offset) + 1
+    row = file.text[start:offset]
+    above = list(parents(file, start + len(row) - len(row.lstrip())))
+    key = re.match(r"\s*(?:- +)?([\w-]+):", row)
+    if "action-mapping" in above[:2]:
+        yield from _mapping(session, file, row, above[0] if above[0] != "action-mapping" else "")
+    elif "file" in (key and key[1], *above[:1]) or "files" in (key and key[1], *above[:1]):
+        yield from (Proposal(name, Kind.FILE, "file") for name in _clips_files(session))
+    elif "blackboard-preload" in (key and key[1], *above[:1]):
+        yield from _defined(session, file, Kind.INTERFACE)
+    elif key and key[1] == "name" and "stage-1" in above[:1]:
+        yield from _names(session, file, Kind.FEATURE)
+    elif key and key[1] == "spec":
+        yield from _defined(session, file, Kind.SPEC)
+
+
+def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
+    """Yield what fits in a line of an action mapping.
+
+    :param action: whose skill string begins in a line above; empty when it is in this one, or not there yet.
+    """
+    key = re.match(r"\s*([\w-]+):\s", row)
+    if not action and key is None:
+        yield from _defined(session, file, Kind.ACTION)
+        return
+    action = key[1] if key else action
+    if re.search(r"\?\([\w-]*\Z", row):
+        yield from _defined(session, file, Kind.PARAMETER, action)
+    elif skill := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
+        yield from _defined(session, file, Kind.ARGUMENT, skill[1])
+    else:
+        yield from _defined(session, file, Kind.SKILL)
+
+
+def _clips_files(session: Session) -> Iterator[str]:
+    """Yield the CLIPS files as specs name them: with up to one folder."""
+    for file in session.model.files:
+        if file.path.endswith(".clp"):
+            parts = re.split(r"[\\/]", file.path)
+            yield parts[-1]
+            yield "/".join(parts[-2:])
+
+
+# ---- PDDL and Lua
+
+
+def _pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+    placed = file.piece_at(offset)
+    before = file.text[placed.start if placed else 0 : offset]
+    if re.search(r"\s-\s+[\w-]*\Z", before):
+        yield from _defined(session, file, Kind.OBJECT_TYPE)
+    elif re.search(r"\?[\w-]*\Z", before) and placed and placed.piece.name:
+        for each in _defined(session, file, Kind.PARAMETER, placed.piece.name.text):
+            yield Proposal(f"?{each.text}", each.kind, each.detail)
+    elif re.search(r"\(\s*[\w-]*\Z", before):
+        yield from _defined(session, file, Kind.PREDICATE)
+        yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
+    elif re.search(r":[\w-]*\Z", before):
+        yield from (Proposal(word, None) for word in _PDDL_KEYS)
+    else:
+        yield from _defined(session, file, Kind.CONSTANT)
+
+
+def _lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
+    row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
+    if "depends_skills" in row or re.search(r"\bskills\s*=\s*\{\{", row):
+        yield from _defined(session, file, Kind.SKILL)
+    elif re.search(r"""\btype\s*=\s*["']\w*\Z""", row):
+        yield from _defined(session, file, Kind.INTERFACE)

@@ -1,0 +1,111 @@
+"""Where in CLIPS text somebody types: in which list, at its head or behind it, and in which fact."""
+
+from __future__ import annotations
+
+import re
+
+from msgspec import Struct
+
+from cxbridge.agent.clips import CONDITIONS
+from cxbridge.agent.names import SourceFile
+from cxbridge.clipstext.parts import open_lists
+from cxbridge.clipstext.syntax import HIDDEN, blank
+
+_HEAD = re.compile(r"\(\s*([^\s()\";&|~]*)")
+_WORD = re.compile(r"[^\s()\"&|~]*\Z")
+_WITH_FACTS = ("assert", "deffacts", "defrule")
+_NO_FACTS = ("test", "declare", "assert")
+_CHANGES = ("modify", "duplicate")
+_CHANGED = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
+
+
+class Context(Struct, frozen=True):
+    """Where somebody types.
+
+    :param word: what is there of the word already.
+    :param heads: the heads of the lists around it, the innermost first; of the list at whose head the word
+        is, there is none.
+    :param at_head: whether the word is the first of its list.
+    :param in_condition: whether it is before the arrow of a rule.
+    :param template: the template of the fact or pattern around it; empty when there is none.
+    :param text: the construct up to the word.
+    :param pattern: the text of the pattern or fact around it, up to the word.
+    """
+
+    word: str
+    heads: tuple[str, ...]
+    at_head: bool
+    in_condition: bool
+    template: str
+    text: str
+    pattern: str = ""
+
+    @property
+    def head(self) -> str:
+        """The head of the innermost list; empty at the top level."""
+        return self.heads[0] if self.heads else ""
+
+
+def context_at(file: SourceFile, offset: int) -> Context | None:
+    """Return where a place in a CLIPS file is; None in a comment."""
+    placed = file.piece_at(offset)
+    start = placed.start if placed is not None else file.text.rfind("\n", 0, offset) + 1
+    text = file.text[start:offset]
+    last = next((match for match in HIDDEN.finditer(text) if match.end() == len(text)), None)
+    if last is not None and last[0].startswith(";"):
+        return None
+    if last is not None and last["unclosed"]:
+        word, text = last[0][1:], text[: last.start()]
+    else:
+        match = _WORD.search(text)
+        word = match[0] if match else ""
+        text = text[: len(text) - len(word)]
+    opened = open_lists(text)
+    at_head = bool(opened) and not text[opened[-1] + 1 :].strip()
+    lists = opened[:-1] if at_head else opened
+    heads = tuple(_head(text, at) for at in reversed(lists))
+    template, begin = _template(text, heads, lists)
+    in_condition = bool(heads) and heads[-1] == "defrule" and "=>" not in blank(text)
+    return Context(word, heads, at_head, in_condition, template, text, text[begin:] if template else "")
+
+
+def _head(text: str, at: int) -> str:
+    match = _HEAD.match(text, at)
+    return match[1] if match else ""
+
+
+def _template(text: str, heads: tuple[str, ...], lists: list[int]) -> tuple[str, int]:
+    """Return the template of the fact or pattern around the end of a text, and where it begins."""
+    starts = list(reversed(lists))
+    for depth, head in enumerate(heads):
+        above = heads[depth + 1] if depth + 1 < len(heads) else ""
+        if head in _CHANGES:
+            return _of_variable(text, starts[depth]), starts[depth]
+        has_facts = above in _WITH_FACTS or above in CONDITIONS
+        if has_facts and head not in CONDITIONS and head not in _NO_FACTS:
+            return (head, starts[depth]) if _is_fact(text, above, starts[depth]) else ("", 0)
+    return "", 0
+
+
+def _is_fact(text: str, above: str, start: int) -> bool:
+    """Whether a list is a fact or a pattern: below a defrule, those behind the arrow are calls."""
+    if above in ("assert", "deffacts"):
+        return True
+    return "=>" not in blank(text[:start])
+
+
+def _of_variable(text: str, start: int) -> str:
+    """Return the template of the fact that a ``modify`` changes."""
+    match = _CHANGED.match(text, start)
+    return template_of_fact(text, match[1]) if match else ""
+
+
+def template_of_fact(text: str, variable: str) -> str:
+    """Return the template of the fact in a variable, by what is written before; empty when unknown."""
+    name = re.escape(variable)
+    ways = (
+        rf"{name}\s*<-\s*\(\s*([^\s()]+)",
+        rf"\(bind\s+{name}\s+\(assert\s+\(\s*([^\s()]+)",
+        rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # of a query
+    )
+    return next((str(found[-1]) for way in ways if (found := re.findall(way, text))), "")

@@ -1,0 +1,196 @@
+"""Describes a name for people who point at it: how it is defined, its documentation, where it is used."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+from typing import Final
+
+from cxbridge.agent.lua import skill_documentation
+from cxbridge.agent.model import Found
+from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.lsp.session import Session, comment_above
+
+_MOST_ROWS: Final = 40
+_LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
+_COMMENT: Final = re.compile(r"<comment>(.*?)</comment>", re.DOTALL)
+_FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
+
+
+def describe(session: Session, file: SourceFile, mention: Mention) -> str:
+    """Return what there is to say about a name in a file, as Markdown; empty when there is nothing."""
+    name = mention.name
+    found = session.preferred(session.model.definitions(name), file.path)
+    parts: list[str] = []
+    if found:
+        parts += _definition(found[-1], name)
+    elif name.kind is Kind.FUNCTION:
+        parts += _builtin(session, name)
+    elif name.kind in (Kind.TEMPLATE, Kind.SLOT):
+        parts += _template_of_clips(session, name)
+    uses = _uses(session, name)
+    if not parts and name.kind is not Kind.GOAL_CLASS:
+        return ""
+    if not parts:
+        parts.append(f"goal class **{name.text}**")
+    return "\n\n".join([*parts, uses] if uses else parts)
+
+
+def _definition(found: Found, name: Name) -> Iterator[str]:
+    file, mention = found
+    describes: Mapping[Kind, Callable[[Found], Iterator[str]]] = {
+        Kind.SLOT: _slot,
+        Kind.SKILL: _skill,
+        Kind.ARGUMENT: _argument,
+        Kind.INTERFACE: _interface,
+        Kind.FIELD: _field,
+        Kind.MESSAGE: _field,
+    }
+    describer = describes.get(mention.name.kind)
+    if describer is not None:
+        yield from describer(found)
+    elif name.kind in (Kind.CONSTANT, Kind.OBJECT_TYPE, Kind.PREDICATE, Kind.PARAMETER, Kind.GLOBAL):
+        yield _code(file, _group_around(file, mention))
+        yield _trailing_comment(file, mention.end)
+    else:
+        yield from _construct(found)
+    yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
+
+
+def _construct(found: Found) -> Iterator[str]:
+    """Yield the text of a construct; of a rule its condition, of a function its head."""
+    file, mention = found
+    placed = file.piece_at(mention.start)
+    if placed is None:
+        return
+    text = placed.piece.text
+    if placed.piece.keyword == "defrule":
+        text = text.partition("=>")[0].rstrip()
+    nodes = read(text, close=True)
+    written = _documentation(nodes[0]) if nodes and file.path.endswith(".clp") else ""
+    if placed.piece.keyword in ("deffunction", "defmethod") and nodes:
+        text = _head(nodes[0])
+    yield _code(file, text)
+    yield "\n\n".join(filter(None, (written, comment_above(file.text, placed.start))))
+
+
+def _head(function: SyntaxNode) -> str:
+    """Return a function without its body."""
+    last = next((node for node in function.arguments if node.items is not None), None)
+    return function.source[function.start : last.end] + " ...)" if last else function.text
+
+
+def _documentation(construct: SyntaxNode) -> str:
+    """Return the string that a construct has behind its name."""
+    text = construct.arguments[1].text if len(construct.arguments) > 1 else ""
+    return text.strip('"') if text.startswith('"') else ""
+
+
+def _slot(found: Found) -> Iterator[str]:
+    file, mention = found
+    yield _code(file, _group_around(file, mention))
+    yield _trailing_comment(file, mention.end)
+    yield f"of the deftemplate **{mention.name.owner}**"
+
+
+def _skill(found: Found) -> Iterator[str]:
+    yield f"skill **{found.mention.name.text}**"
+    yield f"```\n{skill_documentation(found.file.text)}\n```"
+
+
+def _argument(found: Found) -> Iterator[str]:
+    row = found.file.text[found.mention.start :].partition("\n")[0]
+    yield f"`{found.mention.name.text}`{row[len(found.mention.name.text) :]}"
+    yield f"argument of the skill **{found.mention.name.owner}**"
+
+
+def _interface(found: Found) -> Iterator[str]:
+    comment = _COMMENT.search(found.file.text)
+    yield f"interface **{found.mention.name.text}**"
+    yield " ".join(comment[1].split()) if comment else ""
+    fields = [
+        f"- `{mention.name.text}`: {_words_of_field(found.file, mention)}"
+        for mention in found.file.mentions
+        if mention.name.kind is Kind.FIELD
+    ]
+    yield "\n".join(fields)
+
+
+def _field(found: Found) -> Iterator[str]:
+    yield f"`{found.mention.name.text}` of **{found.mention.name.owner}**: " + _words_of_field(*found)
+
+
+def _words_of_field(file: SourceFile, mention: Mention) -> str:
+    start = file.text.rfind("<", 0, mention.start)
+    match = _FIELD.match(file.text, start)
+    kind = re.search(r'type="(\w+)"', match[0]) if match else None
+    words = " ".join(match[1].split()) if match else ""
+    return f"{words} ({kind[1]})" if kind else words
+
+
+def _builtin(session: Session, name: Name) -> Iterator[str]:
+    info = session.function(name.text)
+    if info is None:
+        return
+    if not info.is_python:
+        yield f"**{name.text}**: a function of CLIPS"
+        return
+    owner = f"the feature `{info.feature}`" if info.feature else "the CLIPS host"
+    yield f"**{name.text}**: a function of {owner}, {info.arguments}"
+    if info.documentation:
+        yield info.documentation
+
+
+def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
+    template = name.owner if name.kind is Kind.SLOT else name.text
+    slots = session.knowledge.templates.get(template)
+    if slots is not None and (name.kind is Kind.TEMPLATE or name.text in slots):
+        yield _fence(
+            "clips", f"(deftemplate {template} " + " ".join(f"(slot {slot})" for slot in slots) + ")"
+        )
+
+
+def _uses(session: Session, name: Name) -> str:
+    """Return how often a name is used, and how."""
+    counts = Counter(
+        found.mention.use.value
+        for found in session.model.mentions(name)
+        if found.mention.use is not Use.DEFINED
+    )
+    return ", ".join(f"{use} {count} times" if count > 1 else f"{use} once" for use, count in counts.items())
+
+
+# ---- text
+
+
+def _group_around(file: SourceFile, mention: Mention) -> str:
+    """Return the innermost list that a definition is in; a line when there is none."""
+    start = file.text.rfind("(", 0, mention.start + 1)
+    placed = file.piece_at(mention.start)
+    if placed is None or start < placed.start or file.path.endswith(".xml"):
+        return ""
+    nodes = read(file.text[start : placed.end], close=True)
+    text = nodes[0].text if nodes else ""
+    if placed.piece.keyword == "defglobal":
+        end = file.text.find("\n", mention.start)
+        text = file.text[mention.start : None if end < 0 else end]
+    return text
+
+
+def _trailing_comment(file: SourceFile, offset: int) -> str:
+    """Return the comment at the end of a line."""
+    row = file.text[offset:].partition("\n")[0]
+    return row.partition(";")[2].strip() if ";" in row and '"' not in row else ""
+
+
+def _code(file: SourceFile, text: str) -> str:
+    rows = text.splitlines()
+    shown = "\n".join([*rows[:_MOST_ROWS], "..."] if len(rows) > _MOST_ROWS else rows)
+    return _fence(_LANGUAGES.get(Path(file.path).suffix, ""), shown)
+
+
+def _fence(language: str, text: str) -> str:
+    return f"```{language}\n{text}\n```"

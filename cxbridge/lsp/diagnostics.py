@@ -1,0 +1,162 @@
+"""What is wrong with a file as its text shows it, while somebody types."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable, Iterator
+from pathlib import PurePath
+from typing import Final
+
+from msgspec import Struct
+
+from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.clipstext.parts import open_lists
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import parse_domain
+from cxbridge.lsp.session import Definitions, Session
+
+UNREADABLE: Final = "CX101"
+UNCLOSED: Final = "CX201"
+TEMPLATE: Final = "CX202"
+SLOT: Final = "CX203"
+FUNCTION: Final = "CX204"
+GLOBAL: Final = "CX205"
+DOMAIN: Final = "CX301"
+LIVE: Final = frozenset({UNREADABLE, UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, DOMAIN})
+"""The codes of ``cxbridge check`` that the text of the files is enough for."""
+
+_PROBLEM: Final = re.compile(r"^[^;\n]*\(\s*problem\b", re.MULTILINE)
+_FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
+
+
+class LiveFinding(Struct, frozen=True):
+    """A mistake, between two offsets of its file.
+
+    :param is_warning: whether CLIPS loads the construct all the same.
+    """
+
+    code: str
+    start: int
+    end: int
+    message: str
+    hint: str = ""
+    is_warning: bool = False
+
+
+def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
+    """Return the mistakes of a file that can be seen without running anything."""
+    if file.path.endswith(".clp"):
+        return [*_unclosed(file), *_unknown_names(session, file)]
+    if file.path.endswith(".pddl"):
+        return list(_domain(file))
+    if file.problem is None or PurePath(file.path).suffix == ".lua":
+        return []
+    at = file.lines.place(file.problem.line, file.problem.column)
+    return [LiveFinding(UNREADABLE, at, _word_end(file, at), file.problem.message, file.problem.hint)]
+
+
+def _unclosed(file: SourceFile) -> Iterator[LiveFinding]:
+    for placed in file.pieces:
+        if placed.piece.closed:
+            continue
+        opened = open_lists(placed.piece.text)
+        name = placed.piece.name
+        what = placed.piece.keyword + (f" {name.text}" if name else "") or "this"
+        hint = "a string in it never closes"
+        if opened:
+            line = file.lines.at(placed.start + opened[-1])
+            hint = f"the innermost parenthesis that never closes is in line {line}"
+        end = file.text.find("\n", placed.start)
+        end = placed.end if end < 0 else min(end, placed.end)
+        yield LiveFinding(UNCLOSED, placed.start, end, f"{what} never closes", hint)
+
+
+def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
+    """Yield names that nobody defines. Before all files are read, nobody can say."""
+    if not session.is_indexed or not session.knowledge.is_complete:
+        return
+    known = session.definitions(file.path)
+    for placed in file.pieces:
+        if not placed.piece.closed:
+            continue  # what is in which list is anybody's guess
+        for number, mention in enumerate(placed.piece.mentions):
+            found = None
+            if mention.name.kind is Kind.SLOT:
+                found = _slot(session, known, mention)
+            elif mention.name.kind is Kind.FUNCTION and mention.use is Use.CALLED:
+                found = _function(session, known, mention)
+            elif mention.name.kind is Kind.GLOBAL and mention.use is not Use.DEFINED:
+                found = _global(known, mention)
+            elif mention.name.kind is Kind.TEMPLATE and mention.use in _FACT_USES:
+                found = _template(session, known, placed, number)
+            if found is not None:
+                code, message, hint = found
+                start, end = placed.start + mention.start, placed.start + mention.end
+                at_run_time = mention.use is Use.QUERIED  # CLIPS looks at ?fact:slot when it gets there
+                yield LiveFinding(code, start, end, message, hint, is_warning=at_run_time)
+
+
+_What = tuple[str, str, str]
+"""Code, message and hint."""
+
+
+def _template(session: Session, known: Definitions, placed: PlacedPiece, number: int) -> _What | None:
+    mention = placed.piece.mentions[number]
+    name = mention.name.text
+    if name in known.slots or name in session.knowledge.templates or name == "object":
+        return None
+    after = placed.piece.mentions[number + 1 : number + 2]
+    slots = [each for each in after if each.name.kind is Kind.SLOT and each.name.owner == name]
+    if not slots and mention.use is not Use.QUERIED:
+        return None  # an ordered fact needs no deftemplate
+    functions = session.knowledge.functions.keys() | known.names(Kind.FUNCTION)
+    if mention.use is Use.QUERIED or slots[0].name.text in functions:
+        return None  # CLIPS takes any name in a query; and (assert (total (+ 1 2))) is ordered, too
+    return TEMPLATE, f"there is no deftemplate '{name}'", _meant(name, known.slots)
+
+
+def _slot(session: Session, known: Definitions, mention: Mention) -> _What | None:
+    name, owner = mention.name.text, mention.name.owner
+    slots = known.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
+    if not slots or name in slots or mention.use is Use.DEFINED:
+        return None
+    hint = _meant(name, slots) or f"it has: {', '.join(sorted(slots))}"
+    return SLOT, f"the deftemplate '{owner}' has no slot '{name}'", hint
+
+
+def _function(session: Session, known: Definitions, mention: Mention) -> _What | None:
+    name = mention.name.text
+    own = known.names(Kind.FUNCTION)
+    if name in own or name in session.knowledge.functions:
+        return None
+    return FUNCTION, f"there is no function '{name}'", _meant(name, own | session.knowledge.functions.keys())
+
+
+def _global(known: Definitions, mention: Mention) -> _What | None:
+    name = mention.name.text
+    own = known.names(Kind.GLOBAL)
+    return None if name in own else (GLOBAL, f"there is no global variable ?*{name}*", _meant(name, own))
+
+
+def _domain(file: SourceFile) -> Iterator[LiveFinding]:
+    if _PROBLEM.search(file.text):
+        return
+    try:
+        parse_domain(file.text, file.path)
+    except PddlError as error:
+        at = file.lines.place(error.line or 1, error.column or 1)
+        yield LiveFinding(DOMAIN, at, _word_end(file, at), error.message, error.hint or "")
+
+
+def _word_end(file: SourceFile, start: int) -> int:
+    """Return where the word at a place ends; behind one character at least, where there is one."""
+    end = start + 1
+    while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":
+        end += 1
+    return min(end, len(file.text))
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    close = difflib.get_close_matches(name, sorted(known), 1)
+    return f"did you mean {close[0]}?" if close else ""

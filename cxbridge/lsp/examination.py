@@ -1,0 +1,66 @@
+"""Examines the agent in a process of its own, one at a time, and again when something was saved meanwhile."""
+
+from __future__ import annotations
+
+import asyncio
+import sys
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import msgspec
+
+from cxbridge.lsp.knowledge import Knowledge, decode
+
+_LAST_WORDS = 300
+
+
+class Examinations:
+    """Examines on demand.
+
+    :param options: gives the options, as JSON has them, when an examination begins.
+    :param done: gets what was found.
+    """
+
+    def __init__(self, options: Callable[[], Mapping[str, Any]], done: Callable[[Knowledge], None]) -> None:
+        self._options = options
+        self._done = done
+        self._task: asyncio.Task[None] | None = None
+        self._process: asyncio.subprocess.Process | None = None
+        self._again = False
+
+    def request(self) -> None:
+        """Begin an examination; when there is one already, another one follows it."""
+        if self._task is not None and not self._task.done():
+            self._again = True
+            return
+        self._task = asyncio.get_running_loop().create_task(self._run())
+
+    async def _run(self) -> None:
+        self._again = True
+        while self._again:
+            self._again = False
+            self._done(await self._examine())
+
+    async def _examine(self) -> Knowledge:
+        self._process = process = await asyncio.create_subprocess_exec(
+            sys.executable,
+            "-m",
+            "cxbridge.lsp.examine",
+            stdin=asyncio.subprocess.PIPE,
+            stdout=asyncio.subprocess.PIPE,
+            stderr=asyncio.subprocess.PIPE,
+        )
+        output, errors = await process.communicate(msgspec.json.encode(self._options()))
+        try:
+            return decode(output)
+        except msgspec.DecodeError:
+            words = errors.decode("utf-8", "replace").strip()[-_LAST_WORDS:]
+            return Knowledge(error=f"the check ended with status {process.returncode}: {words}")
+
+    async def close(self) -> None:
+        """End what goes on."""
+        if self._task is not None:
+            self._task.cancel()
+        if self._process is not None and self._process.returncode is None:
+            self._process.kill()
+            await self._process.wait()

@@ -1,0 +1,117 @@
+"""The process that examines an agent: a whole check, and the functions and deftemplates that CLIPS has.
+
+``python -m cxbridge.lsp.examine`` reads options as JSON from its input and writes a
+:class:`~cxbridge.lsp.knowledge.Knowledge` as JSON. CLIPS is not loaded into the server itself: it answers
+while this goes on, and a file that crashes CLIPS ends this process only.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import msgspec
+
+from cxbridge.check.agent import Agent, agents
+from cxbridge.check.run import check
+from cxbridge.clipstext.syntax import without_module
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.executive import ENVIRONMENT
+from cxbridge.explain.coverage.model import RecordedUse
+from cxbridge.lsp.knowledge import FunctionInfo, Knowledge
+from cxbridge.run.options import RunOptions
+from cxbridge.trace.formats.registry import open_run
+
+_LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
+REWRITTEN_MODIFY = "cx-modify-goal"
+"""What the built-in core says for a modify of goals; the loader rewrites it."""
+
+_PATHS = frozenset({"scenario", "fawkes_dir", "ros2cx"})
+_MANY_PATHS = frozenset({"clips_dirs", "interface_dirs", "skill_dirs", "config"})
+
+
+def run_options(plain: Mapping[str, Any]) -> RunOptions:
+    """Return options that came as JSON: names of :class:`RunOptions` with texts, and lists of texts."""
+    values: dict[str, Any] = {}
+    for name, value in plain.items():
+        if value is None or value == []:
+            continue
+        if name in _PATHS:
+            values[name] = Path(value)
+        elif name in _MANY_PATHS:
+            values[name] = tuple(map(Path, [value] if isinstance(value, str) else value))
+        else:
+            values[name] = tuple(value) if isinstance(value, list) else value
+    return RunOptions(**values)
+
+
+def examine(options: RunOptions) -> Knowledge:
+    """Return what there is to know about an agent."""
+    try:
+        findings = [finding.plain() for finding in check(options)]
+        name = agents(options)[0]
+        with Agent(replace(options, agent=name)) as agent:
+            templates = dict(_templates(agent))
+            functions = dict(_functions(agent))
+    except CxbridgeError as error:
+        return Knowledge(error=str(error))
+    return Knowledge(functions, templates, findings)
+
+
+def firings(run: Path) -> dict[str, int]:
+    """Return how often each rule fired in a recording; nothing of one that cannot be read."""
+    use = RecordedUse()
+    with suppress(CxbridgeError, OSError):
+        use.add(open_run(run), ENVIRONMENT)
+    return dict(use.firings)
+
+
+def _templates(agent: Agent) -> Iterator[tuple[str, list[str]]]:
+    for name in sorted(agent.deftemplates):
+        slots = agent.env.eval(f"(deftemplate-slot-names {name})")
+        yield name, [str(slot) for slot in slots] if isinstance(slots, tuple) else []
+
+
+def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
+    """Yield the functions of CLIPS, the host and the agent's features; last those of the other features."""
+    written = {
+        construct.name
+        for file in agent.files
+        for construct in file.constructs
+        if construct.kind in ("deffunction", "defgeneric")
+    }
+    for names in map(agent.env.eval, _LISTS):  # the host has some of CLIPS' functions as deffunctions
+        for name in names if isinstance(names, tuple) else ():
+            if without_module(str(name)) not in written:
+                yield without_module(str(name)), FunctionInfo()
+    yield REWRITTEN_MODIFY, FunctionInfo()
+    for feature in agent.manager.features:
+        with suppress(CxbridgeError):  # what it needs is not there; its functions stay unknown
+            agent.manager.request(agent.env.name, feature)
+    given = agent.manager.feature_functions(agent.env.name)
+    owners = {name: feature for feature, names in given.items() for name in names}
+    for name in agent.env.udfs.names:
+        yield name, FunctionInfo(*agent.env.udfs.signature(name), owners.get(name, ""), is_python=True)
+
+
+def main() -> None:
+    """Read options, write what was found."""
+    out = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # what checks and CLIPS print is no answer
+    asked = msgspec.json.decode(sys.stdin.buffer.read())
+    recording = asked.pop("recording", "")
+    found = examine(run_options(asked))
+    if recording:
+        fired = firings(Path(recording))
+        found = msgspec.structs.replace(found, firings=fired, recording=Path(recording).name)
+    with out:
+        out.write(msgspec.json.encode(found))
+
+
+if __name__ == "__main__":
+    main()

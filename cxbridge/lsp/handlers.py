@@ -1,0 +1,258 @@
+"""The requests and notifications of the protocol, and what answers them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Mapping
+from pathlib import PurePath
+from typing import Any, Final
+
+from lsprotocol import types as lsp
+from pygls.exceptions import JsonRpcInvalidParams
+
+from cxbridge.agent.model import Found
+from cxbridge.agent.names import Kind, Mention, SourceFile
+from cxbridge.clipstext.layout import layout
+from cxbridge.errors import CxbridgeError
+from cxbridge.lsp import navigation
+from cxbridge.lsp.completion import complete
+from cxbridge.lsp.describe import describe
+from cxbridge.lsp.kinds import COMPLETION_KINDS, SYMBOL_KINDS
+from cxbridge.lsp.positions import uri_of
+from cxbridge.lsp.server import AgentServer
+from cxbridge.lsp.symbols import Symbol, find, folds, outline
+
+_TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
+_WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
+_WORD_ELSEWHERE: Final = re.compile(r"[\w/.-]*\Z")
+_WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml}"
+
+
+def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:
+    """Return a server that answers; see :class:`AgentServer`."""
+    server = AgentServer(options)
+    for kind, handler in _HANDLERS.items():
+        server.feature(kind, _OPTIONS.get(kind))(handler)
+    return server
+
+
+# ---- life and changes
+
+
+def _initialize(ls: AgentServer, params: lsp.InitializeParams) -> None:
+    ls.begin(params)
+
+
+def _initialized(ls: AgentServer, _params: lsp.InitializedParams) -> None:
+    ls.start()
+    workspace = ls.client_capabilities.workspace
+    watched = workspace.did_change_watched_files if workspace else None
+    if watched and watched.dynamic_registration:
+        options = lsp.DidChangeWatchedFilesRegistrationOptions([lsp.FileSystemWatcher(_WATCHED)])
+        kind = lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES
+        ls.client_register_capability(lsp.RegistrationParams([lsp.Registration(kind, kind, options)]))
+
+
+async def _shutdown(ls: AgentServer, _params: None) -> None:
+    await ls.end()
+
+
+def _did_open(ls: AgentServer, params: lsp.DidOpenTextDocumentParams) -> None:
+    ls.change(params.text_document.uri, saved=True)
+
+
+def _did_change(ls: AgentServer, params: lsp.DidChangeTextDocumentParams) -> None:
+    ls.change(params.text_document.uri, saved=False)
+
+
+def _did_save(ls: AgentServer, params: lsp.DidSaveTextDocumentParams) -> None:
+    ls.save(params.text_document.uri)
+
+
+def _did_close(ls: AgentServer, params: lsp.DidCloseTextDocumentParams) -> None:
+    ls.close(params.text_document.uri)
+
+
+def _watched(ls: AgentServer, params: lsp.DidChangeWatchedFilesParams) -> None:
+    ls.changed_on_disk(params.changes)
+
+
+# ---- questions about a place
+
+
+def _at(ls: AgentServer, uri: str, position: lsp.Position) -> tuple[SourceFile, Mention] | None:
+    file = ls.file(uri)
+    mention = None if file is None else file.mention_at(ls.positions.offset(file, position))
+    return None if file is None or mention is None else (file, mention)
+
+
+def _locations(ls: AgentServer, found: Iterable[Found]) -> list[lsp.Location]:
+    return [ls.positions.location(file, mention.start, mention.end) for file, mention in found]
+
+
+def _hover(ls: AgentServer, params: lsp.HoverParams) -> lsp.Hover | None:
+    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+        return None
+    file, mention = place
+    text = describe(ls.session, file, mention)
+    shown = ls.positions.range(file, mention.start, mention.end)
+    return lsp.Hover(lsp.MarkupContent(lsp.MarkupKind.Markdown, text), shown) if text else None
+
+
+def _definition(ls: AgentServer, params: lsp.DefinitionParams) -> list[lsp.Location]:
+    place = _at(ls, params.text_document.uri, params.position)
+    return [] if place is None else _locations(ls, navigation.definitions(ls.session, *place))
+
+
+def _references(ls: AgentServer, params: lsp.ReferenceParams) -> list[lsp.Location]:
+    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+        return []
+    declaration = params.context.include_declaration
+    return _locations(ls, navigation.references(ls.session, place[1], declaration=declaration))
+
+
+def _completion(ls: AgentServer, params: lsp.CompletionParams) -> lsp.CompletionList:
+    file = ls.file(params.text_document.uri)
+    if file is None:
+        return lsp.CompletionList(is_incomplete=False, items=[])
+    offset = ls.positions.offset(file, params.position)
+    pattern = _WORDS.get(PurePath(file.path).suffix, _WORD_ELSEWHERE)
+    row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
+    word = pattern.search(row)
+    replaced = ls.positions.range(file, offset - len(word[0] if word else ""), offset)
+    items = [
+        lsp.CompletionItem(
+            each.text,
+            kind=COMPLETION_KINDS.get(each.kind, lsp.CompletionItemKind.Value) if each.kind else None,
+            detail=each.detail or None,
+            text_edit=lsp.TextEdit(replaced, each.text),
+        )
+        for each in complete(ls.session, file, offset)
+    ]
+    return lsp.CompletionList(is_incomplete=False, items=items)
+
+
+def _prepare_rename(ls: AgentServer, params: lsp.PrepareRenameParams) -> lsp.Range | None:
+    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+        return None
+    file, mention = place
+    try:
+        navigation.check_renamable(ls.session, mention)
+    except CxbridgeError as error:
+        raise JsonRpcInvalidParams(str(error)) from None
+    return ls.positions.range(file, mention.start, mention.end)
+
+
+def _rename(ls: AgentServer, params: lsp.RenameParams) -> lsp.WorkspaceEdit | None:
+    if (place := _at(ls, params.text_document.uri, params.position)) is None:
+        return None
+    try:
+        found = navigation.rename(ls.session, place[1], params.new_name)
+    except CxbridgeError as error:
+        raise JsonRpcInvalidParams(str(error)) from None
+    edits: dict[str, list[lsp.TextEdit]] = {}
+    for file, mention in found:
+        written = file.text[mention.start : mention.end].replace(mention.name.text, params.new_name)
+        edit = lsp.TextEdit(ls.positions.range(file, mention.start, mention.end), written)
+        edits.setdefault(uri_of(file.path), []).append(edit)
+    return lsp.WorkspaceEdit(changes=edits)
+
+
+# ---- questions about a file
+
+
+def _document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list[lsp.DocumentSymbol]:
+    file = ls.file(params.text_document.uri)
+    return [] if file is None else [_symbol(ls, file, symbol) for symbol in outline(file)]
+
+
+def _symbol(ls: AgentServer, file: SourceFile, symbol: Symbol) -> lsp.DocumentSymbol:
+    name = symbol.mention.name
+    return lsp.DocumentSymbol(
+        name.text,
+        SYMBOL_KINDS.get(name.kind, lsp.SymbolKind.Object),
+        ls.positions.range(file, symbol.start, symbol.end),
+        ls.positions.range(file, symbol.mention.start, symbol.mention.end),
+        detail=name.kind.value,
+        children=[_symbol(ls, file, part) for part in symbol.parts],
+    )
+
+
+def _workspace_symbols(ls: AgentServer, params: lsp.WorkspaceSymbolParams) -> list[lsp.WorkspaceSymbol]:
+    return [
+        lsp.WorkspaceSymbol(
+            ls.positions.location(file, mention.start, mention.end),
+            mention.name.text,
+            SYMBOL_KINDS.get(mention.name.kind, lsp.SymbolKind.Object),
+        )
+        for file, mention in find(ls.session, params.query)
+    ]
+
+
+def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.FoldingRange]:
+    file = ls.file(params.text_document.uri)
+    return [] if file is None else [lsp.FoldingRange(first - 1, last - 1) for first, last in folds(file)]
+
+
+def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
+    """Tell of each rule how often it fired in the last recording."""
+    file = ls.file(params.text_document.uri)
+    known = ls.session.knowledge
+    if file is None or not known.recording:
+        return []
+    lenses = []
+    for symbol in outline(file):
+        if symbol.mention.name.kind is Kind.RULE:
+            count = known.firings.get(symbol.mention.name.text, 0)
+            times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
+            place = ls.positions.range(file, symbol.mention.start, symbol.mention.end)
+            lenses.append(lsp.CodeLens(place, lsp.Command(f"{times} in {known.recording}", "")))
+    return lenses
+
+
+def _formatting(ls: AgentServer, params: lsp.DocumentFormattingParams) -> list[lsp.TextEdit]:
+    """Return one edit, from the first line that changes to the last."""
+    file = ls.file(params.text_document.uri)
+    if file is None or not file.path.endswith(".clp"):
+        return []
+    old, new = file.text.splitlines(keepends=True), layout(file.text).splitlines(keepends=True)
+    if old == new:
+        return []
+    first = 0
+    while first < min(len(old), len(new)) and old[first] == new[first]:
+        first += 1
+    last = 0
+    while last < min(len(old), len(new)) - first and old[-1 - last] == new[-1 - last]:
+        last += 1
+    start = len("".join(old[:first]))
+    end = len(file.text) - len("".join(old[len(old) - last :]))
+    text = "".join(new[first : len(new) - last])
+    return [lsp.TextEdit(ls.positions.range(file, start, end), text)]
+
+
+_HANDLERS: Final[Mapping[str, Any]] = {
+    lsp.INITIALIZE: _initialize,
+    lsp.INITIALIZED: _initialized,
+    lsp.SHUTDOWN: _shutdown,
+    lsp.TEXT_DOCUMENT_DID_OPEN: _did_open,
+    lsp.TEXT_DOCUMENT_DID_CHANGE: _did_change,
+    lsp.TEXT_DOCUMENT_DID_SAVE: _did_save,
+    lsp.TEXT_DOCUMENT_DID_CLOSE: _did_close,
+    lsp.WORKSPACE_DID_CHANGE_WATCHED_FILES: _watched,
+    lsp.TEXT_DOCUMENT_HOVER: _hover,
+    lsp.TEXT_DOCUMENT_DEFINITION: _definition,
+    lsp.TEXT_DOCUMENT_REFERENCES: _references,
+    lsp.TEXT_DOCUMENT_COMPLETION: _completion,
+    lsp.TEXT_DOCUMENT_PREPARE_RENAME: _prepare_rename,
+    lsp.TEXT_DOCUMENT_RENAME: _rename,
+    lsp.TEXT_DOCUMENT_DOCUMENT_SYMBOL: _document_symbols,
+    lsp.WORKSPACE_SYMBOL: _workspace_symbols,
+    lsp.TEXT_DOCUMENT_FOLDING_RANGE: _folding,
+    lsp.TEXT_DOCUMENT_CODE_LENS: _code_lens,
+    lsp.TEXT_DOCUMENT_FORMATTING: _formatting,
+}
+_OPTIONS: Final[Mapping[str, Any]] = {
+    lsp.TEXT_DOCUMENT_COMPLETION: lsp.CompletionOptions(trigger_characters=_TRIGGERS),
+    lsp.TEXT_DOCUMENT_RENAME: lsp.RenameOptions(prepare_provider=True),
+    lsp.TEXT_DOCUMENT_CODE_LENS: lsp.CodeLensOptions(resolve_provider=False),
+}

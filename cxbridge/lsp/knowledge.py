@@ -1,0 +1,70 @@
+"""What only CLIPS and the features know: their functions and deftemplates; and the findings of a check."""
+
+from __future__ import annotations
+
+from typing import Any, Final
+
+import msgspec
+from msgspec import Struct, field
+
+UNBOUNDED: Final = 65535
+
+
+class FunctionInfo(Struct, frozen=True):
+    """A function of CLIPS, or of a feature.
+
+    :param minimum: least number of arguments; both are 0 where CLIPS does not tell.
+    :param feature: the feature that has it; empty: CLIPS itself or the host.
+    """
+
+    minimum: int = 0
+    maximum: int = 0
+    types: str = ""
+    documentation: str = ""
+    feature: str = ""
+    is_python: bool = False
+
+    @property
+    def arguments(self) -> str:
+        """How many arguments it takes, in words; empty where nobody knows."""
+        if not self.is_python:
+            return ""
+        if self.maximum == UNBOUNDED:
+            return f"{self.minimum} or more arguments"
+        if self.minimum == self.maximum:
+            return f"{self.minimum} argument{'' if self.minimum == 1 else 's'}"
+        return f"{self.minimum} to {self.maximum} arguments"
+
+
+class Knowledge(Struct, frozen=True):
+    """What an examination of the agent has found.
+
+    :param templates: the slots of the deftemplates that CLIPS has.
+    :param findings: those of ``cxbridge check``, as its JSON has them.
+    :param firings: how often each rule fired in the last recording.
+    :param recording: its name; empty when there is none.
+    :param error: why the agent could not be examined; empty when it could.
+    """
+
+    functions: dict[str, FunctionInfo] = field(default_factory=dict)
+    templates: dict[str, list[str]] = field(default_factory=dict)
+    findings: list[dict[str, Any]] = field(default_factory=list)
+    firings: dict[str, int] = field(default_factory=dict)
+    recording: str = ""
+    error: str = ""
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether the functions are known."""
+        return bool(self.functions)
+
+
+NOTHING: Final = Knowledge()
+
+
+def decode(data: bytes) -> Knowledge:
+    """Return what the process of an examination wrote.
+
+    :raises msgspec.DecodeError: when it is something else.
+    """
+    return msgspec.json.decode(data, type=Knowledge)

@@ -1,0 +1,85 @@
+"""Where a name is defined and mentioned, and what changes when it gets another one."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from cxbridge.agent.model import Found
+from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.errors import CxbridgeError
+from cxbridge.lsp.session import Session
+
+_NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
+_FIXED: Final = frozenset({Kind.FILE, Kind.FEATURE, Kind.INTERFACE, Kind.FIELD, Kind.MESSAGE, Kind.SPEC})
+"""What a rename would not get everywhere: code in other languages has these names, too."""
+
+
+def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:
+    """Return where a name is defined; of a goal class, where such goals are made."""
+    name = mention.name
+    if name.kind is Kind.FILE:
+        return _files(session, file, name)
+    found = session.model.definitions(name)
+    if not found and name.kind is Kind.PARAMETER and not name.owner:
+        found = [
+            each for each in session.model.defined(Kind.PARAMETER) if each.mention.name.text == name.text
+        ]
+    if not found and name.kind in (Kind.GOAL_CLASS, Kind.ACTION):
+        found = list(session.model.mentions(name, Use.ASSERTED))
+    return session.preferred(found, file.path)
+
+
+def _files(session: Session, file: SourceFile, name: Name) -> list[Found]:
+    """Return the files that have a name, as ``folder/name.clp`` or bare."""
+    wanted = Path(name.text).parts
+    found = [
+        Found(each, Mention(name, Use.DEFINED, 0, 0))
+        for each in session.model.files
+        if Path(each.path).parts[-len(wanted) :] == wanted
+    ]
+    return session.preferred(found, file.path)
+
+
+def references(session: Session, mention: Mention, *, declaration: bool = True) -> list[Found]:
+    """Return where a name is mentioned, in all files.
+
+    :param declaration: whether its definitions count.
+    """
+    found = list(session.model.mentions(mention.name))
+    if mention.name.kind is Kind.FUNCTION:  # some look like slots
+        calls = session.model.calls(mention.name.text)
+        found += [each for each in calls if each.mention.name.kind is Kind.SLOT]
+    return [each for each in found if declaration or each.mention.use is not Use.DEFINED]
+
+
+def rename(session: Session, mention: Mention, new: str) -> list[Found]:
+    """Return the mentions that get another name.
+
+    :raises CxbridgeError: when the name cannot be changed, or not to this.
+    """
+    name = mention.name
+    check_renamable(session, mention)
+    if not _NEW_NAME.fullmatch(new):
+        raise CxbridgeError(f"'{new}' cannot be the name of a {name.kind.value}")
+    if session.model.is_defined(Name(name.kind, new, name.owner)):
+        raise CxbridgeError(f"there is a {name.kind.value} '{new}' already")
+    return references(session, mention)
+
+
+def check_renamable(session: Session, mention: Mention) -> None:
+    """See that a name can be changed.
+
+    :raises CxbridgeError: when it cannot.
+    """
+    name = mention.name
+    if name.kind in _FIXED:
+        raise CxbridgeError(f"the name of a {name.kind.value} is not only in files of the agent")
+    found = session.model.definitions(name)
+    if not found and name.kind is not Kind.GOAL_CLASS:
+        raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
+    if session.root is not None and any(
+        not Path(each.file.path).is_relative_to(session.root) for each in found
+    ):
+        raise CxbridgeError(f"the {name.kind.value} '{name.text}' is defined outside of {session.root}")

@@ -1,0 +1,100 @@
+"""Which findings a file shows: those of the last check, and while it is edited those of its text."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from lsprotocol.types import Diagnostic, DiagnosticSeverity
+
+from cxbridge.agent.names import SourceFile
+from cxbridge.lsp.diagnostics import LIVE, live_findings
+from cxbridge.lsp.positions import Positions
+from cxbridge.lsp.session import Session
+
+SOURCE: Final = "cxbridge"
+_SEVERITIES: Final = {
+    "error": DiagnosticSeverity.Error,
+    "warning": DiagnosticSeverity.Warning,
+    "note": DiagnosticSeverity.Information,
+}
+_WORD: Final = re.compile(r"[^\s()]+|\(")
+
+
+class FindingsOfFiles:
+    """The findings of the last check, by file; and which files have changed since it began.
+
+    :ivar changed: files whose text is not the one that was checked.
+    """
+
+    def __init__(self, session: Session) -> None:
+        self._session = session
+        self.changed: set[str] = set()
+        self._began: set[str] = set()
+        self._checked: dict[str, list[Mapping[str, Any]]] = {}
+
+    @property
+    def paths(self) -> set[str]:
+        """The files in which the check has found something."""
+        return set(self._checked)
+
+    def begin(self) -> None:
+        """Take note that a check begins: it sees what is on the disk."""
+        self._began = set()
+
+    def change(self, path: str) -> None:
+        """Take note that the text of a file has changed."""
+        self.changed.add(path)
+        self._began.add(path)
+
+    def finish(self, unsaved: set[str]) -> None:
+        """Take the findings of the session's knowledge."""
+        self.changed = self._began | unsaved
+        self._checked = {}
+        for finding in self._session.knowledge.findings:
+            if finding["file"]:
+                path = str(Path(finding["file"]).resolve())
+                self._checked.setdefault(path, []).append(finding)
+
+    def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
+        """Return what a file shows."""
+        is_changed = file.path in self.changed
+        found: dict[tuple[str, int], Diagnostic] = {}
+        for finding in self._checked.get(file.path, ()):
+            if not (is_changed and finding["code"] in LIVE):
+                made = _of_check(file, finding, positions)
+                found[finding["code"], made.range.start.line] = made
+        if is_changed or file.path not in self._session.loaded or not self._session.knowledge.is_complete:
+            for made in _of_text(self._session, file, positions):
+                found.setdefault((str(made.code), made.range.start.line), made)
+        return list(found.values())
+
+
+def _of_check(file: SourceFile, finding: Mapping[str, Any], positions: Positions) -> Diagnostic:
+    start = file.lines.place(max(finding["line"], 1), max(finding["column"], 1))
+    word = _WORD.match(file.text, start)
+    end = word.end() if word else start
+    return Diagnostic(
+        range=positions.range(file, min(start, len(file.text)), min(end, len(file.text))),
+        message=_message(finding["message"], finding["hint"]),
+        severity=_SEVERITIES.get(finding["severity"]),
+        code=finding["code"],
+        source=SOURCE,
+    )
+
+
+def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterator[Diagnostic]:
+    for finding in live_findings(session, file):
+        yield Diagnostic(
+            range=positions.range(file, finding.start, finding.end),
+            message=_message(finding.message, finding.hint),
+            severity=DiagnosticSeverity.Warning if finding.is_warning else DiagnosticSeverity.Error,
+            code=finding.code,
+            source=SOURCE,
+        )
+
+
+def _message(message: str, hint: str) -> str:
+    return f"{message}\nhint: {hint}" if hint else message

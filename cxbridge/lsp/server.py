@@ -1,0 +1,215 @@
+"""The server and its life: what it reads when it starts, what changes, what it publishes."""
+
+from __future__ import annotations
+
+import asyncio
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from lsprotocol import types as lsp
+from pygls.lsp.server import LanguageServer
+
+from cxbridge import __version__
+from cxbridge.agent.names import SourceFile
+from cxbridge.errors import CxbridgeError
+from cxbridge.lsp.examination import Examinations
+from cxbridge.lsp.knowledge import Knowledge
+from cxbridge.lsp.positions import Positions, path_of, uri_of
+from cxbridge.lsp.publishing import FindingsOfFiles
+from cxbridge.lsp.session import Session, files_below, find_scenario, last_recording
+
+if TYPE_CHECKING:
+    from cxbridge.lsp.agent_files import AgentFiles
+
+_SLICE: Final = 4
+"""Files that are read before questions are answered again."""
+
+_FALLBACK: Final = {"scenario": "test-scenario"}
+"""The agent whose core and functions are known where no scenario is found."""
+
+
+def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
+    """Return where the files of an agent are.
+
+    :raises CxbridgeError: when that is not known.
+    """
+    # it imports much, and the first answers are to come at once
+    from cxbridge.lsp.agent_files import AgentFiles  # noqa: PLC0415
+    from cxbridge.lsp.examine import run_options  # noqa: PLC0415
+
+    return AgentFiles.find(run_options(options))
+
+
+class AgentServer(LanguageServer):
+    """A language server for one agent.
+
+    :param options: those of a run, as JSON has them (``scenario``, ``fawkes_dir``, ``clips_dirs`` ...), and
+        ``recording``. The client's ``initializationOptions`` are laid over them.
+    """
+
+    def __init__(self, options: Mapping[str, Any] | None = None) -> None:
+        super().__init__("cxbridge", __version__)
+        self.session = Session()
+        self.findings = FindingsOfFiles(self.session)
+        self.examinations = Examinations(self._examined_options, self._take)
+        self._given = {name: value for name, value in (options or {}).items() if value not in (None, [], ())}
+        self._options: dict[str, Any] = {}
+        self._has_agent = False
+        self._unsaved: set[str] = set()
+        self._shown: set[str] = set()
+        self._index_task: asyncio.Task[None] | None = None
+
+    @property
+    def positions(self) -> Positions:
+        """Converts places as the client counts."""
+        return Positions(self.workspace.position_codec)
+
+    def file(self, uri: str) -> SourceFile | None:
+        """Return a file that the client names; None for one that is not of an agent's sorts."""
+        return self.session.model.file(path_of(uri))
+
+    # ---- start and end
+
+    def begin(self, parameters: lsp.InitializeParams) -> None:
+        """Take what the client says at the start."""
+        given = parameters.initialization_options
+        if isinstance(given, Mapping):
+            self._given.update(given)
+        folders = parameters.workspace_folders or []
+        uri = folders[0].uri if folders else parameters.root_uri
+        self.session.root = Path(path_of(uri)) if uri else None
+
+    def start(self) -> None:
+        """Read the agent's files and examine it, while questions are answered already."""
+        self._index_task = asyncio.get_running_loop().create_task(self._index())
+
+    async def end(self) -> None:
+        """Stop what goes on."""
+        if self._index_task is not None:
+            self._index_task.cancel()
+        await self.examinations.close()
+
+    async def _index(self) -> None:
+        root = self.session.root
+        options = dict(self._given)
+        recording = options.pop("recording", None) or (last_recording(root) if root else None)
+        if (
+            not options.keys() & {"scenario", "fawkes_dir", "ros2cx"}
+            and root
+            and (own := find_scenario(root))
+        ):
+            options["scenario"] = str(own)
+        self._has_agent = bool(options.keys() & {"scenario", "fawkes_dir", "ros2cx"})
+        self._options = options if self._has_agent else {**options, **_FALLBACK}
+        if recording:
+            self._options["recording"] = str(recording)
+        self.examinations.request()
+        await self._read(files_below(root) if root is not None else ())
+        plain = {name: value for name, value in self._options.items() if name != "recording"}
+        try:
+            agent = await asyncio.to_thread(_find_agent, plain)
+        except (CxbridgeError, TypeError) as error:
+            self._tell(f"the agent's files are not known: {error}")
+        else:
+            await self._read((*agent.library, *agent.clips()))
+            self.session.library = {str(path.resolve()) for path in agent.library}
+            loaded = agent.loaded(self.session)
+            self.session.loaded = loaded if self._has_agent else set()
+            await self._read(agent.others())
+        self.session.is_indexed = True
+        self.publish()
+
+    async def _read(self, paths: Iterable[Path]) -> None:
+        """Read files that are not known yet, some at a time."""
+        count = 0
+        for path in paths:
+            resolved = path.resolve()
+            if self.session.model.file(str(resolved)) is None:
+                self.session.read(resolved)
+                count += 1
+                if count % _SLICE == 0:
+                    await asyncio.sleep(0)
+
+    def _tell(self, text: str) -> None:
+        self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))
+
+    # ---- changes
+
+    def change(self, uri: str, *, saved: bool) -> None:
+        """Take the text of a document as the client has it."""
+        path = path_of(uri)
+        document = self.workspace.get_text_document(uri)
+        file = self.session.model.file(path)
+        if file is None or file.text != document.source:
+            file = self.session.update(path, document.source)
+            if not saved:
+                self._unsaved.add(path)
+            self.findings.change(path)
+        if file is not None:
+            self._publish(file)
+
+    def save(self, uri: str) -> None:
+        """Examine the agent, since a file was saved."""
+        self._unsaved.discard(path_of(uri))
+        if self.session.root is not None or self._has_agent:
+            self.examinations.request()
+
+    def close(self, uri: str) -> None:
+        """Take the file on the disk again."""
+        path = path_of(uri)
+        if path in self._unsaved:
+            self._unsaved.discard(path)
+            self.session.read(Path(path))
+
+    def changed_on_disk(self, changes: Iterable[lsp.FileEvent]) -> None:
+        """Read files again that others have changed; documents that are open are the client's."""
+        for change in changes:
+            path = path_of(change.uri)
+            if change.uri in self.workspace.text_documents:
+                continue
+            if change.type is lsp.FileChangeType.Deleted:
+                self.session.forget(path)
+            else:
+                self.session.read(Path(path))
+            self.findings.change(path)
+        self.publish()
+
+    # ---- findings
+
+    def _examined_options(self) -> Mapping[str, Any]:
+        self.findings.begin()
+        return self._options
+
+    def _take(self, knowledge: Knowledge) -> None:
+        if knowledge.error:
+            self._tell(knowledge.error)
+        if not self._has_agent:  # of the agent in its place, only the functions are of use
+            knowledge = Knowledge(
+                knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
+            )
+        if knowledge.is_complete or knowledge.findings:
+            self.session.knowledge = knowledge
+            self.findings.finish(self._unsaved)
+        self.publish()
+        capabilities = self.client_capabilities.workspace
+        if capabilities and capabilities.code_lens and capabilities.code_lens.refresh_support:
+            self.workspace_code_lens_refresh(None)
+
+    def publish(self) -> None:
+        """Publish the findings of all files that are open or have some."""
+        opened = {path_of(uri) for uri in self.workspace.text_documents}
+        for path in opened | self.findings.paths | self._shown:
+            file = self.session.model.file(path)
+            if file is not None:
+                self._publish(file)
+
+    def _publish(self, file: SourceFile) -> None:
+        diagnostics = self.findings.diagnostics(file, self.positions)
+        if not diagnostics and file.path not in self._shown:
+            return
+        (self._shown.add if diagnostics else self._shown.discard)(file.path)
+        uri = next(
+            (uri for uri in self.workspace.text_documents if path_of(uri) == file.path), uri_of(file.path)
+        )
+        self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics))

@@ -1,0 +1,154 @@
+"""What the server knows: the agent's model, which files the spec loads, and what CLIPS knows."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field
+from functools import lru_cache
+from pathlib import Path
+from typing import Final
+
+from cxbridge.agent.model import SUFFIXES, AgentModel, Found
+from cxbridge.agent.names import Kind, Name, SourceFile
+from cxbridge.lsp.knowledge import NOTHING, FunctionInfo, Knowledge
+
+_SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
+_SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
+_LARGEST_FILE: Final = 1 << 20
+_MOST_FILES: Final = 5000
+
+
+@dataclass
+class Session:
+    """The state of the server.
+
+    :ivar loaded: the files that the spec loads; empty when there is no spec.
+    :ivar library: files of the host that every agent has.
+    :ivar knowledge: what the last examination has found.
+    :ivar root: the folder that the editor has open; None without one.
+    :ivar is_indexed: whether all files have been read once.
+    """
+
+    model: AgentModel = field(default_factory=AgentModel)
+    loaded: set[str] = field(default_factory=set)
+    library: set[str] = field(default_factory=set)
+    knowledge: Knowledge = NOTHING
+    root: Path | None = None
+    is_indexed: bool = False
+    _revision: int = 0
+    _cached: dict[bool, tuple[int, Definitions]] = field(default_factory=dict)
+
+    def update(self, path: str, text: str) -> SourceFile | None:
+        """Take the text of a file."""
+        self._revision += 1
+        return self.model.update(path, text)
+
+    def read(self, path: Path) -> SourceFile | None:
+        """Take a file from the disk."""
+        self._revision += 1
+        return self.model.read(path)
+
+    def forget(self, path: str) -> None:
+        """Take note that a file is gone."""
+        self._revision += 1
+        self.model.remove(path)
+
+    def is_of_agent(self, path: str) -> bool:
+        """Whether the spec loads a file, or every agent has it."""
+        return path in self.loaded or path in self.library
+
+    def definitions(self, path: str) -> Definitions:
+        """Return what is defined for a file: for one that the spec loads, by all that it loads."""
+        narrow = path in self.loaded
+        cached = self._cached.get(narrow)
+        if cached is None or cached[0] != self._revision:
+            files = (file for file in self.model.files if not narrow or self._counts(file.path))
+            cached = (self._revision, Definitions(files))
+            self._cached[narrow] = cached
+        return cached[1]
+
+    def _counts(self, path: str) -> bool:
+        return not path.endswith(".clp") or self.is_of_agent(path)
+
+    def preferred(self, found: Iterable[Found], near: str) -> list[Found]:
+        """Return what belongs to the agent, when the file that asks does and anything is left; else all."""
+        every = list(found)
+        if near in self.loaded:
+            return [each for each in every if self._counts(each.file.path)] or every
+        return every
+
+    def function(self, name: str) -> FunctionInfo | None:
+        """Return a function of CLIPS or a feature; None when there is none."""
+        return self.knowledge.functions.get(name)
+
+
+class Definitions:
+    """The names that some files define."""
+
+    def __init__(self, files: Iterable[SourceFile]) -> None:
+        self._names: dict[Kind, set[str]] = {}
+        self.slots: dict[str, set[str]] = {}
+        for file in files:
+            for _, piece in file.pieces:
+                for mention in piece.defined:
+                    self._note(mention.name)
+
+    def _note(self, name: Name) -> None:
+        self._names.setdefault(name.kind, set()).add(name.text)
+        if name.kind is Kind.TEMPLATE:
+            self.slots.setdefault(name.text, set())
+        elif name.kind is Kind.INTERFACE:
+            self.slots.setdefault(name.text, set()).update(("id", "time"))
+        elif name.kind in (Kind.SLOT, Kind.FIELD):
+            self.slots.setdefault(name.owner, set()).add(name.text)
+
+    def names(self, kind: Kind) -> set[str]:
+        """Return the names of a kind."""
+        return self._names.get(kind, set())
+
+
+def files_below(folder: Path, suffixes: Iterable[str] = SUFFIXES) -> Iterator[Path]:
+    """Yield the files of an agent's sorts below a folder; hidden folders and large files are left out."""
+    wanted = frozenset(suffixes)
+    waiting = [folder]
+    count = 0
+    while waiting and count < _MOST_FILES:
+        try:
+            entries = sorted(waiting.pop().iterdir())
+        except OSError:
+            continue
+        for entry in entries:
+            if entry.name.startswith(".") or entry.name in _SKIPPED:
+                continue
+            if entry.is_dir() and not entry.is_symlink():
+                waiting.append(entry)
+            elif entry.suffix in wanted and entry.is_file() and entry.stat().st_size <= _LARGEST_FILE:
+                count += 1
+                yield entry.resolve()
+
+
+def find_scenario(root: Path) -> Path | None:
+    """Return the scenario of a folder: its own, or the only one right below it."""
+    for name in _SCENARIO_FILES:
+        if (root / name).is_file():
+            return root / name if name != _SCENARIO_FILES[0] else root
+    below = sorted(root.glob("*/scenario.yaml"))
+    return below[0].parent if len(below) == 1 else None
+
+
+def last_recording(root: Path) -> Path | None:
+    """Return the newest recording in a folder, or right below it."""
+    found = [*root.glob("*.mcap"), *root.glob("*/*.mcap")]
+    return max(found, key=lambda path: path.stat().st_mtime, default=None)
+
+
+@lru_cache(maxsize=64)
+def comment_above(text: str, offset: int) -> str:
+    """Return the comment in the lines right above a place, without its marks."""
+    rows: list[str] = []
+    for row in reversed(text[: text.rfind("\n", 0, offset) + 1].splitlines()):
+        stripped = row.strip()
+        if not stripped.startswith((";", "--", "#")):
+            break
+        rows.append(stripped.lstrip(";-# "))
+    return "\n".join(reversed(rows)).strip()

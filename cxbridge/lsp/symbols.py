@@ -1,0 +1,98 @@
+"""The outline of a file, the names of all files, and what can be folded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from msgspec import Struct
+
+from cxbridge.agent.model import Found
+from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.clipstext.parts import open_lists
+from cxbridge.clipstext.syntax import PARENTHESIS, blank
+from cxbridge.lsp.session import Session
+
+_PARTS: Final = frozenset({Kind.SLOT, Kind.PARAMETER, Kind.FIELD, Kind.MESSAGE, Kind.ARGUMENT})
+_MOST: Final = 200
+
+
+class Symbol(Struct, frozen=True):
+    """An entry of an outline.
+
+    :param mention: the name, where it is defined.
+    :param start: where what is defined begins; ``end``: where it ends.
+    """
+
+    mention: Mention
+    start: int
+    end: int
+    parts: tuple[Symbol, ...] = ()
+
+
+def outline(file: SourceFile) -> list[Symbol]:
+    """Return what a file defines."""
+    return [symbol for placed in file.pieces for symbol in _symbols(placed)]
+
+
+def _symbols(placed: PlacedPiece) -> Iterator[Symbol]:
+    defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
+    own = next((each for each in defined if each.name == placed.piece.name), None)
+    if own is None:
+        yield from (Symbol(each, each.start, each.end) for each in defined)
+        return
+    parts = tuple(Symbol(each, each.start, each.end) for each in defined if each is not own)
+    yield Symbol(own, placed.start, placed.end, parts)
+
+
+def find(session: Session, query: str) -> list[Found]:
+    """Return the names of all files in which the letters of a query are, in their order."""
+    wanted = query.lower()
+    found: list[Found] = []
+    for file in session.model.files:
+        for placed in file.pieces:
+            for mention in placed.piece.defined:
+                if mention.name.kind not in _PARTS and _matches(wanted, mention.name.text.lower()):
+                    found.append(Found(file, mention.moved(placed.start)))
+                    if len(found) == _MOST:
+                        return found
+    return found
+
+
+def _matches(wanted: str, text: str) -> bool:
+    letters = iter(text)
+    return all(letter in letters for letter in wanted)
+
+
+def folds(file: SourceFile) -> list[tuple[int, int]]:
+    """Return first and last line, from 1, of what can be folded: lists and comments of several lines."""
+    lines = file.lines
+    found: dict[int, int] = {}
+    if file.path.endswith((".clp", ".pddl")):
+        for start, end in _lists(file):
+            first, last = lines.at(start), lines.at(end)
+            if last > first:
+                found.setdefault(first, last)
+    first = 0
+    for number, row in enumerate([*file.text.split("\n"), ""], 1):
+        is_comment = row.startswith((";", "#", "--"))
+        if is_comment and not first:
+            first = number
+        elif not is_comment and first:
+            if number - 1 > first:
+                found.setdefault(first, number - 1)
+            first = 0
+    return sorted(found.items())
+
+
+def _lists(file: SourceFile) -> Iterator[tuple[int, int]]:
+    """Yield the lists of a file, each construct by itself, so that one that never closes spoils no other."""
+    for start, piece in file.pieces:
+        unclosed = set(open_lists(piece.text))
+        opened: list[int] = []
+        for match in PARENTHESIS.finditer(blank(piece.text)):
+            if match[0] == "(":
+                if match.start() not in unclosed:
+                    opened.append(match.start())
+            elif opened:
+                yield start + opened.pop(), start + match.start()

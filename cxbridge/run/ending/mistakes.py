@@ -1,0 +1,224 @@
+"""The mistakes that a run finds in its agent while it loads it: a broken agent is not started.
+
+Nothing is loaded for that: what the loader of CLIPS files, the PDDL parser and the blackboard have noticed is
+collected, and the action mapping is held against the skills and operators that are there.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Collection, Iterable, Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING, Final, Protocol
+
+from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
+from cxbridge.executive.executive import action_mapping
+from cxbridge.skiller.luacalls import read_calls
+from cxbridge.skiller.mapping import ActionSkillMapping
+from cxbridge.skiller.templates import Placeholder, parse_template
+
+if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.host.loading import Diagnostic
+    from cxbridge.run.context import RunContext
+
+UNCLOSED: Final = "UNCLOSED"
+_UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
+"""What CLIPS says, among others, of names that another file would have defined."""
+
+_QUOTED: Final = re.compile(r"'([^']+)'")
+
+
+class AgentChecks:
+    """Looks for mistakes of the agents of a run as often as it is asked; says each once.
+
+    :param agents: made, and not started; from now on their mistakes are not logged one by one.
+    :param on: whether to look at all; see :attr:`RunOptions.is_lenient`.
+    """
+
+    def __init__(self, agents: Iterable[CheckedAgent], *, on: bool) -> None:
+        self._agents = [_Agent(agent.context, agent.executive) for agent in agents] if on else []
+
+    def start(self) -> None:
+        """See to it that what the agents have loaded by now is whole.
+
+        :raises BrokenAgentError: when it is not.
+        """
+        self._raise([mistake for agent in self._agents for mistake in (*agent.missing, *agent.new())])
+
+    def look(self) -> None:
+        """See to it that what the agents have loaded meanwhile is whole; to be called after each loop.
+
+        :raises BrokenAgentError: when it is not.
+        """
+        for agent in self._agents:
+            if agent.has_news:
+                started = agent.is_initialized
+                self._raise(agent.new(), started=started)
+
+    @property
+    def all_initialized(self) -> bool:
+        """Whether the initialisation of all agents has ended."""
+        return all(agent.is_initialized for agent in self._agents)
+
+    @staticmethod
+    def _raise(mistakes: list[CxbridgeError], *, started: bool = False) -> None:
+        if mistakes:
+            raise BrokenAgentError([*{str(each): each for each in mistakes}.values()], started=started)
+
+
+class CheckedAgent(Protocol):
+    """An agent whose mistakes can be looked for."""
+
+    @property
+    def context(self) -> RunContext:
+        """What its components share."""
+
+    @property
+    def executive(self) -> Executive:
+        """Its executive."""
+
+
+class _Agent:
+    """The mistakes of one agent."""
+
+    def __init__(self, context: RunContext, executive: Executive) -> None:
+        self._context, self._executive = context, executive
+        self._loader = executive.env.loader
+        self._loader.quiet = True
+        self._seen = 0
+        self.is_initialized = False
+
+    @property
+    def missing(self) -> list[ConfigError]:
+        """The files that are not there."""
+        return self._context.missing
+
+    @property
+    def has_news(self) -> bool:
+        """Whether something may have been found since."""
+        if len(self._loader.diagnostics) > self._seen:
+            return True
+        return not self.is_initialized and self._executive.initialized
+
+    def new(self) -> list[CxbridgeError]:
+        """Return what was found since."""
+        diagnostics = self._loader.diagnostics[self._seen :]
+        self._seen += len(diagnostics)
+        found = list(_causes(diagnostics, files_are_missing=bool(self.missing)))
+        if not self.is_initialized and self._executive.initialized:
+            self.is_initialized = True
+            if not found and not self.missing:
+                found += mapping_mistakes(self._context, self._executive)
+        return found
+
+
+def _causes(diagnostics: Iterable[Diagnostic], *, files_are_missing: bool) -> Iterator[CxbridgeError]:
+    """Yield the mistakes without what only follows from another one.
+
+    :param files_are_missing: a name that does not exist may be defined there.
+    """
+    diagnostics = list(dict.fromkeys(diagnostics))
+    unclosed = {each.file: each.line or 0 for each in diagnostics if each.code == UNCLOSED}
+    lost = {each.construct.partition(" ")[2] for each in diagnostics if each.construct}
+    for each in diagnostics:
+        start = unclosed.get(each.file)
+        if each.code != UNCLOSED:
+            if start is not None and (each.line is None or each.line >= start):
+                continue  # CLIPS' own words for the same parenthesis
+            if files_are_missing and each.code in _UNKNOWN_NAME:
+                continue
+            if lost.intersection(_QUOTED.findall(each.message)) and each.code in _UNKNOWN_NAME:
+                continue
+            if each.code in _UNKNOWN_NAME and names_any(each.file, each.line, lost):
+                continue
+        what = f"{each.construct} is not defined: " if each.construct else ""
+        code = "" if each.code.isupper() and each.code.isalpha() else f" [{each.code}]"
+        yield CxbridgeError(
+            f"{what}{each.message}{code}", file=each.file, line=each.line, hint=each.hint or None
+        )
+
+
+def names_any(file: str | None, line: int | None, constructs: Collection[str]) -> bool:
+    """Whether a line of a file has a list that begins with the name of one of these constructs."""
+    if not (file and line and constructs):
+        return False
+    try:
+        text = Path(file).read_text("utf-8", "surrogateescape").splitlines()[line - 1]
+    except (OSError, IndexError):
+        return False
+    return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
+
+
+def mapping_mistakes(context: RunContext, executive: Executive) -> list[CxbridgeError]:
+    """Return what is wrong with the action mapping: skills that there are not, and unknown parameters."""
+    skills = known_skills(context)
+    operators = (
+        {
+            str(slots["name"]): [str(name) for name in slots["param-names"]]
+            for _, _, slots in executive.env.facts("domain-operator")
+            if isinstance(slots["param-names"], tuple)
+        }
+        if executive.env.has_template("domain-operator")
+        else {}
+    )
+    found: list[CxbridgeError] = []
+    for action, template in action_mapping(context.config, context.spec).items():
+        parameters = operators.get(action)
+        for name in _parameters(template):
+            if parameters and name not in parameters:
+                text = f"'{action}' has no parameter '{name}'"
+                found.append(_of_mapping(context, action, text, name, parameters))
+        if skills is None:
+            continue
+        try:
+            names = [call.name for call in read_calls(_with_values(action, template))]
+        except SkillError as error:
+            place = context.config.get(_path(context, action))
+            text = f"the skill string of '{action}' is wrong: {error.message}"
+            found.append(ConfigError(text, file=place.file or None, line=place.line or None))
+            continue
+        for name in names:
+            if name not in skills:
+                text = f"'{action}' is mapped to the skill '{name}', which does not exist"
+                found.append(_of_mapping(context, action, text, name, skills))
+    return found
+
+
+def _parameters(template: str) -> list[str]:
+    return [part.name for part in parse_template(template) if isinstance(part, Placeholder)]
+
+
+def _with_values(action: str, template: str) -> str:
+    """Return a skill string with a value that every placeholder can have."""
+    mapping = ActionSkillMapping({action: template})
+    return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
+
+
+def known_skills(context: RunContext) -> frozenset[str] | None:
+    """Return the skills that actions can be mapped to; None when others have them, or nobody says."""
+    board = context.skill_board
+    if not context.known_skills and board is None:
+        return None
+    if None in context.known_skills.values() or (board is not None and not board.in_process):
+        return None
+    found = {skill for skills in context.known_skills.values() for skill in skills or ()}
+    for agent in () if board is None else board.agents:
+        for executor in agent.executors:
+            found.update(executor.load().skills)
+    return frozenset(found)
+
+
+def _of_mapping(
+    context: RunContext, action: str, message: str, word: str, known: Iterable[str]
+) -> ConfigError:
+    """Return a mistake in the mapping of an action, with the name that was probably meant."""
+    close = difflib.get_close_matches(word, sorted(known), 1)
+    hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(sorted(known)) or 'none'}"
+    place = context.config.get(_path(context, action))
+    return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
+
+
+def _path(context: RunContext, action: str) -> str:
+    return f"/clips-executive/specs/{context.spec}/action-mapping/{action}"

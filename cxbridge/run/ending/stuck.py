@@ -1,0 +1,202 @@
+"""Finds out that nothing can ever happen again in a run, and what it waits for.
+
+A run is stuck when its agenda is empty, no skill runs, no rule can be activated by time alone, and nobody
+else is there who could change anything: no Skiller elsewhere, no network, no robot memory, no component of an
+installed package, no interface with a writer other than the agent and its Skillers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive.host.values import Symbol
+
+if TYPE_CHECKING:
+    from cxbridge.events import Event
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.run.assembly import Assembly
+
+_QUIET_LOOPS: Final = 15
+"""Loops without a rule but those of each tick, after which it is worth to look."""
+
+_TICK_RULES: Final = 2
+_QUIET_FEATURES: Final = frozenset(
+    {
+        "blackboard", "config", "redefine-warning", "pddl-parser", "planner", "skill-board", "navgraph",
+        "motor-switch", "tf",
+    }
+)  # fmt: skip
+"""The features that assert nothing by themselves, unless what they wait for is seen otherwise."""
+
+_HALTED: Final = "[PRCCODE4]"
+_ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
+
+
+class StuckWatch:
+    """Looks from time to time whether the agents of a run can still do anything.
+
+    :param agents: of the run.
+    :param on: whether to look at all: somebody who looks on may interfere.
+    """
+
+    def __init__(self, agents: Sequence[Assembly], *, on: bool) -> None:
+        self._agents = agents if on else ()
+        self._fired = 0
+        self._quiet = 0
+        self._look_at = _QUIET_LOOPS
+
+    def look(self) -> bool:
+        """Return whether the run is stuck; to be called after each loop.
+
+        To find out takes some milliseconds, so it is tried when nothing has happened for some loops, and
+        after twice as many again.
+        """
+        fired = sum(agent.firings for agent in self._agents)
+        before, self._fired = self._fired, fired
+        if not self._agents or fired - before > _TICK_RULES * len(self._agents):
+            self._quiet, self._look_at = 0, _QUIET_LOOPS
+            return False
+        self._quiet += 1
+        if self._quiet < self._look_at:
+            return False
+        self._look_at *= 2
+        return all(agent.is_over or is_stuck(agent) for agent in self._agents)
+
+
+def is_stuck(agent: Assembly) -> bool:
+    """Return whether nothing can happen any more to an agent."""
+    env = agent.executive.env
+    if not agent.is_quiet or env.agenda_size_at_least(1) or agent.executive.skills.running:
+        return False
+    if not _QUIET_FEATURES.issuperset(agent.manager.loaded_features(env.name)):
+        return False
+    if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
+        return False
+    if any(_may_change(agent, kind, name) for kind, name in _read_interfaces(env)):
+        return False
+    from cxbridge.run.ending.timed_rules import timed_rules  # noqa: PLC0415 - for runs that are stuck
+
+    return next(timed_rules(env), None) is None
+
+
+def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
+    """Yield type and id of the interfaces that the rules read."""
+    for _, _, slots in env.facts("blackboard-interface"):
+        if slots.get("writing") != "TRUE":
+            yield str(slots["type"]), str(slots["id"])
+
+
+def _may_change(agent: Assembly, kind: str, name: str) -> bool:
+    """Whether somebody writes an interface who is not known to be at rest."""
+    if kind == "SkillerInterface":
+        return False  # its Skiller is one of the components, which are at rest
+    infos = (info for info in agent.board.list_all() if (info.type, info.id) == (kind, name))
+    return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
+
+
+class RuleErrors:
+    """Keeps in which rules there were errors, as CLIPS reports them; a sink of log lines."""
+
+    def __init__(self) -> None:
+        self.rules: dict[str, None] = {}
+
+    def __call__(self, event: Event) -> None:
+        """Take a log line."""
+        text = getattr(event, "text", "")
+        if text.startswith(_HALTED) and "'" in text:
+            self.rules[text.split("'")[1]] = None
+
+
+# ---- what it waits for
+
+
+def waits_for(agent: Assembly, errors: RuleErrors) -> str:
+    """Return what a run waits for in vain, as far as the facts tell."""
+    executive = agent.executive
+    if not executive.initialized:
+        causes = [*_signals(agent)] or ["the initialisation has not ended"]
+    elif executive.goals.open_roots:
+        causes = [*_goals(agent)]
+    elif not executive.goals.outcomes:
+        causes = ["no goal has appeared", *_deffacts(agent)]
+    else:
+        causes = ["a skill or rules were not over"]
+    causes += _failed_rules(agent, errors)
+    causes += _unwritten(agent)
+    if not agent.config.get_bool("/clips-executive/assert-time-each-loop", default=False):
+        causes.append("no time passes for the rules: assert-time-each-loop is not true")
+    return "; ".join(causes)
+
+
+def _signals(agent: Assembly) -> Iterator[str]:
+    """Yield the entries of the initialisation that wait for a signal."""
+    for _, _, slots in agent.executive.env.facts("executive-init-request"):
+        if slots["state"] == "WAIT-FOR":
+            signal = str(slots["wait-for"])
+            yield f"{_place_of_signal(agent, signal)}{slots['name']} waits for the signal {signal}"
+
+
+def _place_of_signal(agent: Assembly, signal: str) -> str:
+    init = f"/clips-executive/specs/{agent.spec}/init/"
+    for item in agent.config.search(init):
+        if item.path.endswith("/wait-for") and item.text == signal and item.file:
+            return f"{item.file}:{item.line}: "
+    return ""
+
+
+def _goals(agent: Assembly) -> Iterator[str]:
+    """Yield the goals that are open, each with its plan-actions that are not over."""
+    env, goals = agent.executive.env, agent.executive.goals
+    modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
+    for goal in goals.open_roots:
+        is_mode = not isinstance(modes, tuple) or goal.mode in modes
+        yield f"{goal.goal} is {goal.mode}" + ("" if is_mode else ", which is not a mode of goals")
+    known = goals.open
+    for _, _, slots in env.facts("plan-action"):
+        if str(slots["goal-id"]) in known and slots["state"] not in _ACTIONS_OVER:
+            values = slots["param-values"]
+            words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
+            yield f"action {slots['action-name']} {words}".rstrip() + f" is {slots['state']}"
+    for _, _, slots in env.facts("skiller-control"):
+        if slots["acquired"] != "TRUE":
+            yield f"nobody has got control of {slots['skiller']}"
+    if not any(True for _ in env.facts("skiller-control")) and env.has_template("skiller-control"):
+        yield "no (skiller-control) asks for control of a Skiller"
+
+
+def _deffacts(agent: Assembly) -> Iterator[str]:
+    """Yield the deffacts of the agent: a loaded file alone asserts none."""
+    for file in agent.executive.env.loader.files:
+        if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
+            continue
+        for each in _definitions(file, "deffacts"):
+            yield (
+                f"{file}:{each[1]}: the facts of deffacts {each[0]} are not there, for nothing resets the "
+                "environment: assert them in a rule"
+            )
+
+
+def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
+    try:
+        text = file.read_text("utf-8", "surrogateescape")
+    except OSError:
+        return
+    yield from ((each.name, each.line) for each in definitions(text) if each.kind == kind)
+
+
+def _failed_rules(agent: Assembly, errors: RuleErrors) -> Iterator[str]:
+    for rule in errors.rules:
+        place = agent.executive.env.loader.place_of(rule)
+        if place is not None:
+            yield f"{place[0]}:{place[1]}: an error has ended the actions of rule {rule}"
+
+
+def _unwritten(agent: Assembly) -> Iterator[str]:
+    """Yield the interfaces that the rules read and nobody writes."""
+    written = {info.uid for info in agent.board.list_all() if info.has_writer}
+    for kind, name in _read_interfaces(agent.executive.env):
+        if f"{kind}::{name}" not in written:
+            yield f"nobody writes {kind}::{name}"

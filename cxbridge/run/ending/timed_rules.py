@@ -1,0 +1,88 @@
+"""Which rules time alone can activate: those with a pattern of (time ...) that lack no other fact.
+
+The proof is one-sided: a rule is left out only when a pattern of it has no fact. Joins, tests and negated
+patterns are taken to be fulfilled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Final
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import Value
+from cxbridge.explain.rules.condition import CE, FieldConstraint, GroupCE, PatternCE
+from cxbridge.explain.rules.environment import rule_texts
+from cxbridge.explain.rules.parse import parse_rule
+
+TIME: Final = "time"
+_TICKS: Final = frozenset({"time-retract", "blackboard-read"})
+"""The rules of the core that fire on each tick, and begin nothing by themselves."""
+
+_CONTROL: Final = "skill-control-acquire"
+"""The rule of the core that asks a Skiller for control, again and again."""
+
+
+def timed_rules(env: ClipsEnvironment) -> Iterator[str]:
+    """Yield the rules that may fire some day though no other fact than that of the time comes."""
+    for name, text in rule_texts(env).items():
+        if f"({TIME} " not in text or name in _TICKS or (name == _CONTROL and not _can_get_control(env)):
+            continue
+        try:
+            ces = parse_rule(text).ces
+        except ClipsError:
+            yield name
+            continue
+        if all(_may_hold(env, each) for each in ces):
+            yield name
+
+
+def _can_get_control(env: ClipsEnvironment) -> bool:
+    """Whether a Skiller that is asked for control is there."""
+    wanted = {
+        str(slots["skiller"]) for _, _, slots in env.facts("skiller-control") if slots["acquired"] == "FALSE"
+    }
+    there = {str(slots["id"]) for _, _, slots in env.facts("SkillerInterface")}
+    return bool(wanted & there)
+
+
+def _may_hold(env: ClipsEnvironment, element: CE) -> bool:
+    """Whether facts that are there, and any time, may fulfil a conditional element."""
+    if isinstance(element, GroupCE):
+        if element.kind in ("and", "logical", "exists"):
+            return all(_may_hold(env, each) for each in element.items)
+        return element.kind != "or" or any(_may_hold(env, each) for each in element.items)
+    if not isinstance(element, PatternCE) or element.template == TIME:
+        return True
+    wanted = dict(_literals(element))
+    return any(_fits(slots, wanted) for _, _, slots in env.facts(element.template))
+
+
+def _literals(pattern: PatternCE) -> Iterator[tuple[str, frozenset[str]]]:
+    """Yield the slots whose values are written out, with these values."""
+    for part in pattern.parts:
+        if part.slot and len(part.fields) == 1 and (values := _words(part.fields[0])):
+            yield part.slot, values
+
+
+def _words(field: FieldConstraint) -> frozenset[str]:
+    """Return the symbols and strings, one of which a field must have; empty when it may have others."""
+    if field.binder not in ("", "?"):
+        return frozenset()
+    words = set()
+    for terms in field.alternatives:
+        if len(terms) != 1 or len(terms[0]) != 1:
+            return frozenset()
+        word = terms[0][0].text
+        if not word.startswith('"') and not word[0].isalpha():
+            return frozenset()
+        words.add(word.strip('"'))
+    return frozenset(words)
+
+
+def _fits(slots: Mapping[str, Value], wanted: Mapping[str, frozenset[str]]) -> bool:
+    return all(
+        name not in slots or isinstance(slots[name], tuple) or str(slots[name]) in values
+        for name, values in wanted.items()
+    )

@@ -1,0 +1,35 @@
+// The skills of a Skiller by name, and why there may be none.
+import { none } from "../dom.js";
+import { parseCall } from "./parameters.js";
+
+/**
+ * @param names that the Skiller has
+ * @param executors of its skill board: they may have others
+ * @param calls its calls: of a recording, what is known of its skills; empty of a live run
+ * @returns {name, who}: who executes it
+ */
+export function knownSkills(names, executors, calls) {
+  const who = new Map(names.map((name) => [name, []]));
+  for (const each of executors)
+    for (const skill of each.skills) who.set(skill, [...(who.get(skill) || []), each.id]);
+  for (const { text } of calls) {
+    const called = parseCall(text);
+    if (called && !who.has(called.skill)) who.set(called.skill, []);
+  }
+  return [...who]
+    .map(([name, ids]) => ({ name, who: ids.join(", ") }))
+    .sort((a, b) => (a.name < b.name ? -1 : 1));
+}
+
+/** @param how isRecording, skiller, showsGraphs, problem, isSearch: there are skills, but none matches */
+export function noSkills({ isRecording, skiller, showsGraphs, problem, isSearch }) {
+  if (isRecording) return none("No skills", "A recording has the skills that were called up to its moment.");
+  if (isSearch) return none("No skill matches");
+  if (problem) return none(problem);
+  if (showsGraphs) return none("No skills", "The Skiller knows none, or there is no Skiller.");
+  return none(
+    "No list of skills",
+    skiller +
+      " has no SkillerDebugInterface: neither its skills nor their graphs are known. It can be called.",
+  );
+}

@@ -1,0 +1,73 @@
+// What a Skiller says of itself, and its calls up to now.
+import { get } from "../api.js";
+import { idPath } from "../blackboard/messages.js";
+import { button, clockText, durationText, el } from "../dom.js";
+import { skillBadge } from "../looks.js";
+
+export const STATUS = "SkillerInterface::";
+export const DEBUG = "SkillerDebugInterface::";
+const MOST_CALLS = 50;
+
+/** As the API told it (active, null of a recording), or as its interface was written. */
+export function skillerState(model, skiller, active) {
+  const call = model.calls.findLast((each) => each.skiller === skiller),
+    status = model.interfaces.get(STATUS + skiller),
+    debug = model.interfaces.get(DEBUG + skiller);
+  const value = { text: "", status: "INACTIVE", error: "", controller: "", graph: "" };
+  if (active)
+    Object.assign(value, {
+      text: active["skill-string"] || "",
+      status: active.status,
+      error: active.error,
+      controller: active.exclusive_controller,
+      graph: active.graph,
+    });
+  if (call) Object.assign(value, { text: call.text, status: call.status });
+  if (status)
+    Object.assign(value, {
+      text: status.values.skill_string,
+      status: status.values.status,
+      error: status.values.error,
+      controller: status.values.exclusive_controller || "",
+    });
+  // the same interface also has the list of skills, and machines that somebody else asked for
+  if (debug && debug.values.graph_fsm === "ACTIVE" && debug.values.graph) value.graph = debug.values.graph;
+  return value;
+}
+
+/** Of a Skiller that shows no graphs: what its interface has. */
+export async function readStatus(skiller) {
+  const { data } = await get("blackboard/interfaces/SkillerInterface/" + idPath(skiller) + "/data");
+  return {
+    "skill-string": data.skill_string,
+    status: data.status,
+    error: data.error,
+    exclusive_controller: data.exclusive_controller,
+    graph: "",
+  };
+}
+
+/** The calls of a Skiller, the latest first. */
+export const callsOf = (model, skiller) =>
+  model.calls
+    .filter((call) => call.skiller === skiller)
+    .slice(-MOST_CALLS)
+    .reverse();
+
+/** @param again called with the skill string of a call that is wanted again; null: nothing can be called */
+export function callList(calls, again) {
+  if (!calls.length) return el("p", { class: "dim" }, "None yet.");
+  const row = (call) =>
+    el(
+      "li",
+      {},
+      el("span", { class: "dim n" }, clockText(call.begin)),
+      skillBadge(call.status),
+      el("code", { class: "main-text" }, call.text),
+      el("span", { class: "dim n" }, call.end === null ? "" : durationText(call.end - call.begin)),
+      again
+        ? button("again", () => again(call.text), { class: "quiet", "aria-label": "again: " + call.text })
+        : null,
+    );
+  return el("ol", { class: "calls" }, calls.map(row));
+}

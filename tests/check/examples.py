@@ -1,0 +1,50 @@
+"""The examples of docs/check-codes.md: files of an agent with a mistake, and what the check says."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.check.run import check
+from cxbridge.run import RunOptions
+from tests.support import ROOT
+
+PAGE = ROOT / "docs" / "check-codes.md"
+_FENCE = re.compile(r"(?:`(?P<file>[\w./-]+)`:\n\n)?```(?P<language>\w+)\n(?P<text>.*?)```\n", re.DOTALL)
+_SECTION = re.compile(r"^## (?P<title>.+?)\n(?P<body>.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
+
+
+@dataclass(frozen=True)
+class Example:
+    """A section of the page.
+
+    :param files: the files that are written over those of the agent that is fine.
+    :param output: what the check says.
+    """
+
+    title: str
+    files: dict[str, str]
+    output: str
+
+
+def examples() -> list[Example]:
+    """Return the sections of the page; the first one has the agent that is fine."""
+    found = []
+    for section in _SECTION.finditer(PAGE.read_text()):
+        fences = list(_FENCE.finditer(section["body"]))
+        files = {fence["file"]: fence["text"] for fence in fences if fence["file"]}
+        output = "".join(fence["text"] for fence in fences if fence["language"] == "text")
+        found.append(Example(section["title"], files, output))
+    return found
+
+
+def output_of(files: dict[str, str], folder: Path) -> str:
+    """Return what the check says of an agent, with names of files as the page has them."""
+    (folder / "lua").mkdir()
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(exist_ok=True, parents=True)
+        path.write_text(text)
+    findings = check(RunOptions(scenario=folder, skill_dirs=(folder / "lua",)))
+    return "".join(f"{each}\n" for each in findings).replace(f"{folder}/", "")

@@ -1,0 +1,28 @@
+"""The page of codes is true: each code has its row and its example, and the check says what the page says."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.check.checks import codes
+from tests.check.examples import PAGE, Example, examples, output_of
+
+FINE, *MISTAKES = examples()
+
+
+def test_the_agent_of_the_page_is_fine(tmp_path):
+    assert output_of(FINE.files, tmp_path) == ""
+
+
+@pytest.mark.parametrize("example", MISTAKES, ids=lambda example: example.title)
+def test_an_example_says_what_the_page_says(example: Example, tmp_path):
+    assert example.output.count(f" {example.title[:5]}: ") == 1
+    assert output_of(FINE.files | example.files, tmp_path) == example.output
+
+
+def test_each_code_has_its_row_and_its_example():
+    assert {each.title for each in MISTAKES} == {f"{code.name}: {code.title}" for code in codes().values()}
+    page = PAGE.with_name("check.md").read_text()
+    for code in codes().values():
+        assert f"| [{code.name}](check-codes.md#" in page, code.name
+        assert f" | {code.severity.value} | {code.title} |" in page, code.name

@@ -1,0 +1,160 @@
+"""``cxbridge new``: what it makes runs, its test passes, and nothing that is there is overwritten."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.dap.launching import make_target
+from tests.docs.pages import blocks
+from tests.docs.test_samples import PART, write
+from tests.support import FAWKES_DIR, ROOT, ROS2CX_DIR, needs_fawkes, needs_ros2cx
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def files_in(folder: Path) -> set[str]:
+    return {str(file.relative_to(folder)) for file in folder.rglob("*") if file.is_file()}
+
+
+def passes_its_test(project: Path) -> None:
+    program = [sys.executable, "-m", "pytest", "-q", "-p", "cxbridge", "-p", "no:cacheprovider"]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
+    for name in ("FAWKES_DIR", "ROS2CX_DIR"):
+        environment.pop(name, None)
+    done = subprocess.run(
+        program, cwd=project, env=environment, capture_output=True, text=True, check=False, timeout=300
+    )
+    assert done.returncode == 0, done.stdout
+
+
+def launches(project: Path) -> None:
+    """The launch file names what can be debugged."""
+    text = (project / ".vscode" / "launch.json").read_text()
+    (launch,) = json.loads(text.replace("${workspaceFolder}", str(project)))["configurations"]
+    assert (launch["type"], launch["request"], launch["name"]) == ("cxbridge", "launch", project.name)
+    make_target(launch)
+
+
+def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
+    assert invoke(["new", "my-robot"]) == 0
+    made = capsys.readouterr().out.splitlines()
+    project = here / "my-robot"
+    assert set(made[:-1]) == {f"my-robot/{name}" for name in files_in(project)}
+    assert files_in(project) == {
+        "README.md",
+        "my-robot/scenario.yaml",
+        "my-robot/domain.pddl",
+        "my-robot/my-robot.clp",
+        "test_my_robot.py",
+        "golden/test_my_robot/test_the_cup_is_delivered.transitions",
+        ".github/workflows/agent.yml",
+        ".vscode/launch.json",
+    }
+    assert not [name for name in files_in(project) if "courier" in (project / name).read_text().lower()]
+    assert invoke(["check", "my-robot/my-robot"]) == 0
+    assert "no findings" in capsys.readouterr().out
+    assert invoke(["run", "my-robot/my-robot", "--skiller", "simulator", "-q"]) == 0
+    passes_its_test(project)
+    launches(project)
+
+
+def test_the_template_is_what_the_tutorial_says(here):
+    invoke(["new", "courier"])
+    made, said = here / "courier", here / "said"
+    said.mkdir()
+    for part in PART.finditer((ROOT / "docs" / "tutorial-agent.md").read_text()):
+        if part["file"]:
+            write(part, said)
+    for name in files_in(said):
+        assert (made / name).read_text() == (said / name).read_text(), name
+    assert len(files_in(said)) == 4
+
+
+def test_the_workflow_is_the_one_of_the_manual(here):
+    invoke(["new", "courier"])
+    made = (here / "courier" / ".github" / "workflows" / "agent.yml").read_text()
+    said = next(b for b in blocks((ROOT / "docs" / "howto-ci.md").read_text()) if b.language == "yaml")
+    assert [line for line in made.splitlines() if "check courier" not in line] == list(said.lines)
+
+
+@needs_fawkes
+def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
+    assert FAWKES_DIR is not None
+    assert invoke(["new", "talker", "--from-fawkes", "test", "--fawkes-dir", str(FAWKES_DIR)]) == 0
+    project = here / "talker"
+    assert files_in(project) == {
+        *("README.md", "config.yaml", "test_agent.py"),
+        *(".github/workflows/agent.yml", ".vscode/launch.json"),
+    }
+    where = ["--fawkes-dir", str(FAWKES_DIR), "--config", "talker/config.yaml"]
+    assert invoke(["run", *where, "-q"]) == 0
+    capsys.readouterr()
+    invoke(["check", *where, "--json"])
+    assert not [each for each in json.loads(capsys.readouterr().out) if "talker" in each["file"]]
+    passes_its_test(project)
+    launches(project)
+
+
+@needs_fawkes
+def test_a_spec_that_the_checkout_lacks_is_an_error(here, capsys):
+    assert invoke(["new", "talker", "--from-fawkes", "tset", "--fawkes-dir", str(FAWKES_DIR)]) == 2
+    assert "no spec 'tset'" in capsys.readouterr().err
+    assert not (here / "talker").exists()
+
+
+@needs_ros2cx
+def test_the_agent_of_the_thesis_stays_where_it_is(here):
+    assert invoke(["new", "mover", "--from-ros2cx", str(ROS2CX_DIR)]) == 0
+    project = here / "mover"
+    assert "config.yaml" in files_in(project)
+    passes_its_test(project)
+    launches(project)
+
+
+@pytest.mark.parametrize(
+    "there", ["courier/README.md", "courier/courier/courier.clp", "courier/.vscode/launch.json"]
+)
+def test_nothing_that_is_there_is_overwritten(there, here, capsys):
+    (here / there).parent.mkdir(parents=True)
+    (here / there).write_text("mine")
+    assert invoke(["new", "courier"]) == 2
+    assert f"{there}: this file is there already" in capsys.readouterr().err
+    assert files_in(here) == {there}
+    assert (here / there).read_text() == "mine"
+
+
+def test_a_folder_with_other_files_is_taken(here):
+    (here / "courier").mkdir()
+    (here / "courier" / "notes").write_text("mine")
+    assert invoke(["new", "courier"]) == 0
+    assert (here / "courier" / "notes").read_text() == "mine"
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["a b"], "'a b' cannot name an agent"),
+        (["1st"], "'1st' cannot name an agent"),
+        (["yes"], "YAML takes it for a value"),
+        (["x", "--from-fawkes", "test", "--from-ros2cx", "."], "cannot go together"),
+        (["x", "--from-fawkes", "test"], "needs a checkout"),
+        (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
+        (["x", "--from-ros2cx", "nowhere"], "no such folder"),
+    ],
+)
+def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):
+    monkeypatch.delenv("FAWKES_DIR", raising=False)
+    assert invoke(["new", *arguments]) == 2
+    assert message in capsys.readouterr().err
+    assert files_in(here) == set()

@@ -1,0 +1,154 @@
+"""The layout of CLIPS text: only white space changes, and a second time nothing."""
+
+from __future__ import annotations
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.clipstext.layout import layout
+from cxbridge.clipstext.syntax import TOKEN
+from cxbridge.executive.executive import BUILTIN_CX
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
+
+WRITTEN = """\
+(deftemplate cup   "A cup."
+   (slot colour
+   (type SYMBOL))   ; of the cup \t
+)
+
+
+
+(defrule take ; one
+(declare (salience 10))
+\t?c <- (cup (colour red)
+\t(owner bob))
+  (and (a)
+  (b))
+=>
+    (if (> 1 2)
+    then
+      (printout t "two
+  lines" crlf)
+    else (modify ?c (colour
+      blue)))
+)
+"""
+
+LAID_OUT = """\
+(deftemplate cup   "A cup."
+  (slot colour
+    (type SYMBOL))   ; of the cup
+)
+
+
+(defrule take ; one
+  (declare (salience 10))
+  ?c <- (cup (colour red)
+             (owner bob))
+  (and (a)
+       (b))
+  =>
+  (if (> 1 2)
+   then
+    (printout t "two
+  lines" crlf)
+   else (modify ?c (colour
+                     blue)))
+)
+"""
+
+
+def tokens(text: str) -> list[str]:
+    """The words of a text, its comments without blanks at their ends."""
+    found = []
+    for match in TOKEN.finditer(text.replace("\r\n", "\n")):
+        token = match.group()
+        if match.lastgroup != "blank" or token.startswith(";"):
+            found.append(token.rstrip(" \t\r\f\v") if match.lastgroup == "blank" else token)
+        elif set(token) - set(" \t\n\r\f\v"):
+            found.append(token)
+    return found
+
+
+def check(text: str) -> None:
+    once = layout(text)
+    assert tokens(once) == tokens(text)
+    assert layout(once) == once
+
+
+def test_lines_are_indented_by_their_parentheses():
+    assert layout(WRITTEN) == LAID_OUT
+    check(WRITTEN)
+
+
+@pytest.mark.parametrize("text", ["(defrule a (b)\n   (c", '(a "b\n )', "(a))\n  (b)", ")(", "   )"])
+def test_a_text_that_does_not_close_stays(text):
+    assert layout(text) == text
+
+
+def test_line_ends_stay_what_they_are():
+    assert layout("(a\r\n(b))\r\n") == "(a\r\n  (b))\r\n"
+    assert layout("") == ""
+    assert layout("\n\n (a)") == "(a)\n"
+
+
+WORDS = st.sampled_from(
+    [
+        *(
+            "(",
+            ")",
+            " ",
+            "\n",
+            "\t",
+            "\r\n",
+            "\r",
+            "a",
+            "defrule",
+            "if",
+            "then",
+            "?x",
+            "<-",
+            "=>",
+            "&",
+            "~",
+            "1.5",
+        ),
+        *('"s"', '"two\n  lines"', '"\\""', "; c \n", ";\n", "\xa0", "\x0c", "\n\n\n\n", "<", "a<b"),
+    ]
+)
+
+
+@given(st.lists(WORDS, max_size=40).map("".join))
+def test_any_text_keeps_its_words_and_a_second_time_nothing_changes(text):
+    check(text)
+
+
+@st.composite
+def balanced(draw: st.DrawFn) -> str:
+    inner = st.recursive(
+        WORDS.filter(lambda word: word not in "()"),
+        lambda children: st.lists(children, max_size=6).map(lambda items: "(" + " ".join(items) + ")"),
+    )
+    return "\n".join(draw(st.lists(inner, max_size=5)))
+
+
+@given(balanced())
+def test_a_balanced_text_keeps_its_words_and_a_second_time_nothing_changes(text):
+    check(text)
+
+
+@pytest.mark.parametrize("path", sorted(BUILTIN_CX.rglob("*.clp")), ids=lambda path: path.name)
+def test_the_files_of_the_core(path):
+    check(path.read_text("utf-8"))
+
+
+@needs_fawkes
+@needs_robotino
+def test_all_files_of_fawkes_and_of_the_rcll_agent():
+    assert FAWKES_DIR is not None
+    assert ROBOTINO_DIR is not None
+    paths = [*FAWKES_DIR.rglob("*.clp"), *ROBOTINO_DIR.rglob("*.clp")]
+    assert len(paths) > 150
+    for path in paths:
+        check(path.read_bytes().decode("utf-8", "surrogateescape"))

@@ -1,0 +1,164 @@
+"""A client of an editor, and a server that works on a copy of a shipped scenario."""
+
+from __future__ import annotations
+
+import asyncio
+import shutil
+import sys
+import time
+from collections.abc import Callable, Coroutine, Iterator
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pytest
+
+pytest.importorskip("pygls", reason="the extra 'lsp' (pygls) is not installed")
+pytest.importorskip("pytest_lsp", reason="pytest-lsp is not installed")
+
+import pytest_lsp
+from lsprotocol import types as lsp
+
+from cxbridge.lsp.agent_files import AgentFiles
+from cxbridge.lsp.examine import examine, run_options
+from cxbridge.lsp.session import Session
+from tests.support import FAWKES_DIR, ROOT
+
+T = TypeVar("T")
+PATIENCE_S = 120
+SERVER = "from cxbridge.cli.main import invoke; import sys; sys.exit(invoke(sys.argv[1:]))"
+
+
+class Editor:
+    """Drives a client in a loop of its own; messages of the server come while it waits for something."""
+
+    def __init__(self, root: Path, *arguments: str, options: dict[str, Any] | None = None) -> None:
+        self.root = root
+        self.loop = asyncio.new_event_loop()
+        self.client = pytest_lsp.client.make_test_lsp_client()
+        self.versions: dict[str, int] = {}
+        self.texts: dict[str, str] = {}
+        self.run(self.client.start_io(sys.executable, "-c", SERVER, "lsp", *arguments))
+        parameters = lsp.InitializeParams(
+            capabilities=pytest_lsp.client_capabilities("visual-studio-code"),
+            root_uri=root.as_uri(),
+            workspace_folders=[lsp.WorkspaceFolder(root.as_uri(), "agent")],
+            initialization_options=options,
+        )
+        self.result = self.run(self.client.initialize_session(parameters))
+
+    @property
+    def pid(self) -> int:
+        """The server's process."""
+        assert self.client._server is not None
+        return self.client._server.pid
+
+    def run(self, work: Coroutine[Any, Any, T]) -> T:
+        return self.loop.run_until_complete(asyncio.wait_for(work, PATIENCE_S))
+
+    def close(self) -> None:
+        self.run(self.client.shutdown_session())
+        self.run(self.client.stop())
+        self.loop.close()
+
+    def uri(self, name: str) -> str:
+        return (self.root / name).as_uri()
+
+    def open(self, name: str, text: str | None = None) -> str:
+        """Open a file, or give one that is open another text, as somebody who types."""
+        text = (self.root / name).read_text("utf-8") if text is None else text
+        uri = self.uri(name)
+        self.texts[name] = text
+        if uri not in self.versions:
+            self.versions[uri] = 1
+            item = lsp.TextDocumentItem(uri, "clips", 1, text)
+            self.client.text_document_did_open(lsp.DidOpenTextDocumentParams(item))
+        else:
+            self.versions[uri] += 1
+            document = lsp.VersionedTextDocumentIdentifier(uri=uri, version=self.versions[uri])
+            whole = lsp.TextDocumentContentChangeWholeDocument(text)
+            self.client.text_document_did_change(lsp.DidChangeTextDocumentParams(document, [whole]))
+        return text
+
+    def save(self, name: str) -> None:
+        (self.root / name).write_text(self.texts[name], "utf-8")
+        document = lsp.TextDocumentIdentifier(self.uri(name))
+        self.client.text_document_did_save(lsp.DidSaveTextDocumentParams(document))
+
+    def at(self, name: str, text: str, *, inside: int = 1) -> dict[str, Any]:
+        """Return document and position of the first place where a text is, some characters into it."""
+        whole = self.texts[name]
+        offset = whole.index(text) + inside
+        line = whole.count("\n", 0, offset)
+        column = offset - (whole.rfind("\n", 0, offset) + 1)
+        character = len(whole[offset - column : offset].encode("utf-16-le")) // 2
+        return {
+            "text_document": lsp.TextDocumentIdentifier(self.uri(name)),
+            "position": lsp.Position(line, character),
+        }
+
+    def hover(self, name: str, text: str, *, inside: int = 1) -> str:
+        found = self.run(
+            self.client.text_document_hover_async(lsp.HoverParams(**self.at(name, text, inside=inside)))
+        )
+        if found is None:
+            return ""
+        assert isinstance(found.contents, lsp.MarkupContent)
+        return found.contents.value
+
+    def complete(self, name: str, text: str) -> list[str]:
+        """Return what can be written behind a text."""
+        place = lsp.CompletionParams(**self.at(name, text, inside=len(text)))
+        found = self.run(self.client.text_document_completion_async(place))
+        assert isinstance(found, lsp.CompletionList)
+        return [item.label for item in found.items]
+
+    def shown(self, name: str) -> list[tuple[str, int]]:
+        """Return the codes of the diagnostics of a file, and their lines from 1."""
+        found = self.client.diagnostics.get(self.uri(name), ())
+        return sorted((str(each.code), each.range.start.line + 1) for each in found)
+
+    def wait(self, what: Callable[[], bool]) -> None:
+        """Take messages of the server until something is so."""
+        until = time.monotonic() + PATIENCE_S
+
+        async def look() -> None:
+            while not what():
+                assert time.monotonic() < until, (self.client.diagnostics, self.client.log_messages)
+                await asyncio.sleep(0.02)
+
+        self.loop.run_until_complete(look())
+
+    def places(self, found: Any) -> list[tuple[str, int]]:
+        """Return file names and lines, from 1, of locations."""
+        return sorted({(Path(each.uri).name, each.range.start.line + 1) for each in found or ()})
+
+
+@pytest.fixture(scope="module")
+def editor(tmp_path_factory) -> Iterator[Editor]:
+    """An editor that has a copy of a shipped scenario open; the server has read it."""
+    root = tmp_path_factory.mktemp("agent").resolve()
+    shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
+    editor = Editor(root)
+    try:
+        # the functions are known when the first examination is over
+        editor.open("probe.clp", "(defrule probe => (no-such-function))\n")
+        editor.wait(lambda: editor.shown("probe.clp") == [("CX204", 1)])
+        yield editor
+    finally:
+        editor.close()
+
+
+@pytest.fixture(params=["test", "test-pddl"])
+def fawkes_agent(request) -> tuple[Session, str]:
+    """A session that knows an agent of a Fawkes checkout, and the name of its spec."""
+    if FAWKES_DIR is None:
+        pytest.skip("FAWKES_DIR names no Fawkes checkout")
+    options = run_options({"fawkes_dir": str(FAWKES_DIR), "spec": request.param})
+    agent, session = AgentFiles.find(options), Session(knowledge=examine(options), is_indexed=True)
+    for path in (*agent.library, *agent.clips(), *agent.others()):
+        session.read(path.resolve())
+    session.library = {str(path.resolve()) for path in agent.library}
+    session.loaded = agent.loaded(session)
+    assert len(session.loaded) > 20
+    return session, request.param

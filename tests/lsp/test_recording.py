@@ -1,0 +1,35 @@
+"""How often rules fired in the last recording, above the rules."""
+
+from __future__ import annotations
+
+import shutil
+
+from lsprotocol import types as lsp
+
+from cxbridge.cli.main import invoke
+from tests.lsp.conftest import Editor
+from tests.support import ROOT
+
+
+def test_rules_tell_how_often_they_fired(tmp_path):
+    root = tmp_path.resolve()
+    shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
+    shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
+    run = [str(root), "--clock", "virtual", "--trace", str(root / "last.mcap"), "--trace-level", "rules"]
+    assert invoke(["run", *run, "--quiet"]) == 0
+    editor = Editor(root)
+    try:
+        editor.open("meet-goals.clp")
+        document = lsp.TextDocumentIdentifier(editor.uri("meet-goals.clp"))
+
+        def lenses() -> list[str]:
+            found = editor.run(editor.client.text_document_code_lens_async(lsp.CodeLensParams(document)))
+            return [lens.command.title for lens in found or () if lens.command]
+
+        while not lenses():
+            editor.wait(lambda: True)
+        titles = lenses()
+        assert titles[:2] == ["fired once in last.mcap", "fired once in last.mcap"]
+        assert "never fired in last.mcap" in titles
+    finally:
+        editor.close()

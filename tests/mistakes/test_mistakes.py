@@ -1,0 +1,67 @@
+"""Each mistake of a new user is told at once: one cause, where it was made, and nothing that only follows."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+import pytest
+
+from tests.forked import Nursery
+from tests.mistakes.making import run_seconds, tell
+from tests.mistakes.table import MISTAKES
+from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, Mistake
+
+MOST_SECONDS: Final = 2.0
+"""Of the run's clock, until nothing can happen any more."""
+
+ROWS: Final = [
+    pytest.param(each, id=f"{kind}: {each.name}") for kind, mistakes in MISTAKES.items() for each in mistakes
+]
+_ABOUT_ERRORS: Final = re.compile(r"E CLIPS \(\w+\): ")
+"""What CLIPS prints of an error in a rule, in two lines."""
+
+
+@pytest.fixture(name="nursery", scope="module")
+def _nursery() -> Iterator[Nursery]:
+    with Nursery() as nursery:
+        yield nursery
+
+
+def told(mistake: Mistake, folder: Path, nursery: Nursery) -> tuple[int, list[str]]:
+    done = tell(mistake, folder, nursery)
+    text = (done.stdout + done.stderr).decode().replace(f"{folder}/", "")
+    return done.returncode, text.splitlines()
+
+
+def test_the_agent_is_fine_without_them(tmp_path: Path, nursery: Nursery) -> None:
+    status, lines = told(Mistake("none", "", command=RUN), tmp_path, nursery)
+    assert status == 0, lines
+    assert len(lines) == 3
+
+
+def test_there_are_63_and_more() -> None:
+    assert len(ROWS) >= 63
+    assert len({row.id for row in ROWS}) == len(ROWS)
+
+
+@pytest.mark.parametrize("mistake", ROWS)
+def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, nursery: Nursery) -> None:
+    status, lines = told(mistake, tmp_path, nursery)
+    text = "\n".join(lines)
+    assert status == mistake.status, text
+    assert "Traceback" not in text
+    assert "stack traceback" not in text
+    causes = [line for line in lines if re.search(mistake.says, line) and mistake.at in line]
+    assert causes, text
+    assert run_seconds(text) <= MOST_SECONDS
+    others = [line for line in lines if line[:2] in ("E ", "W ") and line not in causes]
+    if mistake.command[: len(DAEMON)] == DAEMON:
+        others = [line for line in others if not line.startswith(("E Daemon", "E CLIPS"))]
+    assert [line for line in others if not _ABOUT_ERRORS.match(line)] == []
+    if mistake.status == BAD_INPUT:
+        assert "mistakes" not in lines[-1], text
+        summaries = [line for line in lines if line.startswith(("cxbridge: error: ", "Error: "))]
+        assert len(summaries) == 1
