@@ -46,7 +46,12 @@ class FoxgloveServer:
         self._server: Any = None
         self.url = ""
         """Where it serves, once it does."""
-        bus.subscribe(self._take, *RecordLevel.TRANSITIONS.event_types, LoopTime)
+        kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
+        # Before a client is there: the SDK advertises a channel a moment before it accepts subscriptions.
+        for kind in kinds:
+            if not kind.KIND.topic_field:
+                self._add_event(kind.KIND.topic, kind)
+        bus.subscribe(self._take, *kinds)
 
     def start(self) -> None:
         """Begin to serve.
@@ -104,8 +109,7 @@ class FoxgloveServer:
         about = getattr(event, kind.topic_field) if kind.topic_field else ""
         topic = kind.topic + about.replace("::", "/", 1)
         if topic not in self._channels:
-            name = f"cxbridge.{type(event).__name__}"
-            self._add(topic, {**schema_of(type(event)), "title": name})
+            self._add_event(topic, type(event))
         subject = "\0".join(str(getattr(event, name)) for name in kind.subject)
         self._log(topic, subject, event.time_us, partial(encode, event))
 
@@ -129,6 +133,9 @@ class FoxgloveServer:
                     del kept[next(iter(kept))]
         if channel.has_sinks():
             channel.log(encoded(), log_time=time_us * 1000)
+
+    def _add_event(self, topic: str, kind: type[Event]) -> None:
+        self._add(topic, {**schema_of(kind), "title": f"cxbridge.{kind.__name__}"})
 
     def _add(self, topic: str, schema: Mapping[str, Any]) -> None:
         """Make the channel of a topic, unless another thread has just done so."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -18,6 +19,8 @@ _HEAD: Final = struct.Struct("<BIQ")
 
 _WAIT_S: Final = 30.0
 _MOST_FRAMES: Final = 20_000
+_REFUSED: Final = re.compile(r"Unknown channel ID: (\d+)")
+"""What foxglove-sdk answers to a client that subscribes in the moment between advertising and accepting."""
 
 
 @dataclass
@@ -49,6 +52,8 @@ class FoxgloveClient:
             self.info = said
         elif said["op"] == "advertise":
             self._subscribe(said["channels"])
+        elif said["op"] == "status" and (refused := _REFUSED.search(said["message"])):
+            self._subscribe([c for c in self.channels.values() if c["id"] == int(refused[1])])
 
     def _subscribe(self, channels: list[dict[str, Any]]) -> None:
         subscriptions = []
