@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean, of_error
+from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, load_domain, names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
+from cxbridge.suggestions import did_you_mean
 
 DOMAIN: Final = Code(
     "CX301",
