@@ -28,6 +28,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"web", "run"},
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
+    {"worlds"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

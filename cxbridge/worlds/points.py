@@ -1,0 +1,176 @@
+"""Choice points: the moments of a run at which the world, not the agent, decides how it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Final, Protocol
+
+from cxbridge.errors import CxbridgeError
+
+USUAL: Final = 0
+"""The index of the option that is taken when nobody chooses: what happens without a fault."""
+
+
+class ChoiceKind(StrEnum):
+    """What a choice is about."""
+
+    SKILL = "skill"  # how a call of a skill ends
+    DURATION = "duration"
+    FEEDBACK = "feedback"
+    SENSED = "sensed"  # a value of an interface
+    MESSAGE = "message"  # it is lost, or comes late
+    SKILLER = "skiller"  # a Skiller or an executor vanishes, or comes back
+    PLANNER = "planner"
+    ORDER = "order"  # whose turn it is, of several agents or activations
+
+
+@dataclass(frozen=True, slots=True)
+class Option:
+    """A way in which the world can go on.
+
+    :param name: what paths call it, e.g. ``fails``; unique within its choice point.
+    :param faults: how many of the faults that an exploration allows it uses up.
+    :param weight: how likely it is, relative to the others of its point.
+    :param value: what it stands for; its type is up to the kind of choice.
+    """
+
+    name: str
+    faults: int = 0
+    weight: float = 1.0
+    value: Any = None
+
+
+@dataclass(frozen=True, slots=True)
+class ChoicePoint:
+    """A moment at which the world decides.
+
+    :param kind: what the choice is about.
+    :param subject: what it is about in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
+        choices before have equal subjects here.
+    :param seconds: when, since the run began, by its clock.
+    :param options: at least two; the first is the usual one.
+    """
+
+    kind: ChoiceKind
+    subject: str
+    seconds: float
+    options: tuple[Option, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """What was chosen at a choice point.
+
+    :param index: the number of the point in its run, from 0.
+    :param point: the point.
+    :param option: the index of the option.
+    """
+
+    index: int
+    point: ChoicePoint
+    option: int
+
+    @property
+    def taken(self) -> Option:
+        """The option that was taken."""
+        return self.point.options[self.option]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it; :func:`read_path` takes it back."""
+        return {
+            "index": self.index,
+            "kind": self.point.kind.value,
+            "subject": self.point.subject,
+            "option": self.taken.name,
+            "seconds": round(self.point.seconds, 6),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """A choice that a path prescribes; the subject shows whether the run is still the one it is for."""
+
+    subject: str
+    option: str
+
+
+ChoicePath = Mapping[int, Step]
+"""The choices of a run that are not the usual ones, by the index of their point; empty: no fault at all."""
+
+
+class DivergedError(CxbridgeError):
+    """A path was not followed: the run had other choice points than the one that the path was written for."""
+
+
+class Chooser(Protocol):
+    """Chooses at the choice points of a run."""
+
+    def choose(self, index: int, point: ChoicePoint) -> int:
+        """Return the index of the option that is taken.
+
+        :param index: the number of the point in its run, from 0.
+        :raises DivergedError: when a path cannot be followed.
+        """
+
+
+def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
+    """Return the path that :meth:`Choice.as_dict` wrote; usual choices may be there and are left out."""
+    return {each["index"]: Step(each["subject"], each["option"]) for each in choices}
+
+
+class UsualChooser:
+    """Takes the usual option everywhere."""
+
+    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - all points alike
+        """Return the usual one."""
+        return USUAL
+
+
+class PathChooser:
+    """Follows a path, and lets another one choose where the path says nothing.
+
+    :param path: what is prescribed.
+    :param then: None: the usual option.
+    """
+
+    def __init__(self, path: ChoicePath, then: Chooser | None = None) -> None:
+        self._path = path
+        self._then = then or UsualChooser()
+
+    def choose(self, index: int, point: ChoicePoint) -> int:
+        """Return what the path says."""
+        step = self._path.get(index)
+        if step is None:
+            return self._then.choose(index, point)
+        if step.subject != point.subject:
+            raise DivergedError(
+                f"choice {index} was about {step.subject}, and is about {point.subject}",
+                hint="the agent, or what it runs on, has changed since, or it is not deterministic",
+            )
+        for number, option in enumerate(point.options):
+            if option.name == step.option:
+                return number
+        known = ", ".join(option.name for option in point.options)
+        raise DivergedError(
+            f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {known}"
+        )
+
+
+class NotedChooser:
+    """Keeps what another one chooses.
+
+    :param chooser: who chooses.
+    """
+
+    def __init__(self, chooser: Chooser) -> None:
+        self.choices: list[Choice] = []
+        self._chooser = chooser
+
+    def ask(self, point: ChoicePoint) -> Option:
+        """Return what is chosen at the next point of the run."""
+        index = len(self.choices)
+        choice = Choice(index, point, self._chooser.choose(index, point))
+        self.choices.append(choice)
+        return choice.taken

@@ -1,0 +1,94 @@
+"""A run in a world that somebody chooses: what skills do is asked at choice points."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.closing import Closing
+from cxbridge.mainloop import Hook
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.skiller.status import Status
+from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.skills import Call
+from cxbridge.worlds.points import Choice, ChoiceKind, ChoicePoint, Chooser, NotedChooser, Option
+
+_SECONDS: Final = 1.0
+_SKILL_OPTIONS: Final = (
+    Option("succeeds", value=Outcome(_SECONDS)),
+    Option("fails", faults=1, value=Outcome(_SECONDS, Status.S_FAILED, "")),
+)
+
+
+@dataclass(frozen=True, slots=True)
+class WorldResult:
+    """How a run in a chosen world ended.
+
+    :param is_over: whether it came to its end.
+    :param seconds: of the run's clock.
+    :param choices: all of them, in order.
+    """
+
+    is_over: bool
+    seconds: float
+    choices: tuple[Choice, ...]
+
+
+class WorldRun(Closing):
+    """A run whose world is asked for. A context manager; no thread is alive while a chooser is asked.
+
+    :param options: as for ``cxbridge run``; who executes skills is not taken from them.
+    :param chooser: is asked at each choice point.
+    :raises CxbridgeError: when the scenario is wrong.
+    """
+
+    def __init__(self, options: RunOptions, chooser: Chooser) -> None:
+        self.options = options
+        self._asked = NotedChooser(chooser)
+        with ExitStack() as stack:
+            self.assembly = stack.enter_context(Assembly(options))
+            self._start_us = self.assembly.clock.now_us()
+            self._skills = ScriptedSkills(self.assembly.context)
+            stack.callback(self._skills.close)
+            self._skills.otherwise.does(self._answer)
+            self.assembly.loop.add(Hook.SKILL, self._skills.loop)
+            self._stack = stack.pop_all()
+
+    def _answer(self, call: Call) -> Outcome:
+        args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
+        subject = f"{call.skiller}: {call.name}{{{args}}}"
+        outcome: Outcome = self._asked.ask(
+            ChoicePoint(ChoiceKind.SKILL, subject, self.seconds, _SKILL_OPTIONS)
+        ).value
+        return outcome
+
+    @property
+    def seconds(self) -> float:
+        """The time since the run began, by its clock."""
+        return (self.assembly.clock.now_us() - self._start_us) / MICROSECONDS
+
+    @property
+    def is_over(self) -> bool:
+        """Whether every root goal is over, no skill runs and the agenda is empty."""
+        return self.assembly.is_over and not self._skills.running
+
+    def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
+        """Run to the end, or until ``look`` is true after a loop."""
+        assembly = self.assembly
+        assembly.start()
+        end_us = self._start_us + round(self.options.timeout * MICROSECONDS)
+
+        def done() -> bool:
+            return self.is_over or look() or assembly.clock.now_us() >= end_us
+
+        assembly.loop.run(done)
+        return WorldResult(self.is_over, self.seconds, tuple(self._asked.choices))
+
+    def close(self) -> None:
+        """End the run and let go of everything."""
+        self._stack.close()

@@ -1,0 +1,1 @@
+"""Tests of the worlds that runs can meet."""
