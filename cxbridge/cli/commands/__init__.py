@@ -10,6 +10,7 @@ HELP_SECTIONS: Final = {
     "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
+    "Test": ("sweep",),
     "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),
