@@ -9,7 +9,7 @@ import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import ExitStack, suppress
+from contextlib import ExitStack, contextmanager, suppress
 from typing import Final, Protocol
 
 from cxbridge.closing import Closing
@@ -104,9 +104,13 @@ class WorkerProcess(Closing):
         with suppress(OSError):  # it is gone: its answer will not come either
             write_frame(self._process.stdin, pickle.dumps(what))
 
-    def close(self) -> None:
-        """End the process."""
+    def kill(self) -> None:
+        """End the process. From any thread."""
         self._process.kill()
+
+    def close(self) -> None:
+        """End the process, and let go of it."""
+        self.kill()
         for stream in (self._process.stdin, self._process.stdout):
             if stream is not None:
                 with suppress(OSError):
@@ -124,76 +128,101 @@ class LocalEngine(Closing):
 
     def __init__(self, jobs: int) -> None:
         self._jobs = jobs
-        self._stop = threading.Event()
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the row of each seed as it comes; see :class:`Engine`."""
-        waiting: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
-        answers: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
-        size = max(1, min(_CHUNK, len(seeds) // (2 * self._jobs)))
-        for start in range(0, len(seeds), size):
-            waiting.put(list(seeds[start : start + size]))
-        deaths: Counter[int | None] = Counter()
-        threads = [
-            threading.Thread(target=self._work, args=(job, waiting, answers, deaths), daemon=True)
-            for _ in range(min(self._jobs, len(seeds)))
-        ]
+        batch = _Batch(job, seeds, self._jobs)
+        threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
             for thread in threads:
                 thread.start()
                 stack.callback(thread.join)
-            stack.callback(self._stop.set)
+            stack.callback(batch.stop)
             for _ in seeds:
-                answer = answers.get()
+                answer = batch.answers.get()
                 if isinstance(answer, BaseException):
                     raise answer
                 yield answer
 
-    def _work(
-        self,
-        job: SweepJob,
-        waiting: queue.SimpleQueue[list[int]],
-        answers: queue.SimpleQueue[RunRow | BaseException],
-        deaths: Counter[int | None],
-    ) -> None:
+    def close(self) -> None:
+        """Do nothing: what plays ends with its rows."""
+
+
+class _Batch:
+    """The runs of one job, shared by threads that have a worker each.
+
+    :param jobs: how many threads.
+    """
+
+    def __init__(self, job: SweepJob, seeds: Sequence[int], jobs: int) -> None:
+        self.answers: queue.SimpleQueue[RunRow | BaseException] = queue.SimpleQueue()
+        self._job = job
+        self._waiting: queue.SimpleQueue[list[int]] = queue.SimpleQueue()
+        self._deaths: Counter[int | None] = Counter()
+        self._workers: set[WorkerProcess] = set()
+        self._lock = threading.Lock()
+        self._stopped = False
+        size = max(1, min(_CHUNK, len(seeds) // (2 * jobs)))
+        for start in range(0, len(seeds), size):
+            self._waiting.put(list(seeds[start : start + size]))
+
+    def work(self) -> None:
         """Let one worker after the other play what waits, until nothing does."""
         try:
-            while not self._stop.is_set() and not waiting.empty():
-                with WorkerProcess(job) as worker:
-                    self._feed(worker, waiting, answers, deaths)
+            while not self._waiting.empty():
+                with WorkerProcess(self._job) as worker, self._known(worker):
+                    self._feed(worker)
         except BaseException as error:  # noqa: BLE001 - it belongs to who asked for the rows
-            answers.put(error)
+            self.answers.put(error)
 
-    def _feed(
-        self,
-        worker: WorkerProcess,
-        waiting: queue.SimpleQueue[list[int]],
-        answers: queue.SimpleQueue[RunRow | BaseException],
-        deaths: Counter[int | None],
-    ) -> None:
+    @contextmanager
+    def _known(self, worker: WorkerProcess) -> Iterator[None]:
+        """Let a worker be stopped meanwhile."""
+        with self._lock:
+            self._workers.add(worker)
+            if self._stopped:
+                worker.kill()
+        try:
+            yield
+        finally:
+            with self._lock:
+                self._workers.discard(worker)
+
+    def _feed(self, worker: WorkerProcess) -> None:
         """Give a worker what waits, until nothing does or it dies."""
-        while not self._stop.is_set():
+        while True:
             try:
-                left = waiting.get_nowait()
+                left = self._waiting.get_nowait()
             except queue.Empty:
                 return
             try:
                 for row in worker.rows(tuple(left)):
                     left.remove(row.seed)
-                    answers.put(row)
-                    if self._stop.is_set():
-                        return
+                    self.answers.put(row)
             except WorkerDiedError as error:
-                cause = _LOADING if isinstance(error, NotLoadedError) else left[0]
-                deaths[cause] += 1
-                if deaths[cause] >= MOST_DEATHS:
-                    if cause is _LOADING:
-                        raise
-                    answers.put(RunRow(left.pop(0), CRASHED, error.message))
-                if left:
-                    waiting.put(left)
+                self._bury(error, left)
                 return
 
-    def close(self) -> None:
-        """Stop at the next row."""
-        self._stop.set()
+    def _bury(self, error: WorkerDiedError, left: list[int]) -> None:
+        """Give others what a worker left that has died.
+
+        :raises NotLoadedError: when all workers die before they have begun.
+        """
+        cause = _LOADING if isinstance(error, NotLoadedError) else left[0]
+        self._deaths[cause] += 1
+        if self._deaths[cause] >= MOST_DEATHS:
+            if cause is _LOADING:
+                raise error
+            self.answers.put(RunRow(left.pop(0), CRASHED, error.message))
+        if left and not self._stopped:
+            self._waiting.put(left)
+
+    def stop(self) -> None:
+        """Play no more."""
+        with self._lock:
+            self._stopped = True
+            with suppress(queue.Empty):
+                while True:
+                    self._waiting.get_nowait()
+            for worker in self._workers:
+                worker.kill()

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from cxbridge.sweep.engine import Engine
+    from cxbridge.sweep.kept import KeptRows
     from cxbridge.sweep.rows import RunRow, SweepJob
 
 _LOCAL = "local"
@@ -49,6 +50,14 @@ class _SweepOptions:
     jobs: Annotated[
         int, typer.Option(min=0, help="Processes on this machine; 0: as many as it has processors.")
     ] = 0
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Keep the result of each run in this file, and do not play again what is in it.",
+            show_default=False,
+        ),
+    ] = None
     engine: Annotated[str, typer.Option(metavar="local|dask://HOST:PORT", help="Who plays the runs.")] = (
         _LOCAL
     )
@@ -86,8 +95,8 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     jobs = _jobs(agent, play)
     started = time.perf_counter()
     seeds = range(play.seed, play.seed + play.runs)
-    with _engine(play) as engine:
-        sweeps = {name: _play(engine, name, job, seeds) for name, job in jobs.items()}
+    with _kept(play) as kept, _engine(play) as engine:
+        sweeps = {name: _play(engine, name, job, seeds, kept) for name, job in jobs.items()}
     wall_seconds = round(time.perf_counter() - started, 3)
     _write(sweeps, outputs)
     first, *others = sweeps.values()
@@ -137,14 +146,34 @@ def _engine(play: _SweepOptions) -> Iterator[Engine]:
     raise CxbridgeError(f"--engine cannot be '{play.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
 
 
-def _play(engine: Engine, name: str, job: SweepJob, seeds: Sequence[int]) -> list[RunRow]:
-    """Return the rows of an agent, in the order of their seeds."""
-    rows = []
-    with _progress(name, len(seeds)) as advance:
-        for row in engine.rows(job, seeds):
-            rows.append(row)
+@contextmanager
+def _kept(play: _SweepOptions) -> Iterator[KeptRows | None]:
+    from cxbridge.sweep.kept import KeptRows
+
+    if play.resume is None:
+        yield None
+        return
+    with KeptRows(play.resume) as kept:
+        yield kept
+
+
+def _play(
+    engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], kept: KeptRows | None
+) -> list[RunRow]:
+    """Return the rows of an agent, in the order of their seeds.
+
+    :param kept: has rows of before, and gets the others; None: nobody keeps them.
+    """
+    before = {} if kept is None else kept.of(name)
+    rows = {seed: before[seed] for seed in seeds if seed in before}
+    missing = [seed for seed in seeds if seed not in rows]
+    with _progress(name, len(missing)) as advance:
+        for row in engine.rows(job, missing) if missing else ():
+            rows[row.seed] = row
+            if kept is not None:
+                kept.add(name, row)
             advance()
-    return sorted(rows, key=lambda row: row.seed)
+    return [rows[seed] for seed in seeds]
 
 
 @contextmanager
