@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING
 
 from cxbridge.events import Event, GoalTransition
 from cxbridge.sweep.rows import RunRow, SweepJob
-from cxbridge.worlds.points import Chooser
-from cxbridge.worlds.run import WorldRun
+from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.points import ChoiceKind, Chooser
 
 if TYPE_CHECKING:
     from cxbridge.worlds.points import Choice
-    from cxbridge.worlds.run import WorldResult
 
 
 class GoalTally:
@@ -35,35 +34,31 @@ class GoalTally:
         return found
 
 
-def play(job: SweepJob, seed: int, chooser: Chooser) -> tuple[RunRow, WorldResult]:
+def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     """Play a run, and return what is kept of it.
 
     :raises CxbridgeError: when the scenario is wrong.
     """
     started = time.process_time()
     tally = GoalTally()
-    with WorldRun(job.options, chooser) as run:
-        run.assembly.bus.subscribe(tally, GoalTransition)
-        result = run.play()
-    return make_row(seed, result, tally, time.process_time() - started), result
-
-
-def make_row(seed: int, result: WorldResult, tally: GoalTally, cpu_seconds: float) -> RunRow:
-    """Return what is kept of a run."""
-    subjects = Counter(_skill_calls(result.choices))
+    with JudgedRun(job.options, chooser) as run:
+        run.world.assembly.bus.subscribe(tally, GoalTransition)
+        ended, result = run.play()
+    calls = Counter(_skill_calls(result.choices))
     unusual = [choice for choice in result.choices if choice.option]
     return RunRow(
         seed,
-        "completed" if result.is_over else "timed out",
+        ended.word,
+        ended.reason,
         makespan=result.seconds,
-        calls=subjects.total(),
-        retries=subjects.total() - len(subjects),
+        calls=calls.total(),
+        retries=calls.total() - len(calls),
         faults=sum(choice.taken.faults for choice in unusual),
         goals=tally.by_class(),
         choices=[choice.as_dict() for choice in unusual],
-        cpu_seconds=cpu_seconds,
+        cpu_seconds=time.process_time() - started,
     )
 
 
 def _skill_calls(choices: tuple[Choice, ...]) -> list[str]:
-    return [choice.point.subject for choice in choices if choice.point.kind == "skill"]
+    return [choice.point.subject for choice in choices if choice.point.kind is ChoiceKind.SKILL]

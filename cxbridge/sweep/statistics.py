@@ -74,7 +74,7 @@ class Interval:
 
     @property
     def excludes_zero(self) -> bool:
-        """Whether there is a difference: the interval lies on one side of zero."""
+        """Whether there is a difference: zero is not in the interval."""
         return self.low > 0 or self.high < 0
 
 

@@ -137,7 +137,7 @@ def serve(channel: Channel) -> None:
         else:
             channel.send(None)
         for seed in channel.seeds():
-            channel.send(play(job, seed, SeededChooser(seed))[0])
+            channel.send(play(job, seed, SeededChooser(seed)))
     except CxbridgeError as error:
         channel.send(error)
 
@@ -146,7 +146,7 @@ def _serve_forking(channel: Channel, job: SweepJob) -> None:
     """Play all seeds; return when there are none left."""
     chooser = ForkingSeeds(channel, job)
     _limit_processor_time(job.cpu_seconds)
-    row, _ = play(job, 0, chooser)
+    row = play(job, 0, chooser)
     if chooser.seed is not None:
         chooser.finish(replace(row, seed=chooser.seed, cpu_seconds=time.process_time() - chooser.started))
     _limit_processor_time(None)
