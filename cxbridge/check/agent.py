@@ -16,6 +16,7 @@ from types import TracebackType
 from typing import TYPE_CHECKING, Final, Self
 
 from cxbridge.agent.model import AgentModel
+from cxbridge.agent.names import Kind
 from cxbridge.check.findings import Place
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.config import Configuration, ConfigValue
@@ -66,8 +67,11 @@ class ClipsFile:
 
     def place(self, node: SyntaxNode) -> Place:
         """Return where a node of it begins."""
-        begin = self.text.rfind("\n", 0, node.start)
-        return Place(str(self.path), self.lines.at(node.start), node.start - begin)
+        return self.place_at(node.start)
+
+    def place_at(self, offset: int) -> Place:
+        """Return a place by its offset."""
+        return Place(str(self.path), self.lines.at(offset), self.lines.column(offset))
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the lists of the file that begin with one of these words."""
@@ -168,6 +172,17 @@ class Agent:
         return frozenset(
             name for name in names if self.env.eval(f"(deftemplate-slot-names {name})") != ("implied",)
         )
+
+    @cached_property
+    def slots(self) -> dict[str, set[str]]:
+        """The slots of all deftemplates: those that CLIPS has, and those that files define."""
+        slots: dict[str, set[str]] = {}
+        for name in self.deftemplates:
+            found = self.env.eval(f"(deftemplate-slot-names {name})")
+            slots[name] = set(map(str, found)) if isinstance(found, tuple) else set()
+        for each in self.model.defined(Kind.SLOT):
+            slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
+        return slots
 
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""

@@ -9,7 +9,9 @@ from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
+from cxbridge.clipstext.parts import parts
+from cxbridge.clipstext.syntax import HIDDEN, Definition, SyntaxNode, read, without_module
+from cxbridge.clipstext.unclosed import unclosed_lists
 from cxbridge.executive.host.loading import Diagnostic
 
 UNCLOSED: Final = Code(
@@ -81,6 +83,7 @@ _OF_CLIPS: Final = {
 _LISTED: Final = 5
 """How many lost constructs a message names."""
 
+_BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 _CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
@@ -116,14 +119,15 @@ def check(agent: Agent) -> Iterator[Finding]:
         for diagnostic in file.diagnostics:
             if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
                 continue  # CLIPS' own words for the same parenthesis
+            if diagnostic.code == "UNCLOSED":
+                yield from _unclosed(agent, file, diagnostic)
+                continue
             finding = _finding(agent, file, diagnostic, known)
             if finding is not None and not _follows(finding, diagnostic, dropped, known):
                 yield finding
 
 
 def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
-    if diagnostic.code == "UNCLOSED":
-        return _unclosed(file, diagnostic)
     construct = _construct(file, diagnostic)
     code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
     what = f"{diagnostic.construct}: " if diagnostic.construct else ""
@@ -174,18 +178,33 @@ def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> S
 # ---- parentheses
 
 
-def _unclosed(file: ClipsFile, diagnostic: Diagnostic) -> Finding:
-    """Return the finding for a construct that never closes: before the next one begins, it should have."""
-    line = diagnostic.line or 1
-    lost = list(_lost(file))[1:]
-    rows = file.text.splitlines()
-    after = next((n for n, row in enumerate(rows[line:], line + 1) if row.startswith("(def")), None)
-    message = f"{diagnostic.construct or 'this'} never closes"
-    if lost:
-        more = f" and {len(lost) - _LISTED} more" if len(lost) > _LISTED else ""
-        message += f": lost with it are {', '.join(lost[:_LISTED])}{more}"
-    hint = f"a ) is missing before line {after}" if after else "a ) is missing before the end of the file"
-    return Finding(UNCLOSED, Place(str(file.path), line, 1), message, hint)
+def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Iterator[Finding]:
+    """Yield a finding for each construct that never closes, at the list in it that is open."""
+    lost, rows = list(_lost(file))[1:], file.text.splitlines()
+    for part in parts(file.text):
+        if part.closed:
+            continue
+        start, line = part.start, file.lines.at(part.start)
+        what = _BEGINNING.match(part.text)
+        message = f"{' '.join(what.groups()) if what else 'this'} never closes"
+        after = next((n for n, row in enumerate(rows[line:], line + 1) if row.lstrip().startswith("(def")), 0)
+        hint = f"a ) is missing before {f'line {after}' if after else 'the end of the file'}"
+        if any(match["unclosed"] for match in HIDDEN.finditer(part.text)):
+            hint = "a string in it never closes"
+        elif inner := next(iter(unclosed_lists(part.text, agent.slots)), 0):
+            start += inner
+            head = read(part.text[inner:], close=True)[0].head
+            message += f": its list ({head} is open" if head else ": a list in it is open"
+            hint += f"; {what[1] if what else 'the construct'} begins in line {line}"
+        if lost and line == diagnostic.line:
+            message += f"{';' if ':' in message else ':'} lost with it are {_some(lost)}"
+        yield Finding(UNCLOSED, file.place_at(start), message, hint)
+
+
+def _some(names: list[str]) -> str:
+    """Return the first of some names, and how many more there are."""
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(names[:_LISTED]) + more
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:
@@ -223,8 +242,6 @@ def _last_of(file: ClipsFile, diagnostic: Diagnostic) -> bool:
 
 def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known: _Known) -> bool:
     """Whether it is wrong only because a construct that it needs was dropped."""
-    if finding.code is UNCLOSED:
-        return False
     names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
     return any(name in dropped and name in known.names("deftemplate", "deffunction") for name in names)
 
