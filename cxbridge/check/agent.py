@@ -12,13 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.agent.model import AgentModel
 from cxbridge.agent.names import Kind
 from cxbridge.check.findings import Place
+from cxbridge.check.usage import Usage
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
+from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
@@ -93,7 +94,7 @@ class AskedFile:
 
 
 @dataclass
-class Agent:
+class Agent(Closing):
     """An agent that is checked. A context manager.
 
     :param options: as those of a run.
@@ -148,6 +149,13 @@ class Agent:
         for file in self.files:
             model.update(str(file.path), file.text)
         return model
+
+    @cached_property
+    def usage(self) -> Usage:
+        """What the constructs match and make."""
+        values = list(self.config.walk("/"))
+        words = (word for each in values for text in (each.text, *each.items) for word in text.split())
+        return Usage(self.model, frozenset(words), self.deftemplates)
 
     @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:
@@ -296,14 +304,6 @@ class Agent:
         self.executive.close()
         self.manager.close()
         self.context.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def place_of(value: ConfigValue) -> Place:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
+from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.lost import Losses
 from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import HIDDEN, Definition, SyntaxNode, read, without_module
 from cxbridge.clipstext.unclosed import unclosed_lists
@@ -80,8 +82,6 @@ _OF_CLIPS: Final = {
     "ANALYSIS4": VARIABLE,
     "UNCLOSED": UNCLOSED,
 }
-_LISTED: Final = 5
-"""How many lost constructs a message names."""
 
 _BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 _QUOTED = re.compile(r"'([^']+)'")
@@ -110,7 +110,7 @@ class _Known:
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each construct that CLIPS drops of itself, not because another one was dropped."""
-    known = _Known.of(agent.files)
+    known, losses = _Known.of(agent.files), Losses(agent.usage, agent.is_of_core)
     dropped = {
         d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
     } | {name for file in agent.files for name in _lost(file)}
@@ -120,11 +120,21 @@ def check(agent: Agent) -> Iterator[Finding]:
             if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
                 continue  # CLIPS' own words for the same parenthesis
             if diagnostic.code == "UNCLOSED":
-                yield from _unclosed(agent, file, diagnostic)
+                yield from _unclosed(agent, file, diagnostic, losses)
                 continue
             finding = _finding(agent, file, diagnostic, known)
             if finding is not None and not _follows(finding, diagnostic, dropped, known):
-                yield finding
+                yield _with_lost(agent, file, diagnostic, finding, losses)
+
+
+def _with_lost(
+    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: Losses
+) -> Finding:
+    """Return a finding that names what dies with its construct, too."""
+    kind, _, name = diagnostic.construct.partition(" ")
+    construct = agent.usage.find(str(file.path), kind, without_module(name))
+    lost = losses.of([construct]) if construct is not None else None
+    return replace(finding, message=f"{finding.message}; {lost}") if lost else finding
 
 
 def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
@@ -136,7 +146,9 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
         name = unknown.head
         hint = did_you_mean(name, known.names("deftemplate"))
         return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
-    word = _word(code, construct, diagnostic)
+    word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
+    if code is VARIABLE and word is not None and word.text.startswith("?*"):
+        code = GLOBAL
     place = Place(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
     if code is FUNCTION:
@@ -144,7 +156,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
             code, place, f"{what}there is no function '{text}'", _function_hint(agent, text, known)
         )
     if code is GLOBAL:
-        return Finding(code, place, f"{what}there is no global variable {text}", "")
+        return Finding(code, place, f"{what}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
         return Finding(code, place, f"{what}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
     return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
@@ -161,14 +173,15 @@ def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
     return found[-1] if found else None
 
 
-def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
+def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
     """Return the node that a message is about; the construct itself when it names none."""
     if construct is None:
         return None
-    if code is GLOBAL:
-        return next((n for n in construct.node.walk() if n.text.startswith("?*")), construct.node)
     quoted = _QUOTED.findall(diagnostic.message)
     wanted = quoted[:1] or _VARIABLE.findall(diagnostic.message)[:1]
+    wanted += [
+        f"?*{name[1:]}*" for name in wanted if name.startswith("?")
+    ]  # CLIPS' name of it in a condition
     for node in construct.node.walk():
         if node.items is None and node.start > construct.node.start and node.text in wanted:
             return node
@@ -178,9 +191,9 @@ def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> S
 # ---- parentheses
 
 
-def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Iterator[Finding]:
+def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Losses) -> Iterator[Finding]:
     """Yield a finding for each construct that never closes, at the list in it that is open."""
-    lost, rows = list(_lost(file))[1:], file.text.splitlines()
+    rows = file.text.splitlines()
     for part in parts(file.text):
         if part.closed:
             continue
@@ -196,15 +209,8 @@ def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic) -> Iterator
             head = read(part.text[inner:], close=True)[0].head
             message += f": its list ({head} is open" if head else ": a list in it is open"
             hint += f"; {what[1] if what else 'the construct'} begins in line {line}"
-        if lost and line == diagnostic.line:
-            message += f"{';' if ':' in message else ':'} lost with it are {_some(lost)}"
-        yield Finding(UNCLOSED, file.place_at(start), message, hint)
-
-
-def _some(names: list[str]) -> str:
-    """Return the first of some names, and how many more there are."""
-    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
-    return ", ".join(names[:_LISTED]) + more
+        lost = losses.swallowed(str(file.path), part.start) if line == diagnostic.line else None
+        yield Finding(UNCLOSED, file.place_at(start), message + (f"; {lost}" if lost else ""), hint)
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:
@@ -289,6 +295,22 @@ def _function_hint(agent: Agent, name: str, known: _Known) -> str:
     if feature:
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
     return did_you_mean(name, known.names("deffunction", "defgeneric", "defmethod"))
+
+
+def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
+    """Return the first global variable that CLIPS does not have: its message does not name it."""
+    found = agent.env.eval("(get-defglobal-list *)")
+    known = {without_module(str(name)) for name in (found if isinstance(found, tuple) else ())}
+    for node in () if construct is None else construct.node.walk():
+        if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in known:
+            return node
+    return None if construct is None else construct.node
+
+
+def _global_hint(agent: Agent, text: str) -> str:
+    known = agent.model.names(Kind.GLOBAL, Use.DEFINED)
+    hint = did_you_mean(text.strip("$?*"), known)
+    return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)
 
 
 def _slot_message(diagnostic: Diagnostic) -> str:
