@@ -8,6 +8,7 @@ from typing import Final
 
 HELP_SECTIONS: Final = {
     "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
+    "Explore": ("explore",),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
     "Edit": ("lsp", "format"),
