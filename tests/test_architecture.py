@@ -24,11 +24,12 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"executive", "skiller", "trace"},
     {"agent"},
     {"explain", "ros2cx"},
-    {"operations"},
+    {"operations", "properties"},
     {"web", "run"},
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
     {"worlds"},
+    {"explore", "sweep"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

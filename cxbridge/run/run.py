@@ -146,7 +146,7 @@ def _run(
         interrupt.check()
         run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
         wall_seconds = time.perf_counter() - started
-        result = _sum_up(
+        result = sum_up_run(
             assembly,
             options,
             loss,
@@ -178,7 +178,7 @@ def _let_in(
         stack.enter_context(company.join(assembly))
 
 
-def _sum_up(
+def sum_up_run(
     assembly: Assembly | Team,
     options: RunOptions,
     loss: str,

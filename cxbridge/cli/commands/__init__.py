@@ -8,8 +8,10 @@ from typing import Final
 
 HELP_SECTIONS: Final = {
     "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
+    "Explore": ("explore",),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
+    "Test": ("sweep",),
     "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),

@@ -1,0 +1,63 @@
+"""What an exploration covers, and how it goes about it."""
+
+from __future__ import annotations
+
+import os
+from dataclasses import dataclass
+
+from cxbridge.errors import CxbridgeError
+
+PATIENCE_S = 60.0
+"""Seconds of processor time that a run may take from one choice to the next."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bounds:
+    """How far an exploration goes: what a result is complete up to.
+
+    :param faults: how many faults a run may meet.
+    :param depth: at how many choice points, from the first, the world may do other than usual; None: at all.
+    :param merge: whether states that are equal are visited once.
+    """
+
+    faults: int = 1
+    depth: int | None = None
+    merge: bool = True
+
+    def check(self) -> None:
+        """Raise :class:`CxbridgeError` when a bound makes no sense."""
+        for name, value in (("faults", self.faults), ("depth", self.depth or 0)):
+            if value < 0:
+                raise CxbridgeError(f"--{name} cannot be {value}", hint="use 0 or more")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Means:
+    """How an exploration is carried out; the result does not depend on it.
+
+    :param jobs: how many runs go on at the same time; None: as many as there are cores.
+    :param fork: whether to fork; else each run begins at the beginning.
+    :param patience_s: seconds of processor time that a run may take from one choice to the next.
+    """
+
+    jobs: int | None = None
+    fork: bool = hasattr(os, "fork")
+    patience_s: float = PATIENCE_S
+
+    @property
+    def processes(self) -> int:
+        """How many runs go on at the same time."""
+        return (
+            self.jobs or len(os.sched_getaffinity(0))
+            if hasattr(os, "sched_getaffinity")
+            else os.cpu_count() or 1
+        )
+
+    def check(self) -> None:
+        """Raise :class:`CxbridgeError` when something makes no sense here."""
+        if self.jobs is not None and self.jobs < 1:
+            raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
+        if not self.patience_s > 0:
+            raise CxbridgeError(f"--patience cannot be {self.patience_s:g}", hint="use seconds, more than 0")
+        if self.fork and not hasattr(os, "fork"):
+            raise CxbridgeError("this system cannot fork", hint="leave --fork out: each run begins anew")

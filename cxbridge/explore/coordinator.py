@@ -1,0 +1,317 @@
+"""Coordinates the processes of an exploration: it alone has the graph, and says who goes on and who copies.
+
+Depth first: of the runs that wait at a choice point the last that came there goes on, so there are few of
+them. A run that dies takes nothing along: the edge that it was on is open still, and another run is sent
+along its path.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import selectors
+import signal
+import socket
+import tempfile
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Final
+
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError
+from cxbridge.explore.bounds import Means
+from cxbridge.explore.graph import BAD_INPUT, Edge, Graph, Leaf
+from cxbridge.explore.wire import (
+    Ended,
+    Fork,
+    GoOn,
+    Hello,
+    Leave,
+    Order,
+    Play,
+    Reached,
+    Refused,
+    Report,
+    Reports,
+    frame,
+)
+from cxbridge.run.options import RunOptions
+
+_LOOK_S: Final = 0.25
+_ATTEMPTS: Final = 3
+_BACKLOG: Final = 128
+_CHUNK: Final = 65536
+
+
+class _Peer:
+    """A process at the other end of a connection.
+
+    :ivar edge: the open edge that its run is on; None: it waits.
+    :ivar held: the edges of the choice point at which its run waits, the usual one first.
+    """
+
+    def __init__(self, connection: socket.socket) -> None:
+        self.connection = connection
+        self.reports = Reports()
+        self.pid = 0
+        self.edge: Edge | None = None
+        self.held: list[Edge] = []
+        self.ordered: list[Edge] = []  # copies that it was told to make, and which are not there yet
+        self.used_s = 0.0  # processor time, as it says
+        self.since = time.monotonic()
+        self.cpu_s = 0.0
+
+    def take(self, edge: Edge) -> None:
+        """Note that its run is on an edge from now on."""
+        self.edge = edge
+        self.mark()
+
+    def release(self) -> Edge:
+        """Return the edge that its run was on until now."""
+        edge, self.edge = self.edge, None
+        if edge is None:
+            raise ValueError("a process that is on no edge has reached a choice point")
+        return edge
+
+    def mark(self) -> None:
+        """Count its processor time from now on."""
+        self.since, self.cpu_s = time.monotonic(), _cpu_seconds(self.pid)
+
+    def tell(self, order: Order) -> None:
+        """Tell it what to do; a process that is gone shows by the end of its connection."""
+        with contextlib.suppress(OSError):
+            self.connection.sendall(frame(order))
+
+
+class Coordinator(Closing):
+    """Explores with processes, as long as there is something left to do. A context manager.
+
+    :param options: as for ``cxbridge run``.
+    :param graph: what is known already; its open edges are explored.
+    :param serve: what a process does that loads the scenario, given the address of our socket.
+    """
+
+    def __init__(
+        self, options: RunOptions, graph: Graph, means: Means, serve: Callable[[str, RunOptions], object]
+    ) -> None:
+        self.graph = graph
+        self.hidden: dict[str, None] = {}
+        """Why states were not compared."""
+        self.cpu_seconds = 0.0
+        """Processor time of all processes but this one and the one that has loaded the scenario."""
+        self._options, self._means, self._serve = options, means, serve
+        self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
+        self._address = str(Path(self._folder.name) / "socket")
+        self._listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._listening.bind(self._address)
+        self._listening.listen(_BACKLOG)
+        self._selector = selectors.DefaultSelector()
+        self._selector.register(self._listening, selectors.EVENT_READ)
+        self._peers: dict[socket.socket, _Peer] = {}
+        self._holders: list[_Peer] = []
+        self._waiting: list[Edge] = list(graph.open)[::-1]
+        self._attempts: dict[Edge, int] = {}
+        self._loader: _Peer | None = None
+        self._loader_pid = 0
+        self._is_ready = False
+        self._deaths = 0
+
+    # ---- the whole
+
+    def explore(self, is_over: Callable[[], bool]) -> None:
+        """Go on until no edge is open, or ``is_over`` is true, which is asked now and then.
+
+        :raises CxbridgeError: when the scenario is wrong.
+        """
+        self._load()
+        while self.graph.open and not is_over():
+            self._schedule()
+            for key, _ in self._selector.select(_LOOK_S):
+                if key.data is None:
+                    self._accept()
+                else:
+                    self._hear(key.data)
+            self._end_endless()
+            self._look_after_loader()
+
+    def _load(self) -> None:
+        """Start the process that loads the scenario."""
+        self._is_ready = False
+        pid = os.fork()
+        if not pid:
+            self._listening.close()
+            self._serve(self._address, self._options)
+            os._exit(1)
+        self._loader_pid = pid
+
+    def _accept(self) -> None:
+        connection, _ = self._listening.accept()
+        self._peers[connection] = peer = _Peer(connection)
+        self._selector.register(connection, selectors.EVENT_READ, peer)
+
+    # ---- who goes on
+
+    @property
+    def _running(self) -> int:
+        """How many runs go on now."""
+        return sum((peer.edge is not None) + len(peer.ordered) for peer in self._peers.values())
+
+    def _schedule(self) -> None:
+        """Let as many runs go on as may."""
+        for _ in range(self._means.processes - self._running):
+            if self._holders:
+                self._go_on(self._holders[-1])
+            elif self._waiting and self._is_ready and self._loader is not None:
+                self._send_along(self._loader, self._waiting.pop())
+            else:
+                return
+
+    def _go_on(self, peer: _Peer) -> None:
+        """Let a run that waits be copied for an option that is left; in the end it takes the usual one."""
+        edge = peer.held.pop()
+        if peer.held:
+            self._order_copy(peer, edge, Fork(edge))
+            return
+        self._holders.remove(peer)
+        peer.take(edge)
+        peer.tell(GoOn(edge[1]))
+
+    def _send_along(self, loader: _Peer, edge: Edge) -> None:
+        """Let a run begin at the beginning, and follow the path to an edge."""
+        path = self.graph.path_to(edge)
+        choices = tuple((index, step.subject, step.option) for index, step in path.items())
+        number = edge[0]
+        free = 0 if number < 0 else self.graph.nodes[number].point.index + 1
+        self._order_copy(loader, edge, Play(edge, choices, free))
+
+    @staticmethod
+    def _order_copy(peer: _Peer, edge: Edge, order: Order) -> None:
+        peer.ordered.append(edge)
+        peer.tell(order)
+
+    # ---- what they say
+
+    def _hear(self, peer: _Peer) -> None:
+        try:
+            data = peer.connection.recv(_CHUNK)
+        except OSError:
+            data = b""
+        for report in peer.reports.feed(data):
+            self._take(peer, report)
+        if not data:
+            self._lose(peer)
+
+    def _take(self, peer: _Peer, report: Report) -> None:
+        match report:
+            case Hello():
+                self._greet(peer, report)
+            case Reached():
+                self._reached(peer, report)
+            case Ended():
+                peer.used_s = report.cpu_s
+                if report.leaf.outcome == BAD_INPUT:
+                    raise CxbridgeError(report.leaf.reason)
+                self.graph.ended(peer.release(), report.leaf)
+            case Refused():
+                raise CxbridgeError(report.text)
+
+    def _greet(self, peer: _Peer, hello: Hello) -> None:
+        if hello.edge is None:
+            self._is_ready = self._loader is peer
+            self._loader, peer.pid = peer, hello.pid
+        elif hello.pid:
+            peer.pid = hello.pid
+            peer.mark()
+        else:  # who will be copied has made the connection of the copy
+            for other in self._peers.values():
+                if hello.edge in other.ordered:
+                    other.ordered.remove(hello.edge)
+            peer.take(hello.edge)
+
+    def _reached(self, peer: _Peer, report: Reached) -> None:
+        peer.used_s = report.cpu_s
+        if report.hidden:
+            self.hidden[report.hidden] = None
+        number = self.graph.reached(peer.release(), report.point, report.digest)
+        if number is None:
+            peer.tell(Leave())
+            return
+        peer.held = [(number, option) for option in self.graph.options(number)]
+        self._holders.append(peer)
+        if len(peer.held) == 1:
+            self._go_on(peer)
+
+    # ---- processes that die
+
+    def _lose(self, peer: _Peer) -> None:
+        """Take back what a process had that is gone."""
+        self._selector.unregister(peer.connection)
+        peer.connection.close()
+        del self._peers[peer.connection]
+        self.cpu_seconds += peer.used_s
+        if peer in self._holders:
+            self._holders.remove(peer)
+        if peer is self._loader:
+            self._loader, self._is_ready = None, False
+        self._waiting += peer.held
+        for edge in (*peer.ordered, *([peer.edge] if peer.edge is not None else ())):
+            self._try_again(edge)
+
+    def _try_again(self, edge: Edge) -> None:
+        if edge not in self.graph.open:
+            return
+        self._attempts[edge] = self._attempts.get(edge, 0) + 1
+        if self._attempts[edge] < _ATTEMPTS:
+            self._waiting.append(edge)
+        else:
+            reason = f"its process ended {_ATTEMPTS} times without a word"
+            self.graph.ended(edge, Leaf("crashed", reason, 0.0))
+
+    def _look_after_loader(self) -> None:
+        """Start another process that loads the scenario when the one before is gone."""
+        if os.waitpid(self._loader_pid, os.WNOHANG) == (0, 0):
+            return
+        self._loader_pid = 0
+        self._deaths += 1
+        if self._deaths >= _ATTEMPTS and not self.graph.nodes and not self.graph.leaves:
+            raise CxbridgeError("the process that loads the scenario ends each time without a word")
+        self._load()
+
+    def _end_endless(self) -> None:
+        """End the runs that do not come to a choice point any more."""
+        for peer in list(self._peers.values()):
+            if peer.edge is None or not peer.pid or time.monotonic() - peer.since < self._means.patience_s:
+                continue
+            if _cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
+                reason = f"no end of a loop within {self._means.patience_s:g} s of processor time"
+                self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0))
+                peer.edge = None
+                os.kill(peer.pid, signal.SIGKILL)
+
+    def close(self) -> None:
+        """End all processes, and let go of everything; what is open stays so."""
+        pids = {peer.pid for peer in self._peers.values()} | {self._loader_pid}
+        for pid in pids - {0}:
+            with contextlib.suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        for connection, peer in self._peers.items():
+            self.cpu_seconds += peer.used_s
+            connection.close()
+        self._peers.clear()
+        self._selector.close()
+        self._listening.close()
+        self._folder.cleanup()
+        if self._loader_pid:
+            with contextlib.suppress(ChildProcessError):
+                os.waitpid(self._loader_pid, 0)
+            self._loader_pid = 0
+
+
+def _cpu_seconds(pid: int) -> float:
+    """Return how much processor time a process has used; where the system does not tell, the time of day."""
+    try:
+        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
+    except OSError:
+        return time.monotonic()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

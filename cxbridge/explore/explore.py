@@ -1,0 +1,68 @@
+"""Explores a scenario: every way that its runs can go, within bounds."""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from cxbridge.explore.bounds import Bounds, Means
+from cxbridge.explore.coordinator import Coordinator
+from cxbridge.explore.graph import Graph
+from cxbridge.explore.replaying import explore_by_replay
+from cxbridge.explore.result import ExploreResult
+from cxbridge.explore.worker import serve
+from cxbridge.run.options import RunOptions
+
+
+def explore(options: RunOptions, bounds: Bounds, means: Means) -> ExploreResult:
+    """Explore until nothing is left, or a signal asks for the end.
+
+    No thread may be alive: processes are forked from this one.
+
+    :param options: as for ``cxbridge run``.
+    :raises CxbridgeError: when the scenario is wrong, or an option.
+    """
+    options.check()
+    bounds.check()
+    means.check()
+    graph = Graph(bounds.faults, bounds.depth)
+    started, cpu_s = time.perf_counter(), _cpu_seconds()
+    coordinator: Coordinator | None = None
+    with _signals() as received:
+        if means.fork:
+            with Coordinator(options, graph, means, serve) as coordinator:
+                coordinator.explore(lambda: bool(received))
+        else:
+            explore_by_replay(options, graph, lambda: bool(received))
+    hidden: tuple[str, ...] = ()
+    cpu_s = _cpu_seconds() - cpu_s
+    if coordinator is not None:
+        hidden = tuple(coordinator.hidden)
+        cpu_s += coordinator.cpu_seconds
+    return ExploreResult(graph, hidden, cpu_s, time.perf_counter() - started)
+
+
+def _cpu_seconds() -> float:
+    times = os.times()
+    return times.user + times.system + times.children_user + times.children_system
+
+
+@contextmanager
+def _signals() -> Iterator[list[int]]:
+    """Note the signals that ask for an end; without a thread, since this process forks."""
+    received: list[int] = []
+
+    def note(number: int, _frame: object) -> None:
+        if received:
+            signal.default_int_handler(number, None)  # once more: at once
+        received.append(number)
+
+    before = {number: signal.signal(number, note) for number in (signal.SIGINT, signal.SIGTERM)}
+    try:
+        yield received
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)

@@ -1,0 +1,193 @@
+"""The explored graph: the states in which the world had a choice, and where each option has led.
+
+A node is a choice point in a state; an edge is an option that was taken there. A run that is under way is on
+exactly one open edge, so whatever becomes of its process, the edges that are open are what is left to do.
+The counts depend on the graph alone, and not on the order in which it was found.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from msgspec import Struct
+
+from cxbridge.worlds.points import USUAL, ChoicePath, Step
+
+ROOT: Final = (-1, USUAL)
+"""The edge on which each run begins."""
+
+BAD_INPUT: Final = "bad input"
+"""The outcome of a run whose scenario is wrong: it ends the exploration."""
+
+Edge = tuple[int, int]
+"""A node's number, and the option that is taken there."""
+
+
+class Way(Struct, frozen=True):
+    """An option of a choice point.
+
+    :param name: what paths call it.
+    :param faults: how many faults it uses up.
+    """
+
+    name: str
+    faults: int
+
+
+class Point(Struct, frozen=True):
+    """A choice point as the graph keeps it.
+
+    :param index: its number in the run, from 0.
+    :param kind: what the choice is about.
+    :param subject: what it is about in particular.
+    :param seconds: when, by the run's clock.
+    :param ways: its options.
+    """
+
+    index: int
+    kind: str
+    subject: str
+    seconds: float
+    ways: tuple[Way, ...]
+
+
+class Violation(Struct, frozen=True):
+    """A property that a run does not have.
+
+    :param property: its name.
+    :param message: what is wrong, in a sentence.
+    """
+
+    property: str
+    message: str
+
+
+class Leaf(Struct, frozen=True):
+    """How a run ended.
+
+    :param outcome: a word: completed, unsuccessful, stuck, timed out, fault, crashed.
+    :param reason: why, in a sentence.
+    :param seconds: how long it took, by its clock.
+    :param violations: the properties that it does not have.
+    """
+
+    outcome: str
+    reason: str
+    seconds: float
+    violations: tuple[Violation, ...] = ()
+
+
+class Node(Struct):
+    """A choice point in a state.
+
+    :param point: as the first run that came here has seen it.
+    :param edge: by which that run came.
+    :param faults: how many faults it had met.
+    """
+
+    point: Point
+    edge: Edge
+    faults: int
+
+
+class Graph:
+    """What is known of the ways that a run can go.
+
+    :param faults: how many faults a run may meet.
+    :param depth: at how many choice points options other than the usual one are taken; None: at all.
+    """
+
+    def __init__(self, faults: int, depth: int | None) -> None:
+        self.nodes: list[Node] = []
+        self.leaves: dict[Edge, Leaf] = {}
+        self.links: dict[Edge, int] = {}
+        """Where the edges lead that end at a node."""
+        self.open: dict[Edge, None] = {ROOT: None}
+        """The edges of which it is not known where they lead, in the order in which they were found."""
+        self.merged = 0
+        """How many runs have come to a node where another one had been."""
+        self._faults = faults
+        self._depth = depth
+        self._known: dict[bytes, int] = {}
+
+    # ---- what runs report
+
+    def reached(self, edge: Edge, point: Point, digest: bytes) -> int | None:
+        """Note that the run on an open edge has come to a choice point.
+
+        :param digest: of its state; empty: it is not compared with others.
+        :returns: the new node, whose edges are open now; None when another run has been in that state.
+        """
+        del self.open[edge]
+        known = self._known.get(digest) if digest else None
+        if known is not None:
+            self.links[edge] = known
+            self.merged += 1
+            return None
+        number = len(self.nodes)
+        faults = self.faults_of(edge)
+        self.nodes.append(Node(point, edge, faults))
+        self.links[edge] = number
+        if digest:
+            self._known[digest] = number
+        for option in self.options(number):
+            self.open[number, option] = None
+        return number
+
+    def ended(self, edge: Edge, leaf: Leaf) -> None:
+        """Note that the run on an open edge has come to its end."""
+        del self.open[edge]
+        self.leaves[edge] = leaf
+
+    # ---- what follows
+
+    def faults_of(self, edge: Edge) -> int:
+        """Return how many faults a run has met that takes an edge."""
+        number, option = edge
+        if number < 0:
+            return 0
+        node = self.nodes[number]
+        return node.faults + node.point.ways[option].faults
+
+    def options(self, number: int) -> list[int]:
+        """Return the options that are to be taken at a node; the usual one is the first."""
+        node = self.nodes[number]
+        if self._depth is not None and node.point.index >= self._depth:
+            return [USUAL]
+        left = self._faults - node.faults
+        return [option for option, way in enumerate(node.point.ways) if option == USUAL or way.faults <= left]
+
+    def edges_to(self, edge: Edge) -> list[Edge]:
+        """Return the edges of the run that found an edge, from its first choice to this one."""
+        found = []
+        while edge != ROOT:
+            found.append(edge)
+            edge = self.nodes[edge[0]].edge
+        return found[::-1]
+
+    def path_to(self, edge: Edge) -> ChoicePath:
+        """Return the path of choices that leads a run onto an edge."""
+        return {
+            node.point.index: Step(node.point.subject, node.point.ways[option].name)
+            for node, option in self._choices(edge)
+            if option != USUAL
+        }
+
+    def choices_to(self, edge: Edge) -> list[dict[str, object]]:
+        """Return the choices on the way to an edge that are not usual, as JSON can have them."""
+        return [
+            {
+                "index": node.point.index,
+                "kind": node.point.kind,
+                "subject": node.point.subject,
+                "option": node.point.ways[option].name,
+                "seconds": round(node.point.seconds, 6),
+            }
+            for node, option in self._choices(edge)
+            if option != USUAL
+        ]
+
+    def _choices(self, edge: Edge) -> Iterator[tuple[Node, int]]:
+        for number, option in self.edges_to(edge):
+            yield self.nodes[number], option

@@ -1,0 +1,92 @@
+"""The result of an exploration, for people and for scripts."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+from cxbridge.explore.graph import Graph
+
+CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
+"""The exit statuses of ``cxbridge explore``."""
+
+
+@dataclass(frozen=True, slots=True)
+class ExploreResult:
+    """What an exploration has found.
+
+    :param graph: of all that was visited.
+    :param hidden: why states were not compared.
+    :param cpu_seconds: of all processes.
+    :param wall_seconds: from the first to the last.
+    """
+
+    graph: Graph
+    hidden: tuple[str, ...]
+    cpu_seconds: float
+    wall_seconds: float
+
+    @property
+    def is_complete(self) -> bool:
+        """Whether nothing is left to explore."""
+        return not self.graph.open
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs ended how."""
+        counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
+        return dict(sorted(counts.items()))
+
+    @property
+    def violations(self) -> list[dict[str, Any]]:
+        """The properties that do not hold, each with a shortest path of choices to where it does not."""
+        found: dict[str, dict[str, Any]] = {}
+        for edge, leaf in self.graph.leaves.items():
+            for each in leaf.violations:
+                choices = self.graph.choices_to(edge)
+                known = found.get(each.property)
+                if known is None or len(choices) < len(known["choices"]):
+                    found[each.property] = {
+                        "property": each.property,
+                        "message": each.message,
+                        "choices": choices,
+                        "recording": None,
+                        "test": None,
+                    }
+        return [found[name] for name in sorted(found)]
+
+    @property
+    def status(self) -> int:
+        """The exit status."""
+        if any(leaf.violations for leaf in self.graph.leaves.values()):
+            return VIOLATED
+        return CLEAN if self.is_complete else INCOMPLETE
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        graph = self.graph
+        return {
+            "complete": self.is_complete,
+            "runs": len(graph.leaves),
+            "states": len(graph.nodes),
+            "merged": graph.merged,
+            "outcomes": self.outcomes,
+            "violations": self.violations,
+            "cpu_seconds": round(self.cpu_seconds, 3),
+            "wall_seconds": round(self.wall_seconds, 3),
+        }
+
+    def lines(self) -> Iterator[str]:
+        """Yield what to tell people."""
+        graph = self.graph
+        rest = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
+        yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {rest}"
+        for outcome, count in self.outcomes.items():
+            yield f"  {outcome}: {count}"
+        for each in self.violations:
+            yield f"violated: {each['property']}: {each['message']}"
+            for choice in each["choices"]:
+                yield f"  {choice['seconds']:8.2f} s {choice['subject']}: {choice['option']}"
+        yield f"{self.wall_seconds:.2f} s, {self.cpu_seconds:.2f} s of processor time"

@@ -1,0 +1,169 @@
+"""The processes of an exploration: one has loaded the scenario, its copies run it and copy themselves."""
+
+from __future__ import annotations
+
+import gc
+import os
+import random
+import signal
+import sys
+import time
+from collections.abc import Callable
+from typing import NoReturn
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.explore.graph import Edge, Point, Way
+from cxbridge.explore.playing import ExploredRun, failure
+from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
+from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, PathChooser, Step
+
+_GENERATION_SIZE = 50_000
+"""Objects between two collections of a copy: each one touches pages that it shares with others."""
+
+
+class Process:
+    """The connection of this process, and how it makes copies of itself.
+
+    :param address: of the coordinator's socket.
+    """
+
+    def __init__(self, address: str) -> None:
+        self._address = address
+        self._copies: list[int] = []
+        self.link = Link(address)
+        self.link.send(Hello(os.getpid()))
+
+    def copy(self, edge: Edge) -> bool:
+        """Make a copy of the process for an edge; returns True in the copy.
+
+        The copy's connection is there before the copy is: however it dies, the coordinator notices.
+        """
+        self._bury()
+        link = Link(self._address)
+        link.send(Hello(0, edge))
+        pid = os.fork()
+        if pid:
+            self._copies.append(pid)
+            link.close()
+            return False
+        self.link.close()
+        self.link = link
+        self._copies.clear()
+        link.send(Hello(os.getpid(), edge))
+        return True
+
+    def _bury(self) -> None:
+        """Let go of the copies that are dead."""
+        self._copies = [pid for pid in self._copies if os.waitpid(pid, os.WNOHANG) == (0, 0)]
+
+
+class ForkingChooser:
+    """Asks the coordinator at each choice point, and makes the copies that it wants.
+
+    :param process: this one.
+    :param free: the number of the first choice point that is asked about; the usual option is taken before.
+    :param digest: what a state is compared by, or empty and why it is not compared.
+    """
+
+    def __init__(
+        self, process: Process, free: int, digest: Callable[[ChoicePoint], tuple[bytes, str]]
+    ) -> None:
+        self._process = process
+        self._free = free
+        self._digest = digest
+
+    def choose(self, index: int, point: ChoicePoint) -> int:
+        """Return what the coordinator wants; does not return when nothing is left to do."""
+        if index < self._free:
+            return USUAL
+        try:
+            self._process.link.send(
+                Reached(as_point(index, point), *self._digest(point), time.process_time())
+            )
+            return self._obey()
+        except (EOFError, OSError):
+            leave(1)  # the coordinator is gone
+
+    def _obey(self) -> int:
+        while True:
+            match self._process.link.receive():
+                case Fork(edge):
+                    if self._process.copy(edge):
+                        return edge[1]
+                case GoOn(option):
+                    return option
+                case _:
+                    leave()
+
+
+def as_point(index: int, point: ChoicePoint) -> Point:
+    """Return a choice point as the graph keeps it."""
+    ways = tuple(Way(option.name, option.faults) for option in point.options)
+    return Point(index, point.kind.value, point.subject, point.seconds, ways)
+
+
+def leave(status: int = 0) -> NoReturn:
+    """End this process: what it has belongs to others, too, and is not to be cleaned up."""
+    os._exit(status)
+
+
+class _Later:
+    """A chooser that is not known yet when the run is made."""
+
+    def __init__(self) -> None:
+        self.chooser: Chooser
+
+    def choose(self, index: int, point: ChoicePoint) -> int:
+        return self.chooser.choose(index, point)
+
+
+def serve(address: str, options: RunOptions) -> NoReturn:
+    """Load the scenario, and copy this process for each path that the coordinator wants to be played.
+
+    To be called in a process of its own; never returns.
+    """
+    signal.set_wakeup_fd(-1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the coordinator has got it, too, and ends us
+    signal.signal(signal.SIGTERM, signal.SIG_DFL)
+    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    random.seed()  # each such process draws others: an agent that uses it unseeded is found out
+    try:
+        process = Process(address)
+        _serve(process, options)
+    except (EOFError, OSError):
+        leave(1)  # the coordinator is gone
+    except BaseException as error:  # noqa: BLE001 - no copy may go on with what the coordinator does
+        sys.excepthook(type(error), error, error.__traceback__)
+        leave(1)
+
+
+def _serve(process: Process, options: RunOptions) -> NoReturn:
+    later = _Later()
+    try:
+        run = ExploredRun(options, later)
+    except CxbridgeError as error:
+        # names of files may hold bytes that are not text
+        process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
+        leave()
+    gc.collect()
+    gc.freeze()
+    gc.set_threshold(_GENERATION_SIZE, 10, 10)
+    process.link.send(Hello(os.getpid()))
+    while True:
+        order: Order = process.link.receive()
+        if not isinstance(order, Play):
+            leave()
+        if process.copy(order.edge):
+            _play(process, run, later, order)
+
+
+def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoReturn:
+    path = {index: Step(subject, option) for index, subject, option in order.choices}
+    later.chooser = PathChooser(path, ForkingChooser(process, order.free, lambda _: (b"", "")))
+    try:
+        leaf = run.leaf()
+    except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
+        leaf = failure(error)
+    process.link.send(Ended(leaf, time.process_time()))
+    leave()
