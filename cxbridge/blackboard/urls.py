@@ -37,7 +37,7 @@ def transport_of(url: str) -> Transport:
         raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {known}")
     module, _, name = target.partition(":")
     transport = getattr(import_module(module), name)()
-    assert isinstance(transport, Transport), f"{target} is no transport"
+    assert isinstance(transport, Transport), f"{target} is not a transport"
     return transport
 
 

@@ -223,7 +223,7 @@ class Usage:
         )
 
     def is_made_elsewhere(self, template: str) -> bool:
-        """Whether anybody may make a fact of a template in a way that is no assertion of a construct."""
+        """Whether anybody may make a fact of a template in a way that is not an assertion of a construct."""
         if template in self.templates_in_texts or OF_PROGRAM.fullmatch(template):
             return True
         is_defined = self.model.is_defined(Name(Kind.TEMPLATE, template))

@@ -103,7 +103,7 @@ class DebugPrompt:
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
         """Take commands until one continues the run, or the run is interrupted.
 
-        :raises KeyboardInterrupt: when it is told to end the run.
+        :raises KeyboardInterrupt: when a command ends the run.
         """
         agent.tell(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env

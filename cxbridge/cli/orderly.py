@@ -17,7 +17,7 @@ def orderly(*, service: bool = False) -> Callable[[Callable[_P, _T]], Callable[_
 
     What it starts takes them over; see :class:`cxbridge.process.interrupt.Interrupt`.
 
-    :param service: it serves others until it is told to stop.
+    :param service: it serves others until a signal stops it.
     """
 
     def decorate(command: Callable[_P, _T]) -> Callable[_P, _T]:

@@ -33,7 +33,7 @@ PARENTHESIS: Final = re.compile(r"[()]")
 """A parenthesis; of a text in which strings and comments are blank (:func:`blank`)."""
 
 HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", re.DOTALL)
-"""A string or a comment: what is in it is no code. The group ``unclosed`` is a string that never closes."""
+"""A string or a comment: what is in it is not code. The group ``unclosed`` is a string that never closes."""
 
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""

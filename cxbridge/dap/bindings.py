@@ -123,7 +123,7 @@ def matching(bare: Snapshot, pattern: str, facts: Mapping[str, Sequence[FactChan
 
     :param bare: has the deftemplate.
     :param facts: of that deftemplate, by its name.
-    :raises ClipsError: when it is no pattern.
+    :raises ClipsError: when it is not a pattern.
     """
     changes = [change for each in facts.values() for change in each]
     templates, rows = rows_of(changes, bare.templates)

@@ -60,4 +60,6 @@ class Means:
         if not self.patience_s > 0:
             raise CxbridgeError(f"--patience cannot be {self.patience_s:g}", hint="use seconds, more than 0")
         if self.fork and not hasattr(os, "fork"):
-            raise CxbridgeError("this system cannot fork", hint="leave --fork out: each run begins anew")
+            raise CxbridgeError(
+                "this system cannot fork", hint="leave --fork out: each run starts from the beginning"
+            )

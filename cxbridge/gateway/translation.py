@@ -25,7 +25,7 @@ class AnswerTranslator:
     :param hide: show an idle writer, as if nobody had used it before, until it does something for a sender of
         ours.
     :param sender_of: takes a serial as text; returns that of the sender that the gateway stands in for with
-        this instance, None when it is no instance of the gateway.
+        this instance, None when it is not an instance of the gateway.
     """
 
     def __init__(

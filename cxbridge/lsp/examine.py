@@ -102,7 +102,7 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 def main() -> None:
     """Read options, write what was found."""
     out = os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # what checks and CLIPS print is no answer
+    os.dup2(2, 1)  # what checks and CLIPS print is not an answer
     asked = msgspec.json.decode(sys.stdin.buffer.read())
     recording = asked.pop("recording", "")
     found = examine(run_options(asked))

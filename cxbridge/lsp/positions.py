@@ -45,7 +45,7 @@ class Positions:
 
 
 def path_of(uri: str) -> str:
-    """Return the path of a file, as the model names it; the URI itself when it is no file."""
+    """Return the path of a file, as the model names it; the URI itself when it is not a file."""
     path = to_fs_path(uri)
     return str(Path(path).resolve()) if path else uri
 

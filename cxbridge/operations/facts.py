@@ -170,7 +170,7 @@ def _assert(context: OperationContext, given: _Fact) -> int:
     "retract",
     Right.CONTROL,
     _Index,
-    _of_one("DELETE", "Retract a fact.", "That is no index", instead=_retract_there),
+    _of_one("DELETE", "Retract a fact.", "That is not an index", instead=_retract_there),
     at_prompt=True,
 )
 def _retract(context: OperationContext, given: _Index) -> None:

@@ -57,7 +57,7 @@ class Interrupt:
 
     :param stop: called after a signal, again and again, in a thread of its own; asks for the end.
     :param force: called after :data:`GRACE_S`, again and again, likewise; ends what does not end by itself.
-    :param service: it is a process that serves others until it is told to stop.
+    :param service: it is a process that serves others until a signal stops it.
     """
 
     _entered: ClassVar[list[Interrupt]] = []

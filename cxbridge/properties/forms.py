@@ -20,7 +20,7 @@ FORMS: Final = (
     "eventually (PATTERN) [within SECONDS]",
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
-"""The forms that there are."""
+"""The available forms."""
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")

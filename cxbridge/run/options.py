@@ -291,7 +291,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             if value != only:
                 raise CxbridgeError(
                     f"--{name} {value} cannot go with --replay",
-                    hint="the recordings take the place of Skillers and sensors, on the virtual clock",
+                    hint="the recordings replace Skillers and sensors, on the virtual clock",
                 )
 
     def _check_outputs(self) -> None:

@@ -59,7 +59,7 @@ class Team(Closing):
 
     def _one(self, agent_context: AgentContext, name: str) -> AgentContext:
         config = choose_agent(agent_context.config, name)
-        config.warnings = ()  # they are told once
+        config.warnings = ()  # they are reported once
         return replace(
             agent_context,
             name=name,

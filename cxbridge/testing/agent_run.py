@@ -42,7 +42,7 @@ _LAST_LINES = 15
 
 
 class AgentRun(Closing):
-    """A run whose clock stands until it is told to go on. A context manager.
+    """A run whose clock moves only when the test says so. A context manager.
 
     The agent is loaded when it is made; nothing has fired yet but what loading fires.
 

@@ -62,7 +62,7 @@ class World:
         with self._env.lock:
             before = len(self._env.faults)
             if self._env.assert_string(text) is None and len(self._env.faults) == before:
-                raise AssertionError(f"{text} cannot be asserted: it is no fact, or is there already")
+                raise AssertionError(f"{text} cannot be asserted: it is not a fact, or is there already")
 
     def retract(self, template: str, slots: dict[str, object]) -> int:
         """Retract the facts that match; return how many."""

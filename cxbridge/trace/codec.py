@@ -77,7 +77,7 @@ def _item(value: Any) -> Any:
 def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     """Return what makes events of this type of their JSON.
 
-    :returns: a function that raises EventFormatError for what is no such event.
+    :returns: a function that raises EventFormatError for what is not such an event.
     """
     fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)

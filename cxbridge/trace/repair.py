@@ -99,7 +99,7 @@ def examine(path: Path, *, exact: bool = False) -> Mending:
     """Return what is wrong with a recorded run, without touching it.
 
     :param exact: do what ``ffbblog repair`` does, with its faults; for bblogger files only.
-    :raises TraceError: when it is no recorded run, or cannot be read, or mended.
+    :raises TraceError: when it is not a recorded run, or cannot be read, or mended.
     """
     run = open_run(path)
     if isinstance(run, BBLoggerFile):

@@ -118,7 +118,9 @@ def adopt_interfaces(run: Run, registry: InterfaceRegistry) -> list[str]:
         try:
             schema = parse_bytes(source.file.read(), source.file.name)
         except InterfaceError as error:
-            raise TraceError(f"{source.file.name} in it is no interface: {error}", file=run.path) from error
+            raise TraceError(
+                f"{source.file.name} in it is not an interface: {error}", file=run.path
+            ) from error
         if schema.hash != _hash_of(registry, schema.name):
             registry.add(make_interface_class(schema))
             adopted.append(schema.name)

@@ -118,7 +118,7 @@ def tell_configuration(bus: EventBus, config: Configuration) -> None:
         try:
             data = Path(file).read_bytes()
         except OSError:
-            continue  # it was there when it was read; the tree is told
+            continue  # it was there when it was read; the tree is recorded
         if (harmless := without_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {

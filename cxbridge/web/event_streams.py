@@ -106,7 +106,7 @@ class EventStreams:
     def _position(self, request: Request) -> Position:
         """Return after what the client wants to go on.
 
-        :raises ValueError: when it is no id.
+        :raises ValueError: when it is not an id.
         """
         text = request.headers.get("last-event-id") or request.query_params.get("since")
         if text is None:

@@ -99,7 +99,7 @@ class Guard:
 
 
 def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
-    """Whether a browser says that a page of another site made the request, and it is no link to our page."""
+    """Whether a browser says that another site's page made the request, and it is not a link to our page."""
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False
     return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")

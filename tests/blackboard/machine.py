@@ -90,7 +90,7 @@ class Shared:
     :param doubtful: what the killed writer wrote last may not have arrived.
     :param kept: by program: the value that its readers still have, though the server came back without it.
     :param lingering: the same, until what was written since has surely arrived.
-    :param peeked: programs whose listeners may see newer data than they are told of.
+    :param peeked: programs whose listeners may see newer data than they are notified of.
     :param queue: of the writer: serial of the sender, number.
     """
 

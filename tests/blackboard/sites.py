@@ -24,7 +24,7 @@ class Site(ABC):
     keeps: ClassVar[bool] = True
     """Whether readers keep the last value when the server has come back without it, until somebody writes."""
     exact: ClassVar[bool] = True
-    """Whether a listener reads the very write that it is told of, though newer ones have come."""
+    """Whether a listener reads the very write that it is notified of, though newer ones have come."""
     board: LocalBlackBoard
     """The one that is served."""
 

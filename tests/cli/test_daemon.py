@@ -15,7 +15,7 @@ from tests.cli.boards import SharedBoard
 
 
 class Obey(Listener):
-    """Does at once what the daemon is told."""
+    """Does at once what the daemon is asked to do."""
 
     def __init__(self, status):
         self.status = status

@@ -143,7 +143,7 @@ ELSEWHERE = {
     ("skill exec", "skill_string"): "the Skiller's own error: tests/cli/test_skill.py",
     ("trace planning", "of"): "no planner was called for it: tests/trace",
     ("skill executor", "target"): "tests/cli/test_skill_board.py",
-    ("skill executor", "agent"): "a skill board takes whoever comes",
+    ("skill executor", "agent"): "a skill board takes any agent that comes",
     ("skill executor", "settings"): "tests/cli/test_skill_board.py",
 }
 

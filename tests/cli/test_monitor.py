@@ -1,4 +1,4 @@
-"""``cxbridge monitor``: what is wrong is told before there is a screen."""
+"""``cxbridge monitor``: what is wrong is reported before there is a screen."""
 
 from __future__ import annotations
 

@@ -176,7 +176,7 @@ def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
 
 
 def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
-    """Every fourth rule of a scenario in the midst of its run: each is told, and as CLIPS counts."""
+    """Every fourth rule of a scenario during its run: each is explained, and as CLIPS counts."""
     # in this process: that there are many is the matter here
     monkeypatch.setattr("cxbridge.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.explain.rules.report import explain_rule, lines, plain

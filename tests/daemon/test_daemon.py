@@ -186,7 +186,7 @@ def test_what_bblogger_writes_is_switched_as_fawkes_does_it_and_the_trace_goes_o
         writer = daemon.board.open_for_writing(SwitchInterface, "s")
         with connected(daemon) as board:
             switch = board.open_for_reading(SwitchInterface, "BBLogger")
-            switch.read()  # what was there before is no answer
+            switch.read()  # what was there before is not an answer
             for number, message in enumerate((disable, enable, None), 1):
                 writer.value = number
                 writer.write()
@@ -260,7 +260,7 @@ def test_a_second_daemon_at_the_same_place_is_told_why_not(tmp_path):
 
 
 def test_a_second_daemon_at_the_same_ipc_endpoint_does_not_take_it_over(tmp_path):
-    """ZeroMQ unlinks the socket of whoever serves there, and binds."""
+    """ZeroMQ unlinks the socket of the server there, and binds."""
     options: Any = (*QUIET[:1], ("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("skiller", "none"))
     with running(settings=options) as (first, _, _o):
         with running(settings=options) as (_, _lines, outcome):

@@ -15,7 +15,7 @@ STEPS = ("configure", "activate", "deactivate", "cleanup")
 
 
 class Node(ManagedNode):
-    """Writes down what happens to it, and fails at the steps that it is told to."""
+    """Writes down what happens to it, and fails at the steps that the test names."""
 
     def __init__(self, name, diary, *, fails=(), steady=False):
         super().__init__(name, steady=steady)

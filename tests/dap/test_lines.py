@@ -57,7 +57,7 @@ def lines():
         (15, "first", 15, True),
         (16, "first", 15, True),
         (17, "second", 19, False),
-        (18, "second", 19, False),  # a function is no rule
+        (18, "second", 19, False),  # a function is not a rule
         (19, "second", 19, False),  # nothing on its right-hand side
     ],
 )

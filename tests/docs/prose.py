@@ -82,8 +82,12 @@ def _literals(node: ast.AST) -> Iterator[ast.AST]:
     match node:
         case ast.Expr(value=ast.Constant(value=str()) as docstring):
             yield docstring
-        case ast.keyword(arg="help" | "epilog" | "short_help", value=value):
+        case ast.keyword(arg="help" | "epilog" | "short_help" | "hint", value=value):
             yield value
+        case ast.Call(func=ast.Attribute(attr="debug" | "info" | "warn" | "error"), args=arguments):
+            yield from (one for one in arguments if isinstance(one, ast.Constant | ast.JoinedStr))
+        case ast.Call(func=ast.Name(id="Finding" | "Diagnostic" | "LiveFinding"), args=arguments):
+            yield from (one for one in arguments if isinstance(one, ast.Constant | ast.JoinedStr))
         case ast.Raise(exc=ast.Call(args=arguments)):
             yield from (one for one in arguments if isinstance(one, ast.Constant | ast.JoinedStr | ast.BinOp))
 

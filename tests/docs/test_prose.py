@@ -31,6 +31,7 @@ def findings(page):
         "The page completes names, as one types.",
         "The folder lies in the checkout.",
         "A text is no number.",
+        "It ends when it is no number.",
         "It lists the skills that there are.",
         "It waits for ever.",
         "Is something misspelt, a line with the file says so.",
@@ -80,6 +81,18 @@ def test_python_docstrings_help_and_messages_are_read_and_nothing_else():
     )
     found = LINTER.findings([("m.py", prose_of_python(source))])
     assert sorted({one.line for one in found}) == [1, 3, 6, 8]
+
+
+def test_hints_log_lines_and_findings_are_read():
+    source = (
+        "def f(log):\n"
+        "    log.warn('the user is told one')\n"
+        "    yield Finding(CODE, place, f'{log} is told two')\n"
+        "    return Error('told three', hint='you are told four')\n"
+        "    return told('told five')\n"
+    )
+    found = LINTER.findings([("m.py", prose_of_python(source))])
+    assert sorted({one.line for one in found}) == [2, 3, 4]
 
 
 def test_only_the_unreleased_part_of_the_changelog_is_read():

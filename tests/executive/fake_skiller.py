@@ -33,7 +33,7 @@ class FakeSkiller(Feature):
     """The feature ``blackboard`` with nothing but skillers.
 
     :param duration: loops that a skill runs.
-    :param grants: gives control to whoever asks.
+    :param grants: gives control to any client that asks.
     :param writer: there is a skiller at all.
     """
 

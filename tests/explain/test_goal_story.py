@@ -20,7 +20,7 @@ def started(at: float, name: str, parent: str = "nil", modes=MODES):
 
 
 def told(events, name: str, at: float | None = None) -> str:
-    """What is told of a goal, as text."""
+    """What is reported about a goal, as text."""
     return "\n".join(explain(RecordedEvidence(ListRun(events), at, None), name, "goal").lines)
 
 

@@ -20,7 +20,7 @@ WAIT_S = 10
 
 
 class Rig:
-    """Two boards, a gateway that works when it is told to, and its log."""
+    """Two boards, a gateway that works when the test lets it, and its log."""
 
     def __init__(self, *patterns: str) -> None:
         self.clock = VirtualClock()

@@ -72,7 +72,7 @@ TOLD = {
     "wide": ("matches in one way",),
     "deep": ("nested more than 500 deep", "nested too deep"),
 }
-"""What is told of them."""
+"""What is reported about them."""
 HEAVY_FUNCTIONS = """
 (deffunction endless (?x) (+ 1 (endless ?x)))
 (deffunction grow () (bind ?x "aaaaaaaa") (while TRUE do (bind ?x (str-cat ?x ?x))))

@@ -21,7 +21,7 @@ from tests.support import ROOT
 DATA = Path(__file__).parent / "data"
 SAMPLE = DATA / "CompiledInterface.xml"
 NAMES = default_registry().names()
-# D: rules for docstrings that exclude each other; the rest: a file alone is no package, no copyright notice
+# D: rules for docstrings that exclude each other; others: one file is not a package, no copyright notice
 RUFF = ["ruff", "check", "--isolated", "--select", "ALL", "--ignore", "D203,D213,COM812,INP001,CPY001,N999"]
 
 

@@ -37,7 +37,7 @@ def test_there_are_52_rows() -> None:
 def test_each_real_definition_equals_its_row(row: dict[str, Any]) -> None:
     shown = schema_row(real_schema(row))
     measured = {key: value for key, value in row.items() if key in shown}
-    # what was measured twice is told once
+    # what was measured twice is listed once
     measured["messages"] = [
         {key: message[key] for key in ("name", "datasize", "fields")} for message in row["messages"]
     ]

@@ -1,4 +1,4 @@
-"""Each mistake of a new user is told at once: one cause, where it was made, and nothing that only follows."""
+"""Each mistake of a new user is reported at once: one cause, its place, and nothing that only follows."""
 
 from __future__ import annotations
 

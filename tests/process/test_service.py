@@ -15,7 +15,7 @@ from cxbridge.process.service import Service
 
 @pytest.fixture
 def manager(tmp_path, monkeypatch):
-    """What systemd is told."""
+    """The notifications for systemd."""
     path = str(tmp_path / "notify")
     with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
         listener.bind(path)

@@ -68,7 +68,7 @@ def test_a_signal_in_the_sleep_of_a_daemon_is_no_fault(tmp_path):
 
 
 def test_a_signal_while_the_executive_is_started_is_no_fault(tmp_path):
-    """Rules that never end are broken off; what comes of that is no failure of the start."""
+    """Rules that never end are broken off; what comes of that is not a failure of the start."""
     agent = "(defrule spin => (printout error LOADING crlf) (while TRUE (bind ?x 1)))"
     scenario = write_scenario(tmp_path / "s", agent=agent)
     process, _ = start(tmp_path, str(scenario), until="LOADING")

@@ -1,4 +1,4 @@
-"""What systemd is told; that nobody reads it is no reason to stand still."""
+"""The notifications for systemd; without a reader the service goes on."""
 
 from __future__ import annotations
 

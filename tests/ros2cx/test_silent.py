@@ -23,7 +23,7 @@ pytestmark = needs_ros2cx
 
 
 class Mover(DummyExecutor):
-    """A dummy with a name that is no dummy's."""
+    """A dummy with a name that is not a dummy's."""
 
     skills = ("move",)
 

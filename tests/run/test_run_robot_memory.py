@@ -67,7 +67,7 @@ def test_a_run_hears_of_what_it_wrote_and_repeats(tmp_path):
 def test_with_a_file_the_next_run_finds_what_this_one_wrote(tmp_path):
     folder = scenario(tmp_path, FILE)
     assert run(folder)[0].status == 0
-    # nothing changes any more, so nothing is told
+    # nothing changes any more, so nothing is reported
     result, lines = run(folder)
     assert (result.status, lines) == (3, [])
 

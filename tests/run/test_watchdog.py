@@ -1,4 +1,4 @@
-"""A loop that does not come to its end: who is told, what is told, and how it is ended."""
+"""A loop that does not come to its end: who is notified, of what, and how it is ended."""
 
 from __future__ import annotations
 

@@ -255,7 +255,7 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("fast")
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
-    """What was done meanwhile is told when it is back; nothing that had ended is done again."""
+    """What was done meanwhile is reported when it is back; nothing that had ended is done again."""
     server = MongoServer()
     config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:

@@ -19,7 +19,7 @@ from tests.skiller.rig import Rig
 
 
 class SlowVoice(Voice):
-    """Is done when it is told to be."""
+    """Is done when the test says so."""
 
     def __init__(self) -> None:
         self.said: list[str] = []

@@ -54,7 +54,7 @@ LEAF = "(assert (goal (class ?class) (id ?id)"
 FAILED = "(modify ?goal (mode FINISHED) (outcome FAILED))"
 
 MUTANTS = [
-    Mutant("a value of a parameter", PLANS, "This is a print test", "This is no print test", "values"),
+    Mutant("a value of a parameter", PLANS, "This is a print test", "This is not a print test", "values"),
     Mutant("another parameter", PLANS, "(create$ warn (str-cat", "(create$ info (str-cat", "values"),
     Mutant("a parameter of a goal", GOALS, "SUBGOAL 3 (talk", "SUBGOAL 4 (talk", "values"),
     Mutant("meta data of a goal", LEAVES, "(meta tried-once))", "(meta tried-once yes))", "values"),

@@ -232,5 +232,5 @@ def test_a_definition_in_a_recording_that_is_none(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with McapWriter(path) as writer:
         writer.write(SourceRead(1, "interface", "", "OddInterface", b"<interface", {}))
-    with pytest.raises(TraceError, match=r"interfaces/OddInterface.xml in it is no interface"):
+    with pytest.raises(TraceError, match=r"interfaces/OddInterface.xml in it is not an interface"):
         adopt_interfaces(open_run(path), InterfaceRegistry())

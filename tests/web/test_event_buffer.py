@@ -135,7 +135,7 @@ STEP = st.tuples(st.integers(0, 5), st.integers(0, 5), st.integers(0, 4))
 
 @given(st.lists(STEP, max_size=30), st.integers(1, 8))
 def test_everybody_gets_each_event_or_is_told_that_it_is_gone(steps, room):
-    """However events come and clients read: what is sent and what is told to be gone add up."""
+    """However events come and clients read: what is sent and what is reported as gone add up."""
     buffer, at, sent, gone = EventBuffer(most_events=room), START, 0, 0
     for goals, lines, lost in steps:
         buffer.skip(lost)

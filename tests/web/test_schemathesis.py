@@ -38,7 +38,7 @@ def test_the_api_keeps_to_its_description():
             "--warnings",
             "off",
         ]
-        options += ["--suppress-health-check", "all"]  # a busy machine is no defect
+        options += ["--suppress-health-check", "all"]  # a busy machine is not a defect
         done = subprocess.run(
             [
                 *(sys.executable, "-m", "schemathesis.cli", "run", f"{client.url}/api/openapi.json"),

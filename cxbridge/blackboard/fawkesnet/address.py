@@ -14,7 +14,7 @@ SCHEME: Final = "fawkes"
 def parse_url(url: str) -> tuple[str, int]:
     """Return host and port of ``fawkes://host:port``; port 1910 unless given.
 
-    :raises BlackBoardError: when it is no such URL.
+    :raises BlackBoardError: when it is not such a URL.
     """
     try:
         parts = urlsplit(url)

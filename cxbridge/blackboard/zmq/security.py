@@ -79,7 +79,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
 
     :param keys: there are CURVE keys.
     :param insecure: the user takes the risk.
-    :raises EndpointError: when it is no endpoint.
+    :raises EndpointError: when it is not an endpoint.
     :raises InsecureEndpointError: when it needs keys.
     """
     scheme, separator, rest = endpoint.partition("://")

@@ -179,7 +179,7 @@ def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
                 hint = did_you_mean(part.name, known) or f"it has: {', '.join(known) or 'none'}"
                 yield Finding(PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
         for doubt in find_doubts(template):
-            yield Finding(DOUBT, place, f"'{doubt.text}' is no placeholder: {doubt.reason}")
+            yield Finding(DOUBT, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")
 
 
 def _slot(node: SyntaxNode, name: str) -> SyntaxNode | None:

@@ -347,7 +347,7 @@ def modify(
 def fact_index(word: str) -> int:
     """Return a fact's index, written with or without ``f-``.
 
-    :raises CxbridgeError: when it is no number.
+    :raises CxbridgeError: when it is not a number.
     """
     digits = word.removeprefix("f-")
     if not digits.isdecimal():

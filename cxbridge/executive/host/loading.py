@@ -121,7 +121,7 @@ class ClipsLoader:
         try:
             if not path.is_file() and path.exists() and not path.is_dir():
                 # to read a pipe may take forever
-                self._report(Diagnostic(file, None, "", "FILE", "this is no regular file"), Level.ERROR)
+                self._report(Diagnostic(file, None, "", "FILE", "this is not a regular file"), Level.ERROR)
                 return False
             data = path.read_bytes()
         except (OSError, ValueError) as error:

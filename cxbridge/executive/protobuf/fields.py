@@ -107,7 +107,7 @@ def add_value(message: Message, field: Any, given: Value, get: GetMessage) -> No
     :raises ProtobufError: when the field is none, or the list cannot hold this value.
     """
     if not is_list(field):
-        raise ProtobufError("it is no list", hint="pb-set-field")
+        raise ProtobufError("it is not a list", hint="pb-set-field")
     if field.type == FieldDescriptor.TYPE_BYTES:
         return
     converted = _to_protobuf(field, given, get)

@@ -69,7 +69,7 @@ def open_datagram(data: bytes, version: int = 2) -> tuple[int, bytes]:
 
     The size in the header is not looked at when it is encrypted, as protobuf_comm does.
 
-    :raises ProtobufError: when it is no frame.
+    :raises ProtobufError: when it is not a frame.
     """
     header = _HEADER_V1 if version == 1 else _HEADER_V2
     if len(data) < header.size:

@@ -62,7 +62,7 @@ class StreamLink(asyncio.Protocol):
         self._transport = transport
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
         self.host = self.host.removeprefix(_MAPPED)
-        # before anybody is told: who is told may send at once
+        # before any listener is called: it may send at once
         self.connected = True
         if not self._network.made(self):
             self.connected = False

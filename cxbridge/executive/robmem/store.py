@@ -26,7 +26,7 @@ MAX_NAME = 120
 def split_name(collection: str) -> tuple[str, str]:
     """Split ``DATABASE.COLLECTION``; the first dot parts them.
 
-    :raises QueryError: when it is no such name.
+    :raises QueryError: when it is not such a name.
     """
     database, dot, name = collection.partition(".")
     if not dot or not database or not name or len(collection) > MAX_NAME or "\0" in collection or "$" in name:

@@ -23,7 +23,7 @@ class Count:
 class CECount:
     """A CE and how much matches it.
 
-    :param alone: facts that match its pattern alone; None when it is no pattern.
+    :param alone: facts that match its pattern alone; None when it is not a pattern.
     :param joined: ways in which it matches with all before it; None when one before it has none.
     """
 

@@ -43,7 +43,7 @@ def function_skill(function: SkillFunction, name: str = "") -> type[SkillExecuto
     """Return a class of executors that calls a function.
 
     :param name: of the skill; that of the function by default.
-    :raises SkillError: when it is no function.
+    :raises SkillError: when it is not a function.
     """
     if not callable(function) or isinstance(function, type):
         raise SkillError(

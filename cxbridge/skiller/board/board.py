@@ -276,7 +276,7 @@ class SkillBoard:
 
     def _note_failure(self, executor: str, message: Any, error: BlackBoardError) -> None:
         if isinstance(error, NoWriterError):
-            return  # it is gone; that is told otherwise
+            return  # it is gone; another event says so
         self._log.warn(f"{message.type} does not reach {executor}: {error.message}")
         if message.type == "RequestMessage":
             self._answered(executor)

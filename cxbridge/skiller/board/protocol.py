@@ -121,7 +121,7 @@ class SkillCall:
     def number(self, name: str, default: float = _NOT_GIVEN) -> float:
         """Return a parameter as a number.
 
-        :raises SkillError: when it is not given and there is no default, or it is no finite number.
+        :raises SkillError: when it is not given and there is no default, or it is not a finite number.
         """
         value = self.get(name, default)
         if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):

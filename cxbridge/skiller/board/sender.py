@@ -96,7 +96,7 @@ class Sender:
         """
         reader = self._watch.instance(executor)
         if reader is None:
-            return  # it is gone, and that is told otherwise
+            return  # it is gone, and another event says so
         message: Message = reader.create_message(message_type, *ticket, *values)
         if self._at_once or executor in self.local:
             self._delivery.send(reader, message)

@@ -14,7 +14,7 @@ local FINE_STEP, LARGE_KIB, MUCH_KIB = 10, 32, 768
 -- Of what a call gets that comes after one that used up everything: to reset skills, to tell why they failed.
 local LEAST = 0.1
 local LONGEST_MESSAGE = 4000
--- C walks through the whole stack for each function on it; of a stack deeper than this only the top is told.
+-- C walks through the whole stack for each function on it; of a stack deeper than this it shows only the top.
 local DEEP, TOP = 200, 12
 
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
@@ -96,10 +96,10 @@ end
 --- Whether the error that is under way says that the budget is used up.
 function budget.is_exhausted() return exhausted ~= false end
 
---- What an error says. What is no text is not asked for one: a skill's code would run, or a table go to the host.
+--- What an error says. A value that is not a text is not converted to one: a skill's code would run, or a table go to the host.
 local function text_of(problem)
     if type(problem) == "number" then problem = tostring(problem) end
-    if type(problem) ~= "string" then return "(an error that is no text but a " .. type(problem) .. ")" end
+    if type(problem) ~= "string" then return "(an error that is not a text but a " .. type(problem) .. ")" end
     return #problem > LONGEST_MESSAGE and sub(problem, 1, LONGEST_MESSAGE) or problem
 end
 

@@ -11,7 +11,7 @@ local graph = {direction = "TB", coloured = true}
 local function remembering(fn)
     local known, count = {}, 0
     return function(text)
-        if text ~= text then return fn(text) end -- NaN is no key
+        if text ~= text then return fn(text) end -- NaN is not a key
         local result = known[text]
         if not result then
             if count >= 1000 then known, count = {}, 0 end

@@ -115,7 +115,7 @@ function guard.string.gsub(subject, pattern, replacement, most)
     return matcher.gsub(subject, text_of(pattern), replacement, most and tonumber(most) or #subject + 1)
 end
 
---- C repeats even an empty text as often as it is told.
+--- C repeats even an empty text as often as the argument says.
 function guard.string.rep(text, count)
     if is_text(text) and tonumber(count) then
         local size = #tostring(text) * count
@@ -171,7 +171,7 @@ end
 
 local function in_bounds(number) return number > -LARGEST and number < LARGEST end
 
---- C puts as many values on its stack as it is told, and counts them in an int that overflows.
+--- C puts as many values on its stack as the argument says, and counts them in an int that overflows.
 function guard.base.unpack(list, from, to)
     local first, last = tonumber(from) or 1, tonumber(to) or type(list) == "table" and #list or 0
     if not (last - first < MOST_RESULTS and in_bounds(first) and in_bounds(last)) then

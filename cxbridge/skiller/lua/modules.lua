@@ -108,7 +108,7 @@ function world.module(name, ...)
     for _, option in ipairs {...} do option(module) end
 end
 
---- The module of the file that called the function some levels above the caller of this; nil when it is no module.
+--- The module of the file that called the function some levels above the caller of this; nil when it is not a module.
 function kit.calling_module(level)
     local at = core.getinfo(level + 1, "f")
     local environment = at and at.func and core.getfenv(at.func)

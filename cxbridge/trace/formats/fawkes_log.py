@@ -48,7 +48,7 @@ class _LogEntry:
     whole: bool
 
     def groups(self) -> tuple[str, ...] | None:
-        """Return letter, time of day, fraction, component and text; None when it is no entry of a log."""
+        """Return letter, time of day, fraction, component and text; None when it is not an entry of a log."""
         if self.match is None:
             whole = _ENTRY.match("\n".join([self.first, *self.more]))
             return None if whole is None else whole.groups()

@@ -17,7 +17,7 @@ MAX_LINE = 4 * 1024 * 1024
 
 
 def files_starting(folder: Path, pattern: str, size: int, starts_well: Callable[[bytes], bool]) -> list[Path]:
-    """Return the files in a folder that begin as those of a format do, by name; none when it is no folder.
+    """Return the files in a folder that begin as those of a format do, by name; none when it is not a folder.
 
     :param pattern: of their names.
     :param size: how many bytes ``starts_well`` needs to see.
@@ -72,7 +72,7 @@ def read_lines(path: Path) -> Iterator[tuple[int, str, bool]]:
                     f"a line of more than {MAX_LINE >> 20} MiB",
                     file=path,
                     line=number,
-                    hint="this is no text log of a run, or it is damaged here",
+                    hint="this is not a text log of a run, or it is damaged here",
                 )
             whole = line.endswith(b"\n")
             yield number, (line[:-1] if whole else line).decode("utf-8", "backslashreplace"), whole

@@ -33,7 +33,7 @@ class FoxgloveOptions:
     def foxglove_port(self) -> int | None:
         """The port for Foxglove; None when none was asked for.
 
-        :raises CxbridgeError: when it is no port.
+        :raises CxbridgeError: when it is not a port.
         """
         if not self.foxglove:
             return None if self.foxglove is None else DEFAULT_PORT

@@ -15,7 +15,7 @@ cx.run = (() => {
     for (const [seq, time, state] of states) events.push([seq, { kind: "plan-action", time_us: time, env, goal, plan, action_id: id, action: name, state }]);
   }
   data.calls.forEach(([env, skiller, text, msgid, seq, time, endSeq, endTime, status, error], number) => {
-    // calls that are told apart already
+    // calls with names of their own already
     const call = { kind: "skill", env, skiller, skill_string: text, msgid, lane: number };
     events.push([seq, { ...call, time_us: time, status: "S_RUNNING" }]);
     if (endSeq !== null) events.push([endSeq, { ...call, time_us: endTime, status, error }]);

@@ -1,4 +1,4 @@
-// Long lists and tables. What is not shown at once is told.
+// Long lists and tables. A line says how much is not shown at once.
 cx.lists = (() => {
   const { el } = cx;
   const MOST = 1000;

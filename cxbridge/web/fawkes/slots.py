@@ -114,7 +114,7 @@ def integer(slots: Slots, name: str) -> int:
 def flag(slots: Slots, name: str) -> bool:
     """Return whether it is TRUE.
 
-    :raises SlotError: when it is no symbol.
+    :raises SlotError: when it is not a symbol.
     """
     value = _first(slots, name)
     if not isinstance(value, Symbol):

@@ -157,7 +157,7 @@ def client(host: str, port: str) -> None:
 
 
 def silent(host: str, port: str) -> None:
-    """Be there as a writer that says nothing, and is told nothing."""
+    """Be there as a writer that says nothing, and gets no message."""
     with FawkesBlackBoard(
         f"fawkes://{host}:{port}", default_registry(), RealClock(), timeout=TIMEOUT
     ) as board:

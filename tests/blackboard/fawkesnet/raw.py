@@ -1,4 +1,4 @@
-"""A client that sends what it is told, and takes what comes."""
+"""A client that sends what the test says, and takes what comes."""
 
 from __future__ import annotations
 

@@ -17,7 +17,7 @@ def test_a_few_seconds_with_the_nemesis():
 
 
 def test_a_few_seconds_with_the_nemesis_of_gateway_recorder_and_executor():
-    """What a caller takes for final was executed, whoever was killed; a thief's status passed for ours."""
+    """What a caller takes for final was executed, whatever was killed; a thief's status passed for ours."""
     seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(10, 4)))
     assert nemesis_system.run(seconds) == []
 

@@ -1,4 +1,4 @@
-"""Which of a client's two threads receives: listeners are told at once, and hold nobody up."""
+"""Which of a client's two threads receives: listeners are called at once, and hold nobody up."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def made(tmp_path):
 
 
 class Gate(Listener):
-    """Reads each write, and waits where it is told to."""
+    """Reads each write, and waits where the test says so."""
 
     def __init__(self, wait_at: int = 0) -> None:
         self.wait_at = wait_at

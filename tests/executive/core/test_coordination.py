@@ -64,7 +64,7 @@ class CoordinationBench(Bench):
         self.reset(name)
 
     def reset(self, name: str = "m") -> None:
-        """Take note of a response, as whoever made the request has to."""
+        """Take note of a response, as the maker of the request has to."""
         self.modify("mutex", "(request NONE) (response NONE)", name=name)
         self.env.run()
 

@@ -134,7 +134,7 @@ class Robot:
         self.env.call(function, *map(Symbol, args))
 
     def noted(self, name: str = "m") -> None:
-        """Take note of a response, as whoever made the request has to."""
+        """Take note of a response, as the maker of the request has to."""
         self.env.eval(
             f"(do-for-fact ((?m mutex)) (eq ?m:name {name}) (modify ?m (request NONE) (response NONE)))"
         )

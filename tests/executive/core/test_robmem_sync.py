@@ -273,7 +273,7 @@ NO_FACT = [
 @pytest.mark.parametrize("fields", NO_FACT, ids=repr)
 def test_a_document_that_is_no_fact_is_ignored(bench: RobmemBench, fields: Document) -> None:
     bench.receive("insert", "/shared/x", bench.now(), **fields)
-    assert bench.texts("E") == ["The document /shared/x is no wm-fact, it is ignored"]
+    assert bench.texts("E") == ["The document /shared/x is not a wm-fact, it is ignored"]
     assert bench.known() == set()
     assert bench.memory.living() == 0
     bench.receive("insert", "/shared/x", bench.now())
@@ -290,7 +290,7 @@ def test_restore_leaves_out_what_is_no_fact(bench: RobmemBench, fields: Document
     }
     bench.env.call("wm-robmem-sync-restore")
     assert bench.known() == {"/shared/b"}
-    assert bench.texts("E") == ["The document /shared/a is no wm-fact, it is ignored"]
+    assert bench.texts("E") == ["The document /shared/a is not a wm-fact, it is ignored"]
 
 
 @pytest.mark.parametrize(

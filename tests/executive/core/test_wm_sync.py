@@ -1,4 +1,4 @@
-"""World model and domain of the built-in core are kept the same, whoever changes which.
+"""World model and domain of the built-in core are kept the same, no matter which of them changes.
 
 The table of events is that of the compatibility page on the behaviour of the CX core, section 6.4. Everything
 that modifies facts is done in both ways there are: as an agent's file does (the fact gets a new index) and as

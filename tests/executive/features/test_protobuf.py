@@ -237,7 +237,7 @@ def test_a_value_that_cannot_be_set_changes_nothing(pb, log, field, text, proble
     [
         ("nothing", "1", ["Could not find field nothing"]),
         ("numbers", "one", ["Failed to add field numbers of test_msgs.Report: one is not a number"]),
-        ("robot", "R1", ["Failed to add field robot of test_msgs.Report: it is no list"]),
+        ("robot", "R1", ["Failed to add field robot of test_msgs.Report: it is not a list"]),
         ("colours", "BLUE", []),
         ("raws", "x", []),
     ],

@@ -1,4 +1,4 @@
-"""Loading files: what is broken is told with file and line, what is not is defined."""
+"""Loading files: what is broken is reported with file and line, what is not is defined."""
 
 from __future__ import annotations
 

@@ -116,7 +116,7 @@ def test_depth_is_no_matter():
 
 
 def test_an_arrow_without_a_pattern():
-    """A property found it: `?f <-` before a word is no pattern."""
+    """A property found it: `?f <-` before a word is not a pattern."""
     assert parse_rule("(defrule r ?f <- a =>)").ces == ()
 
 

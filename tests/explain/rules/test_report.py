@@ -1,4 +1,4 @@
-"""What is told of a rule: the verdict, its place, the agenda, rules that are not there."""
+"""What is reported about a rule: the verdict, its place, the agenda, rules that are not there."""
 
 from __future__ import annotations
 

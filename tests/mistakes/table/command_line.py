@@ -9,7 +9,7 @@ from tests.mistakes.table.mistake import RUN, Mistake
 MISTAKES: Final[tuple[Mistake, ...]] = (
     Mistake("the scenario is not there", "there is no such scenario", at="agnet", command=("run", "agnet")),
     Mistake(
-        "the folder is no scenario",
+        "the folder is not a scenario",
         "has no scenario.yaml",
         at="agent/skills",
         command=("run", "agent/skills"),

@@ -62,10 +62,10 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         command=DAEMON,
     ),
     Mistake(
-        "the endpoint is no address",
+        "the endpoint is not an address",
         "tcp//:1911",
         command=("daemon", "--no-executive", "--no-fawkes", "--endpoint", "tcp//:1911"),
     ),
     Mistake("the configuration is not there", "agnet", command=("daemon", "agnet")),
-    Mistake("a word is no policy", "--on-failure|on-failure", command=(*DAEMON, "--on-failure", "go on")),
+    Mistake("a word is not a policy", "--on-failure|on-failure", command=(*DAEMON, "--on-failure", "go on")),
 )

@@ -39,7 +39,7 @@ class Mistake(Struct, frozen=True):
     """A mistake.
 
     :param name: what the user did.
-    :param says: a regular expression: the cause, as it is told.
+    :param says: a regular expression: the cause, as it is reported.
     :param edits: what the user changed in an agent that is fine.
     :param at: ``FILE:LINE`` of the mistake, as far as it is in a file.
     :param command: of ``cxbridge``.

@@ -1,4 +1,4 @@
-"""``run --replay``: it decides the same in the recorded environment; what it decides otherwise is told."""
+"""``run --replay``: it decides the same in the recorded environment, or says what differs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A skill board with executors that do as they are told, on a virtual clock."""
+"""A skill board with executors that do as the test says, on a virtual clock."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ PERIOD_US = 33_333
 
 
 class Puppet(SkillExecutor):
-    """Executes until it is told to end: ``ends`` takes None for success, a text for failure."""
+    """Executes until the test ends it: ``ends`` takes None for success, a text for failure."""
 
     skills = ("move", "grasp")
 

@@ -105,7 +105,7 @@ class Frame:
 
 
 def switches(rig: Rig, *names: str) -> None:
-    """Open SwitchInterfaces for writing; nobody looks at what they are told."""
+    """Open SwitchInterfaces for writing; nobody looks at their messages."""
     for name in names:
         rig.board.open_for_writing("SwitchInterface", name, owner="test")
 

@@ -49,7 +49,7 @@ def name_of(file: SkillFile) -> str:
 
 
 def test_there_is_something_to_load():
-    """Without checkouts there is nothing to show, and that is told."""
+    """Without checkouts there is nothing to show, and the output says so."""
     if FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")
     assert len([file for file in FAWKES_FILES if file.skill]) >= 30

@@ -36,7 +36,7 @@ TRICKS = [
     "dofile('x')",
     "rawset(math, 'x', 1)", "collectgarbage()", "python.eval('1')", "io.open('x')", "os.execute('true')",
     "tf:lookup_transform('a', 'b', {})", "count{f = function() end}", "tf:can_transform(function() end)",
-    # C functions that take what they are told
+    # C functions that believe their arguments
     "unpack({}, -2^31, 2^31-1)", "unpack({}, 1, 1e9)", "unpack({}, 0/0, 1)", "table.insert({}, -2^31, 1)",
     "table.insert({}, 0/0, 1)", "string.rep('x', 1e9)", "string.rep('x', 2^53)", "('x'):rep(0/0)",
     "string.format('%99999d', 1)", "os.date(('%c'):rep(1e4))", "os.date('%c', 1e300)", "os.date('*t', 0/0)",

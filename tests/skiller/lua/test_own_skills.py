@@ -202,7 +202,7 @@ def test_goto_waypoints_without_places(rig: Rig, text: str):
 
 
 class Hand:
-    """A gripper that does what it is told two loops later, unless it is stuck."""
+    """A gripper that obeys two loops later, unless it is stuck."""
 
     def __init__(self, rig: Rig, *, closed: bool = False, stuck: bool = False) -> None:
         board: Any = rig.board

@@ -32,7 +32,7 @@ from tests.support import ROOT
 
 
 class Fixed(Estimator):
-    """Answers for everything, and remembers what it is told of the progress."""
+    """Answers for everything, and remembers the progress that is reported to it."""
 
     def __init__(self, priority: int, seconds: float) -> None:
         self.priority = priority

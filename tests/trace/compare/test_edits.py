@@ -1,4 +1,4 @@
-"""What is told of two runs that differ: what a person would name, and nothing twice."""
+"""What is reported about two runs that differ: what a person would name, and nothing twice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Blocks from recorded values: the same bytes again, for each of our types; what does not fit is told."""
+"""Blocks from recorded values: the same bytes again, for each of our types; what does not fit is reported."""
 
 from __future__ import annotations
 

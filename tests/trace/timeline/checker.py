@@ -41,7 +41,7 @@ def check(events: list[dict[str, Any]]) -> None:
         assert event["name"], event
         if event["ph"] == "M":
             number = event["tid"] if event["name"].startswith("thread") else event["pid"]
-            assert number not in named[event["name"]], "named twice; threads are told apart by tid alone"
+            assert number not in named[event["name"]], "named twice; only the tid distinguishes threads"
             named[event["name"]].add(number)
         elif event["ph"] == "C":
             assert all(type(value) in {int, float} for value in event["args"].values())

@@ -107,7 +107,7 @@ SHOTS: Final[Mapping[str, Shot]] = {
 
 
 def record(folder: Path, scenario: str) -> Path:
-    """Return the recording of a run; that of the tour has loop times: its clock is no virtual one."""
+    """Return the recording of a run; that of the tour has loop times: its clock is not a virtual one."""
     path = folder / f"{scenario}.mcap"
     options = ["--trace", str(path), "--trace-level", "facts", "--quiet"]
     options += ["--clock", "scaled:8"] if scenario == "waypoints" else []

@@ -90,7 +90,7 @@ def test_names_are_typed_and_completed(tab, site, daemon):
     assert offered == ["T::a/b.speed", "T::a/b.way[0]", "T::a/b.way[1]"]
     tab.fill("#plot-name", "no name of anything")
     tab.keyboard.press("Enter")
-    tab.wait_for_selector(".toast.bad >> text=is no name of a value")
+    tab.wait_for_selector(".toast.bad >> text=is not a name of a value")
     tab.fill("#plot-name", "robot{name=r1}.charge")
     tab.keyboard.press("Enter")
     name = "executive:robot{name=r1}.charge"

@@ -126,7 +126,7 @@ def test_what_is_no_recording_is_refused_with_a_word(tab, site, content):
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("#state >> text=RUNNING")
     drop(tab, "thing", content)
-    tab.wait_for_selector(".toast.bad >> text=thing is no recording")
+    tab.wait_for_selector(".toast.bad >> text=thing is not a recording")
     assert tab.locator("#state").inner_text().endswith("RUNNING")
 
 

@@ -531,7 +531,7 @@ def test_lines_of_a_recording_are_opened_and_scrubbed(tab, site, tmp_path):
         tab.click("#open-recording")
     chooser.value.set_files(path)
     tab.wait_for_selector("[role=treeitem] >> text=EXPANDED")
-    tab.wait_for_selector("text=1 line is no event")
+    tab.wait_for_selector("text=1 line is not an event")
     tab.keyboard.press(",")
     tab.wait_for_selector("[role=treeitem] >> text=SELECTED")
     tab.locator("#moment").fill("0")

@@ -61,7 +61,7 @@ def plot(
         instance = feed.open(*parse_uid(uid))
         now = feed.now(instance)
         for name in fields:
-            value_of(name, now.values)  # a mistake is told before anything is drawn
+            value_of(name, now.values)  # a mistake is reported before anything is drawn
         writes = _writes(feed, now, Deadline(timeout))
         if lines or not sys.stdout.isatty():
             done = _print(writes, fields, count)

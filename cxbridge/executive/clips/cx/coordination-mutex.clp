@@ -2,7 +2,7 @@
 ;
 ; There is one mutex fact for each mutex. To acquire one, call
 ; (mutex-try-lock-async NAME); to release it, (mutex-unlock-async NAME). Then
-; watch the fact: the request stays until whoever made it has seen the response
+; watch the fact: the request stays until its maker has seen the response
 ; and sets both back to NONE.
 ;
 ;   request     response, in the end
@@ -138,7 +138,7 @@
 )
 
 (deffunction mutex-flush-locks-async ()
-  "Release all locks, whoever has them. The mutex-expire-task tells the outcome
+  "Release all locks, also those of others. The mutex-expire-task tells the outcome
    and is to be retracted by the caller."
   (mutex-start-expire-task FLUSH 0.0)
 )

@@ -1,5 +1,5 @@
 ;;; To try skills by hand, without goals and a domain. (assert (start)) executes two
-;;; actions, one after the other; each change of an action is told. The spec needs a
+;;; actions, one after the other; each change of an action is printed. The spec needs a
 ;;; mapping for the action say, with the parameters text and wait.
 
 (defrule start

@@ -14,7 +14,7 @@
 
 (deffunction goal-tree-own-copies (?children)
   "The children with a copy for each that is there more than once. Goals without an id that
-   are equal are one fact, but whoever names it twice wants two goals."
+   are equal are one fact, but a caller that names it twice wants two goals."
   (bind ?own (create$))
   (progn$ (?child ?children)
     (bind ?goal ?child)

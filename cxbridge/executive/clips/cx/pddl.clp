@@ -105,7 +105,7 @@
 
 (deffunction pddl-is-plan (?doc ?prefix)
   "Internal. TRUE if each action of a plan's document has a name and arguments. For
-   what is no list, bson-get-array returns a list with FALSE."
+   what is not a list, bson-get-array returns a list with FALSE."
   (bind ?fine TRUE)
   (progn$ (?action (bson-get-array ?doc (str-cat ?prefix "actions")))
     (if (external-addressp ?action) then
@@ -120,7 +120,7 @@
 )
 
 (deffunction pddl-refuse-plan (?plan ?goal)
-  "Internal. The document is no plan: fail the goal."
+  "Internal. The document is not a plan: fail the goal."
   (printout error "The plan for goal " (fact-slot-value ?goal id)
                   " is none: an action lacks its name or its arguments" crlf)
   (retract ?plan)
@@ -130,7 +130,7 @@
 (deffunction pddl-take-plan (?doc ?prefix ?plan ?goal)
   "Internal. Assert the plan that is in a document, its fields below ?prefix, and
    expand the goal. The id of an action is its place in the document; the parameter
-   names are left to the domain model. REACH-GOAL is no action, but FF's way of
+   names are left to the domain model. REACH-GOAL is not an action, but FF's way of
    saying that it is there."
   (if (not (pddl-is-plan ?doc ?prefix)) then
     (return (pddl-refuse-plan ?plan ?goal)))

@@ -27,7 +27,7 @@
 )
 
 (defrule robmem-wait-init-all-ok
-  "Only once: whoever waits takes the signal, and there shall be no other."
+  "Only once: the rule that waits takes the signal, and there shall be no other."
   ?local <- (executive-init-signal (id robmem-initialized-local))
   ?distributed <- (executive-init-signal (id robmem-initialized-distributed))
   =>

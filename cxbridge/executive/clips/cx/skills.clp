@@ -3,8 +3,8 @@
 ;;;
 ;;; Who wants to call skills asserts (skiller-control), one for each skiller, and waits
 ;;; for its slot acquired. (skill-call ...) then asserts a skill fact, whose status
-;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. Whoever
-;;; has called retracts it. Others count their messages as we do: an id is ours only
+;;; follows the interface: S_IDLE (sent) -> S_RUNNING -> S_FINAL or S_FAILED. The
+;;; rule that called it retracts it. Others count their messages as we do: an id is ours only
 ;;; as long as nobody else has control, and who loses it loses sight of its skills.
 
 (defglobal

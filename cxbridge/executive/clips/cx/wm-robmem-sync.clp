@@ -188,7 +188,7 @@
     (bind ?id (bson-get ?doc "_id"))
     (if (wm-robmem-sync-is-fact ?doc "")
      then (wm-robmem-sync-set-fact ?id (wm-id-to-key ?id) ?doc "")
-     else (printout error "The document " ?id " is no wm-fact, it is ignored" crlf))
+     else (printout error "The document " ?id " is not a wm-fact, it is ignored" crlf))
     (bson-destroy ?doc)
     (bind ?doc (robmem-cursor-next ?cursor))
   )
@@ -365,7 +365,7 @@
   (if (not (bson-has-field ?obj "fullDocument._id")) then (return))
   (bind ?id (bson-get ?obj "fullDocument._id"))
   (if (not (and (stringp ?id) (wm-robmem-sync-is-fact ?obj "fullDocument."))) then
-    (printout error "The document " ?id " is no wm-fact, it is ignored" crlf)
+    (printout error "The document " ?id " is not a wm-fact, it is ignored" crlf)
     (return))
   (bind ?time (wm-robmem-sync-event-time ?obj))
   (bind ?known (wm-robmem-sync-time-of-entry ?id))

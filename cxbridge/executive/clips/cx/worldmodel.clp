@@ -5,7 +5,7 @@
 ; The key is the same name taken apart, made for patterns in rules:
 ;   (domain fact holding args? robot R-1 objects [ cup plate ])
 ;
-; Whoever asserts a wm-fact gives one of the two; the rules below fill in the
+; A rule that asserts a wm-fact gives one of the two; the rules below fill in the
 ; other before anything else looks at the fact. Neither may be changed in an
 ; existing fact: retract it and assert another one.
 ;

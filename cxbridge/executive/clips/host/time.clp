@@ -1,6 +1,6 @@
 ;;; Time: two integers, seconds and microseconds, as in (time 1700000000 250000).
 ;;;
-;;; The host asserts a (time SEC USEC) fact before each run when it is told to; the
+;;; The host asserts a (time SEC USEC) fact before each run when it is configured to; the
 ;;; rule below removes it when every other rule has had its turn.
 
 (defglobal ?*PRIORITY-TIME-RETRACT* = -10000)

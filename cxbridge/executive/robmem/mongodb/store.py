@@ -193,7 +193,7 @@ class MongoStore(Store):
         except mongo_errors.PyMongoError as error:
             return SetStatus("UNKNOWN", "PRIMARY_UNKNOWN", f"{name}: {error}")
         if "setName" not in hello:
-            text = f"{name}: this MongoDB is no replica set, so it tells of no changes"
+            text = f"{name}: this MongoDB is not a replica set, so it reports no changes"
             return SetStatus("NOT_INITIALIZED", "NO_PRIMARY", text)
         member = "INITIALIZING"
         for field, status in (

@@ -1,4 +1,4 @@
-// What is known of a run: made of its events, live or recorded. Who shows it is told once a frame.
+// What is known about a run: made of its events, live or recorded. Views are notified once a frame.
 import { MAIN_ENV, bare, goalKey } from "./names.js";
 import { History } from "./timeline/history.js";
 

@@ -43,7 +43,7 @@ export function factForm(app, env, fact, done) {
     app.toast("f-" + fact.index + " is now f-" + answer.index);
     done(answer.index);
   }
-  /** A fact without slots: asserted before the old one goes, so that a text that is no fact costs nothing. */
+  /** A fact without slots: asserted before the old one goes, so that a text that is not a fact costs nothing. */
   async function replace() {
     const text = whole.value.trim();
     if (text === fact.text) {

@@ -80,7 +80,7 @@ export function parseDot(text) {
     }
   }
   sign("");
-  if (word() !== "digraph") throw new DotError("This is no graph");
+  if (word() !== "digraph") throw new DotError("This is not a graph");
   if (!sign("{")) {
     word();
     if (!sign("{")) throw new DotError("The graph is cut off");

@@ -77,7 +77,7 @@ class PlotStore {
   /** Show one more. Returns why not; "" when it is shown. */
   add(text) {
     const source = parseName(text, this.app.env);
-    if (!source) return "'" + text + "' is no name of a value";
+    if (!source) return "'" + text + "' is not a name of a value";
     if (this.live.has(source.name)) return "";
     if (this.live.size >= MOST_SERIES) return "A plot has at most " + MOST_SERIES + " series: remove one";
     const series = new Series(source),

@@ -31,7 +31,8 @@ async function readJson(lines, pause) {
   }
   return {
     events,
-    notes: bad && events.length ? [bad + (bad === 1 ? " line is no event" : " lines are no events")] : [],
+    notes:
+      bad && events.length ? [bad + (bad === 1 ? " line is not an event" : " lines are not events")] : [],
   };
 }
 

@@ -6,7 +6,7 @@ const MAGIC = 0x184d2204;
 export function unLz4(from, size) {
   const view = new DataView(from.buffer, from.byteOffset, from.byteLength),
     out = new Uint8Array(size);
-  if (view.getUint32(0, true) !== MAGIC) throw new RangeError("this is no LZ4 frame");
+  if (view.getUint32(0, true) !== MAGIC) throw new RangeError("this is not an LZ4 frame");
   const flags = from[4],
     hasBlockSum = Boolean(flags & 16);
   let at = 7 + (flags & 8 ? 8 : 0) + (flags & 1 ? 4 : 0),

@@ -53,7 +53,7 @@ async function openBytes(app, name, bytes, shown) {
     ? await readMcap(bytes, shown.pause)
     : await readLines(new TextDecoder().decode(bytes), shown.pause);
   if (!events.length) {
-    app.toast(name + " is no recording, or has no events. " + [...notes, WHAT].join(" "), true);
+    app.toast(name + " is not a recording, or has no events. " + [...notes, WHAT].join(" "), true);
     return;
   }
   const recording = new Recording(name, events, notes, sources);

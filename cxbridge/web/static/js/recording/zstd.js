@@ -16,7 +16,7 @@ export function unZstd(from, size) {
     const magic = view.getUint32(at, true);
     if ((magic & 0xfffffff0) === 0x184d2a50) at += 8 + view.getUint32(at + 4, true);
     else if (magic === MAGIC) at = unpackFrame(from, at + 4, out);
-    else throw new RangeError("this is no Zstandard frame");
+    else throw new RangeError("this is not a Zstandard frame");
   }
   return out.bytes.subarray(0, out.end);
 }

@@ -4,7 +4,7 @@ const CALL = /^\s*([\w-]+)\s*\{(.*)\}\s*$/s;
 const PAIR = /([\w-]+)\s*=\s*("(?:\\.|[^"\\])*"|[^,\s]+(?:\s*\([^)]*\))?)\s*(?:,|$)/gs;
 const BARE = /^(-?\d+(\.\d+)?|true|false|nil)$/;
 
-/** A skill string taken apart: {skill, values: Map name -> text as written}; null: it is no simple call. */
+/** A skill string taken apart: {skill, values: Map name -> text as written}; null: it is not a simple call. */
 export function parseCall(text) {
   const found = CALL.exec(text || "");
   return found

@@ -122,7 +122,7 @@ export function open(root, app) {
     ({ facts: readFacts, rules: readRules, agenda: readAgenda })[tab]();
   }
 
-  /** Live, the daemon counts: whoever opens the page sees the same. */
+  /** Live, the daemon counts: every page that is opened shows the same. */
   const firings = (rule) =>
     (app.recording ? app.model.firings.get(app.env + " " + rule.name) : rule.firings) || 0;
   /** Which deftemplates are the CX core's: facts of the agent come before those. */

@@ -184,7 +184,7 @@ export function open(root, app) {
     const path = BASE + "/" + part(info.name),
       features = info.features || [],
       watch = info.watch || [];
-    const file = text("/home/me/rules.clp"),
+    const file = text("/path/to/rules.clp"),
       how = select(["load", "batch"]),
       feature = text("navgraph"),
       item = select(ITEMS),

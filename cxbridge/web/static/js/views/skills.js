@@ -73,7 +73,7 @@ export function open(root, app) {
   const callButton = el("button", { type: "submit", class: "primary" }, "Call");
   const stopButton = button(
     "Stop",
-    () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller is told to stop"),
+    () => app.attempt(() => remove(ask("skiller/skills/active")), "The Skiller was asked to stop"),
     { id: "stop-skill" },
   );
   const held = el("p", { class: "dim small", id: "held", hidden: true });
