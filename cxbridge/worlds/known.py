@@ -9,18 +9,32 @@ from typing import Final
 from cxbridge.blackboard import parse_uid
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.skillers import skiller_settings
+from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
 from cxbridge.worlds.model import Place, SensedValue, WorldModel
 
 _SKILL: Final = re.compile(r"\w+")
 
 
-def check_world(world: WorldModel, agent: Assembly, has_team: bool) -> None:
-    """Check what a world says of an agent's scenario.
+def check_world(world: WorldModel, run: Assembly | Team) -> None:
+    """Check what a world says of the scenario of a run.
 
-    :param has_team: whether there are several agents.
     :raises ConfigError: when it names what is not there.
     """
+    for agent in run.agents:
+        _check_agent(world, agent)
+    names = [agent.name for agent in run.agents]
+    for kill in world.kills if isinstance(run, Team) else ():
+        _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
+    if not isinstance(run, Team) and (world.kills or world.order):
+        place = world.kills[0].place if world.kills else Place()
+        what = "kill one" if world.kills else "let them take turns in another order"
+        hint = "see docs/several-agents.md"
+        raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
+
+
+def _check_agent(world: WorldModel, agent: Assembly) -> None:
     skills = known_skills(agent)
     for skill in world.skills:
         if skills:
@@ -33,10 +47,6 @@ def check_world(world: WorldModel, agent: Assembly, has_team: bool) -> None:
         _check_interface(message.uid, agent, message.place)
     for absence in world.absences:
         _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
-    if not has_team and (world.kills or world.order):
-        place = world.kills[0].place if world.kills else Place()
-        what = "kill one" if world.kills else "let them take turns in another order"
-        raise _error(place, f"the scenario has one agent: the world cannot {what}", "see several-agents.md")
 
 
 def known_skills(agent: Assembly) -> set[str]:
@@ -55,8 +65,6 @@ def known_skills(agent: Assembly) -> set[str]:
 
 def _executing(agent: Assembly) -> set[str]:
     """Return the names of the Skillers of this process, and of the executors of the skill board."""
-    from cxbridge.run.skillers import skiller_settings  # noqa: PLC0415 - only for those worlds
-
     board = agent.context.skill_board
     served = frozenset[str]() if board is None else board.skillers
     found = {item.name for item in skiller_settings(agent.config, "simulator", served)}

@@ -7,19 +7,19 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
-from cxbridge.testing.world import World
 from cxbridge.worlds.asking import Asking
 from cxbridge.worlds.known import check_world
 from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Choice, Chooser, NotedChooser
 from cxbridge.worlds.reading import find_world, read_world
-from cxbridge.worlds.sensing import MessageChoices, SensedChoices
+from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
 from cxbridge.worlds.skills import SkillChoices
 from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
@@ -69,10 +69,9 @@ class WorldRun(Closing):
             self.assembly = make_run(options)
             stack.enter_context(self.assembly)
             self._ask = Asking(self._asked, self.assembly.clock)
+            check_world(self._world, self.assembly)
             self._parts = {agent.name: self._part(agent) for agent in self.assembly.agents}
             stack.callback(self._close_parts)
-            for agent in self.assembly.agents:
-                check_world(self._world, agent, isinstance(self.assembly, Team))
             self._kills, self._order = self._team_choices(self.assembly)
             self.assembly.loop.add(Hook.POST_LOOP, self._happen)
             self._stack = stack.pop_all()
@@ -161,12 +160,14 @@ class AgentWorld(Closing):
             stack.callback(self._skills.close)
             agent.loop.add(Hook.SKILL, self._skills.loop)
             stack.callback(agent.loop.remove, Hook.SKILL, self._skills.loop)
-            self._board = World(agent.executive.env, agent.board)
-            stack.callback(self._board.close)
+            writers = {
+                uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
+                for uid in dict.fromkeys(each.uid for each in world.sensed)
+            }
             self._absences = [
                 AbsenceChoices(each, agent, self._skills, ask, prefix) for each in world.absences
             ]
-            sensed = [SensedChoices(each, agent, self._board, ask, prefix) for each in world.sensed]
+            sensed = [SensedChoices(each, agent, writers[each.uid], ask, prefix) for each in world.sensed]
             messages = [
                 stack.enter_context(MessageChoices(each, agent.board, ask, prefix)) for each in world.messages
             ]

@@ -10,29 +10,41 @@ from cxbridge.blackboard import LocalBlackBoard, parse_uid
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.listeners import EventKind, Listener
 from cxbridge.closing import Closing
+from cxbridge.errors import ConfigError, InterfaceError
 from cxbridge.events import Event, SkillStatus
+from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.run.assembly import Assembly
-from cxbridge.skiller.board.settings import value_of
-from cxbridge.testing.world import World
 from cxbridge.worlds.asking import Asking, fault, unless
 from cxbridge.worlds.model import MessageFault, SensedValue
 from cxbridge.worlds.points import ChoiceKind, Option
 
 _SKILL: Final = re.compile(r"\w+")
-_OWNER: Final = "world"
+OWNER: Final = "world"
+"""Who opens the interfaces that a world writes, and whose messages it loses."""
+
 _ENDED: Final = ("S_FINAL", "S_FAILED")
 
 
 class SensedChoices:
     """Writes a field of an interface, with a value that is chosen.
 
+    :param interface: that one; open for writing.
     :param prefix: what its subjects begin with.
+    :raises ConfigError: when a value does not fit the field.
     """
 
-    def __init__(self, sensed: SensedValue, agent: Assembly, world: World, ask: Asking, prefix: str) -> None:
-        self._sensed, self._world, self._ask = sensed, world, ask
+    def __init__(
+        self, sensed: SensedValue, agent: Assembly, interface: Interface, ask: Asking, prefix: str
+    ) -> None:
+        self._sensed, self._interface, self._ask = sensed, interface, ask
+        for text, _ in reversed(sensed.values):
+            try:
+                self._set(text)
+            except InterfaceError as error:
+                place = sensed.place
+                raise ConfigError(error.message, file=place.file, line=place.line, hint=error.hint) from None
         self._subject = f"{prefix}{sensed.uid}.{sensed.name}"
         self._at = list(sensed.at)
         self._skill_ended = False
@@ -59,7 +71,11 @@ class SensedChoices:
             is_due = True
         if is_due:
             text = self._ask(ChoiceKind.SENSED, self._subject, self._options).name
-            self._world.write(self._sensed.uid, {self._sensed.name: value_of(text)})
+            self._set(text)
+            self._interface.write()
+
+    def _set(self, text: str) -> None:
+        assign(self._interface, [f"{self._sensed.name}={text}"])
 
 
 class MessageChoices(Listener, Closing):
@@ -72,7 +88,7 @@ class MessageChoices(Listener, Closing):
         self._fault, self._ask, self._prefix, self._board = message, ask, prefix, board
         self._late: list[tuple[float, Message]] = []
         self._passing: Message | None = None
-        self._reader: Interface = board.open_for_reading(*parse_uid(message.uid), owner=_OWNER)
+        self._reader: Interface = board.open_for_reading(*parse_uid(message.uid), owner=OWNER)
         self._memory = board.memory_of(self._reader)
         self._memory.listeners.register(self, self._reader, (EventKind.MESSAGE_RECEIVED,))
         faults = [
