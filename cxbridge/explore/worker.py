@@ -16,7 +16,7 @@ from cxbridge.explore.graph import Edge, Point, Way
 from cxbridge.explore.playing import ExploredRun, failure
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, PathChooser, Step
+from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
 """Objects between two collections of a copy: each one touches pages that it shares with others."""
@@ -114,7 +114,7 @@ class _Later:
     def __init__(self) -> None:
         self.chooser: Chooser
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
         return self.chooser.choose(index, point)
 
 

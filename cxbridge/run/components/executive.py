@@ -80,6 +80,10 @@ class ExecutiveComponent(Component):
         if begun:
             self.executive.finalize()
 
+    def forgo_finalization(self) -> None:
+        """Let :meth:`finalize` do nothing."""
+        self._begun = False
+
     @property
     def is_quiet(self) -> bool:
         """Whether it changes nothing but by rules: always."""
