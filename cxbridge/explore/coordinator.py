@@ -198,7 +198,8 @@ class Coordinator(Closing):
         except OSError:
             data = b""
         for report in peer.reports.feed(data):
-            self._take(peer, report)
+            if peer.connection in self._peers:
+                self._take(peer, report)
         if not data:
             self._lose(peer)
 
@@ -224,10 +225,12 @@ class Coordinator(Closing):
             peer.pid = hello.pid
             peer.mark()
         else:  # who will be copied has made the connection of the copy
-            for other in self._peers.values():
-                if hello.edge in other.ordered:
-                    other.ordered.remove(hello.edge)
-            peer.take(hello.edge)
+            orderer = next((each for each in self._peers.values() if hello.edge in each.ordered), None)
+            if orderer is None:
+                self._drop(peer)  # who was to make the copy has died, and its edge is waiting again
+            else:
+                orderer.ordered.remove(hello.edge)
+                peer.take(hello.edge)
 
     def _reached(self, peer: _Peer, report: Reached) -> None:
         peer.used_s = report.cpu_s
@@ -244,23 +247,27 @@ class Coordinator(Closing):
 
     # ---- processes that die
 
-    def _lose(self, peer: _Peer) -> None:
-        """Take back what a process had that is gone."""
+    def _drop(self, peer: _Peer) -> None:
+        """Have no more to do with a process; it ends as soon as it notices."""
         self._selector.unregister(peer.connection)
         peer.connection.close()
         del self._peers[peer.connection]
         self.cpu_seconds += peer.used_s
+
+    def _lose(self, peer: _Peer) -> None:
+        """Take back what a process had that is gone."""
+        if peer.connection not in self._peers:
+            return
+        self._drop(peer)
         if peer in self._holders:
             self._holders.remove(peer)
         if peer is self._loader:
             self._loader, self._is_ready = None, False
-        self._waiting += peer.held
-        for edge in (*peer.ordered, *([peer.edge] if peer.edge is not None else ())):
-            self._try_again(edge)
+        self._waiting += [*peer.held, *peer.ordered]
+        if peer.edge is not None:
+            self._try_again(peer.edge)
 
     def _try_again(self, edge: Edge) -> None:
-        if edge not in self.graph.open:
-            return
         self._attempts[edge] = self._attempts.get(edge, 0) + 1
         if self._attempts[edge] < _ATTEMPTS:
             self._waiting.append(edge)
@@ -286,7 +293,7 @@ class Coordinator(Closing):
             if _cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
                 reason = f"no end of a loop within {self._means.patience_s:g} s of processor time"
                 self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0))
-                peer.edge = None
+                self._drop(peer)
                 os.kill(peer.pid, signal.SIGKILL)
 
     def close(self) -> None:

@@ -5,38 +5,58 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 
 from cxbridge.explore.bounds import Bounds, Means
+from cxbridge.explore.checkpoint import read_checkpoint
 from cxbridge.explore.coordinator import Coordinator
 from cxbridge.explore.graph import Graph
+from cxbridge.explore.progress import Progress
 from cxbridge.explore.replaying import explore_by_replay
 from cxbridge.explore.result import ExploreResult
 from cxbridge.explore.worker import serve
 from cxbridge.run.options import RunOptions
 
 
-def explore(options: RunOptions, bounds: Bounds, means: Means) -> ExploreResult:
+def explore(
+    options: RunOptions,
+    bounds: Bounds,
+    means: Means,
+    *,
+    resume: Path | None = None,
+    show: Callable[[str], None] | None = None,
+) -> ExploreResult:
     """Explore until nothing is left, or a signal asks for the end.
 
     No thread may be alive: processes are forked from this one.
 
     :param options: as for ``cxbridge run``.
+    :param resume: an exploration that was interrupted, which goes on.
+    :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
     """
     options.check()
     bounds.check()
     means.check()
     graph = Graph(bounds.faults, bounds.depth)
-    started, cpu_s = time.perf_counter(), _cpu_seconds()
+    if resume is not None:
+        read_checkpoint(resume, graph, options, bounds)
+    progress = Progress(graph, show)
     coordinator: Coordinator | None = None
+    started, cpu_s = time.perf_counter(), _cpu_seconds()
     with _signals() as received:
+
+        def is_over() -> bool:
+            progress.tick()
+            return bool(received)
+
         if means.fork:
             with Coordinator(options, graph, means, serve) as coordinator:
-                coordinator.explore(lambda: bool(received))
+                coordinator.explore(is_over)
         else:
-            explore_by_replay(options, graph, lambda: bool(received))
+            explore_by_replay(options, graph, is_over)
     hidden: tuple[str, ...] = ()
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:

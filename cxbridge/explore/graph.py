@@ -84,11 +84,23 @@ class Node(Struct):
     :param point: as the first run that came here has seen it.
     :param edge: by which that run came.
     :param faults: how many faults it had met.
+    :param share: of the whole tree of runs, what is below, if all options of a node lead to equally much.
     """
 
     point: Point
     edge: Edge
     faults: int
+    share: float
+
+
+class SavedGraph(Struct, frozen=True):
+    """A graph as a file can have it; see :class:`Graph`."""
+
+    nodes: list[Node]
+    leaves: list[tuple[Edge, Leaf]]
+    links: list[tuple[Edge, int]]
+    open: list[Edge]
+    known: dict[bytes, int]
 
 
 class Graph:
@@ -107,9 +119,27 @@ class Graph:
         """The edges of which it is not known where they lead, in the order in which they were found."""
         self.merged = 0
         """How many runs have come to a node where another one had been."""
+        self.explored = 0.0
+        """The share of the tree of runs whose end is known: Knuth's estimate."""
         self._faults = faults
         self._depth = depth
         self._known: dict[bytes, int] = {}
+
+    def save(self) -> SavedGraph:
+        """Return it as a file can have it."""
+        return SavedGraph(
+            self.nodes, list(self.leaves.items()), list(self.links.items()), list(self.open), self._known
+        )
+
+    def load(self, saved: SavedGraph) -> None:
+        """Take over what another graph with the same bounds has had."""
+        self.nodes = saved.nodes
+        self.leaves = dict(saved.leaves)
+        self.links = dict(saved.links)
+        self.open = dict.fromkeys(saved.open)
+        self._known = saved.known
+        self.merged = len(self.links) - len(self.nodes)
+        self.explored = 1.0 - sum(map(self._share, self.open))
 
     # ---- what runs report
 
@@ -124,10 +154,11 @@ class Graph:
         if known is not None:
             self.links[edge] = known
             self.merged += 1
+            self.explored += self._share(edge)
             return None
         number = len(self.nodes)
         faults = self.faults_of(edge)
-        self.nodes.append(Node(point, edge, faults))
+        self.nodes.append(Node(point, edge, faults, self._share(edge)))
         self.links[edge] = number
         if digest:
             self._known[digest] = number
@@ -139,6 +170,7 @@ class Graph:
         """Note that the run on an open edge has come to its end."""
         del self.open[edge]
         self.leaves[edge] = leaf
+        self.explored += self._share(edge)
 
     # ---- what follows
 
@@ -149,6 +181,10 @@ class Graph:
             return 0
         node = self.nodes[number]
         return node.faults + node.point.ways[option].faults
+
+    def _share(self, edge: Edge) -> float:
+        number = edge[0]
+        return 1.0 if number < 0 else self.nodes[number].share / len(self.options(number))
 
     def options(self, number: int) -> list[int]:
         """Return the options that are to be taken at a node; the usual one is the first."""

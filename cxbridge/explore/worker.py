@@ -42,7 +42,11 @@ class Process:
         self._bury()
         link = Link(self._address)
         link.send(Hello(0, edge))
-        pid = os.fork()
+        try:
+            pid = os.fork()
+        except OSError as error:
+            self.link.send(Refused(f"the system cannot make another process: {error.strerror}"))
+            leave(1)
         if pid:
             self._copies.append(pid)
             link.close()
