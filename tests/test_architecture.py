@@ -15,7 +15,7 @@ from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
-    {"closing", "errors"},
+    {"closing", "errors", "suggestions"},
     {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds", "extras"},
     {"events", "mainloop"},
     {"history", "interfaces"},
@@ -149,6 +149,12 @@ def test_the_command_line_imports_nothing_heavy():
         "uvicorn",
     }
     assert heavy & set(done.stdout.split()) == set()
+
+
+def test_only_one_module_compares_names():
+    """What was probably meant by a name is found in one place."""
+    compare = [name for name, path in MODULES.items() if "difflib" in path.read_text()]
+    assert compare == ["cxbridge.suggestions"]
 
 
 # -- the tests themselves

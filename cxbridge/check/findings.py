@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
-from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, Final
@@ -96,12 +94,3 @@ def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
     """Return the finding for an error."""
     place = Place(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")
-
-
-def did_you_mean(name: str, known: Iterable[str], otherwise: str = "") -> str:
-    """Return a hint that names what was probably meant.
-
-    :param otherwise: the hint when nothing is close.
-    """
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else otherwise

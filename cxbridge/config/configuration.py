@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from typing import TypeVar, overload
@@ -15,6 +14,7 @@ from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, NodeKind, overlay, split_path
 from cxbridge.config.values import ConfigValue
 from cxbridge.errors import ConfigError
+from cxbridge.suggestions import did_you_mean
 
 T = TypeVar("T")
 D = TypeVar("D")
@@ -26,6 +26,7 @@ class _Missing:
 
 
 _MISSING = _Missing()
+_LIKE_PATHS = 0.75  # how similar paths are, of 1: many begin the same
 
 
 def _small_uint(text: str) -> int | None:
@@ -283,9 +284,8 @@ class Configuration:
                 line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         known = [leaf for leaf, _ in self._root.leaves("")]
-        near = difflib.get_close_matches(path, known, n=3, cutoff=0.75)
         file = str(self.files[0]) if self.files else None
-        hint = f"did you mean {' or '.join(near)}?" if near else None
+        hint = did_you_mean(path, known, cutoff=_LIKE_PATHS) or None
         return ConfigMissingError(f"there is no configuration value {path}", file=file, hint=hint)
 
     def below(self, path: str) -> Configuration:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 import socket
 from collections.abc import Callable
@@ -10,6 +9,7 @@ from collections.abc import Callable
 from cxbridge.config.documents import Mark, YamlNode, YamlScalar
 from cxbridge.config.scalars import to_uint
 from cxbridge.errors import ConfigError
+from cxbridge.suggestions import did_you_mean
 
 _FRAME = re.compile(r"[a-zA-Z_][a-zA-Z0-9_/-]*")
 _PORT_LIMIT = 65535  # Fawkes refuses 65535 itself, too
@@ -74,11 +74,9 @@ def unknown_tag(tag: str, mark: Mark) -> ConfigError:
             f"!{tag} is for the entries of 'include:' in the first of two documents",
             "write the includes into a document of their own above, and a line '---' after it",
         )
-    near = difflib.get_close_matches(tag, [*_CHECKS, *INCLUDE_TAGS], n=1)
-    known = ", ".join(f"!{name}" for name in _CHECKS)
+    known = [f"!{name}" for name in (*_CHECKS, *INCLUDE_TAGS)]
+    others = f"quote a value that starts with '!'; the known tags are {', '.join(known[: len(_CHECKS)])}"
     return mark.error(
         f"unknown tag !{tag}" if ":" not in tag else f"unknown tag {tag}",
-        f"did you mean !{near[0]}?"
-        if near
-        else f"quote a value that starts with '!'; the known tags are {known}",
+        did_you_mean(f"!{tag}", known, others),
     )

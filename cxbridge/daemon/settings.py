@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import ipaddress
 import math
 from dataclasses import dataclass
@@ -16,6 +15,7 @@ from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.skiller.backend import INSTANCES
+from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
 from cxbridge.trace.foxglove.settings import FoxgloveSettings
 from cxbridge.web.settings import DEFAULT_PORT, WebSettings
@@ -289,10 +289,9 @@ def _refuse_unknown(config: Configuration) -> None:
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
         if name not in _KNOWN and not name.startswith("agents/"):
-            near = difflib.get_close_matches(name, _KNOWN, n=1)
             raise ConfigError(
                 f"a daemon knows no {value.path}",
                 file=value.file or None,
                 line=value.line or None,
-                hint=f"did you mean {near[0]}?" if near else f"it knows: {', '.join(_KNOWN)}",
+                hint=did_you_mean(name, _KNOWN, f"it knows: {', '.join(_KNOWN)}"),
             )

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.explain.preconditions import FactsOf, Preconditions, atom_text, fields
-from cxbridge.explain.rules.locations import did_you_mean
 from cxbridge.history.orders import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
+from cxbridge.suggestions import or_similar
 
 LOOK_TEMPLATES: Final = (
     PLAN_ACTION,
@@ -102,7 +102,7 @@ def _bad_operator(facts_of: FactsOf, action: Mapping[str, str]) -> str:
     operators = {slots.get("name", ""): slots for slots in facts_of("domain-operator")}
     name = action.get("action-name", "")
     if name not in operators:
-        return f"the domain has no operator '{name}'{did_you_mean(name, operators)}" if operators else ""
+        return f"the domain has no operator '{name}'{or_similar(name, operators)}" if operators else ""
     wanted = fields(operators[name].get("param-names", ""))
     names, values = fields(action.get("param-names", "")), fields(action.get("param-values", ""))
     if names and set(names) != set(wanted):

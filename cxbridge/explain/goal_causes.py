@@ -11,11 +11,11 @@ from cxbridge.events import PlannerCall
 from cxbridge.explain.action_look import ActionLook, look_at_action
 from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.goal_rules import lost_rule_for, misspelt_for, values_of
-from cxbridge.explain.rules.locations import did_you_mean, similar
 from cxbridge.explain.rules.lost import LostRule, refused, unloaded
 from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.snapshot import Rulebook
 from cxbridge.history.model import GoalRecord, PlanActionRecord
+from cxbridge.suggestions import nearest, or_similar
 
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 _NO_PLAN: Final = ("none", "failed", "cancelled", "timeout")
@@ -183,7 +183,7 @@ def _of_rules(texts: Mapping[str, str], look: ActionLook, state: str) -> str:
 def _for_similar(rules: Mapping[str, list[str]], look: ActionLook) -> tuple[str, str] | None:
     """Return a rule that names what looks like the action misspelt, and that name; None without any."""
     for rule, names in rules.items():
-        like = similar(look.name, [name for name in names if name not in look.operators])
+        like = nearest(look.name, [name for name in names if name not in look.operators])
         if look.name not in names and like:
             return rule, like[0]
     return None
@@ -223,6 +223,6 @@ def _execution(texts: Mapping[str, str], look: ActionLook) -> str:
     if not with_skills:
         return "no rule executes it: skills-actions.clp, which executes actions with skills, is not loaded"
     return (
-        f"no skill is mapped to it{did_you_mean(look.name, look.mappings)}: "
+        f"no skill is mapped to it{or_similar(look.name, look.mappings)}: "
         f"action-mapping in the spec lacks {look.name}, and no rule executes it"
     )

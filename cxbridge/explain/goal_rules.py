@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
-from difflib import SequenceMatcher
 from typing import Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.explain.rules.condition import FieldConstraint, PatternCE
 from cxbridge.explain.rules.lost import LostRule
 from cxbridge.explain.rules.parse import parse_rule, patterns
+from cxbridge.suggestions import likeness
 
 MOST_RULES: Final = 5
 """Rules that are named."""
@@ -109,7 +109,7 @@ def _names(pattern: PatternCE, slot: str, value: str) -> bool:
 
 
 def _is_like(one: str, other: str) -> bool:
-    return one != other and SequenceMatcher(None, one.lower(), other.lower()).ratio() >= _LIKE
+    return one != other and likeness(one, other) >= _LIKE
 
 
 def _patterns(text: str) -> Iterator[PatternCE]:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import History
-from cxbridge.explain.rules.locations import similar
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.forest import parent_id
 from cxbridge.history.linking import links
@@ -19,6 +18,7 @@ from cxbridge.history.model import (
     goal_forest,
 )
 from cxbridge.history.orders import ActionKey, ActionOrder
+from cxbridge.suggestions import did_you_mean
 
 
 class Goals:
@@ -82,10 +82,8 @@ class Goals:
         if begins:
             listed = ", ".join(begins[:10])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
-        names = similar(name, [*self.by_id, *{goal.goal_class for goal in self.by_id.values()}])
-        raise CxbridgeError(
-            f"there is no goal '{name}'", hint=f"did you mean {', '.join(names)}?" if names else None
-        )
+        known = [*self.by_id, *{goal.goal_class for goal in self.by_id.values()}]
+        raise CxbridgeError(f"there is no goal '{name}'", hint=did_you_mean(name, known) or None)
 
     def of_class(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in the order they appeared."""

@@ -3,17 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from difflib import SequenceMatcher
 from typing import Final
 
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.values import show_alone
+from cxbridge.suggestions import LIKE, likeness
 
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
 """Returns the facts of a deftemplate: slots, as CLIPS prints their values."""
-
-_NEAR: Final = 0.6
-"""How similar a true atom must be to a false one, of 1, to be named beside it."""
 
 _DEEPEST: Final = 50
 _EQUALITY: Final = "EQUALITY"
@@ -108,7 +105,7 @@ class Preconditions:
             return f"{atom_text(atom)} is true"
         others = [other for other in self._true if other[0] == atom[0] and len(other) == len(atom)]
         near = sorted(((_likeness(atom, other), other) for other in others), reverse=True)[:1]
-        also = "".join(f" ({atom_text(other)} is true)" for likeness, other in near if likeness > _NEAR)
+        also = "".join(f" ({atom_text(other)} is true)" for like, other in near if like > LIKE)
         return f"{atom_text(atom)} is false{also}"
 
 
@@ -126,4 +123,4 @@ def _ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
 def _likeness(one: Atom, other: Atom) -> float:
     """Return how similar the arguments of two atoms are, where at most one differs."""
     pairs = [pair for pair in zip(one, other, strict=True) if pair[0] != pair[1]]
-    return SequenceMatcher(None, *pairs[0]).ratio() if len(pairs) == 1 else 0.0
+    return likeness(*pairs[0]) if len(pairs) == 1 else 0.0

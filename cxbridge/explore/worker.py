@@ -147,7 +147,8 @@ def _serve(process: Process, options: RunOptions) -> NoReturn:
     try:
         run = ExploredRun(options, later)
     except CxbridgeError as error:
-        process.link.send(Refused(str(error)))
+        # names of files may hold bytes that are not text
+        process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
         leave()
     gc.collect()
     gc.freeze()

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable
-from itertools import islice
 from typing import Final
 
 MAX_TYPE_LENGTH: Final = 48
@@ -47,7 +44,6 @@ RESERVED_IN_MESSAGES: Final = frozenset(
 # fmt: on
 
 _IDENTIFIER = re.compile(r"(?!__)[A-Za-z_][A-Za-z0-9_]*")
-_COMPARED = 300  # names: finding near ones takes time
 _PREFIXES = {"set_": 5, "is_": 4}
 
 
@@ -76,9 +72,3 @@ def interface_type_name(name: str) -> str:
 def message_type_name(name: str) -> str:
     """Return the message type's name: with the suffix unless ``Message`` occurs in it anywhere."""
     return name if MESSAGE_SUFFIX in name else name + MESSAGE_SUFFIX
-
-
-def did_you_mean(name: str, known: Iterable[str], otherwise: str) -> str:
-    """Return a hint with the known names most like this one; ``otherwise`` when none is."""
-    near = difflib.get_close_matches(name, list(islice(known, _COMPARED)), n=3, cutoff=0.6)
-    return f"did you mean {' or '.join(near)}?" if near else otherwise

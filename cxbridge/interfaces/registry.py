@@ -10,10 +10,11 @@ from pathlib import Path
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.interfaces.classes import make_interface_class
 from cxbridge.interfaces.instance import Interface
-from cxbridge.interfaces.names import did_you_mean, interface_type_name
+from cxbridge.interfaces.names import interface_type_name
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.interfaces.xml.parser import parse_file
 from cxbridge.resources import shipped_dir
+from cxbridge.suggestions import did_you_mean
 
 
 class InterfaceRegistry:

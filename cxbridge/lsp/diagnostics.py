@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import difflib
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from pathlib import PurePath
 from typing import Final
 
@@ -15,6 +14,7 @@ from cxbridge.clipstext.parts import open_lists
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
 from cxbridge.lsp.session import Definitions, Session
+from cxbridge.suggestions import did_you_mean
 
 UNREADABLE: Final = "CX101"
 UNCLOSED: Final = "CX201"
@@ -113,7 +113,7 @@ def _template(session: Session, known: Definitions, placed: PlacedPiece, number:
     functions = session.knowledge.functions.keys() | known.names(Kind.FUNCTION)
     if mention.use is Use.QUERIED or slots[0].name.text in functions:
         return None  # CLIPS takes any name in a query; and (assert (total (+ 1 2))) is ordered, too
-    return TEMPLATE, f"there is no deftemplate '{name}'", _meant(name, known.slots)
+    return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, known.slots)
 
 
 def _slot(session: Session, known: Definitions, mention: Mention) -> _What | None:
@@ -121,22 +121,24 @@ def _slot(session: Session, known: Definitions, mention: Mention) -> _What | Non
     slots = known.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
-    hint = _meant(name, slots) or f"it has: {', '.join(sorted(slots))}"
+    hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
     return SLOT, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
 def _function(session: Session, known: Definitions, mention: Mention) -> _What | None:
     name = mention.name.text
-    own = known.names(Kind.FUNCTION)
-    if name in own or name in session.knowledge.functions:
+    functions = known.names(Kind.FUNCTION) | session.knowledge.functions.keys()
+    if name in functions:
         return None
-    return FUNCTION, f"there is no function '{name}'", _meant(name, own | session.knowledge.functions.keys())
+    return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
 
 
 def _global(known: Definitions, mention: Mention) -> _What | None:
     name = mention.name.text
     own = known.names(Kind.GLOBAL)
-    return None if name in own else (GLOBAL, f"there is no global variable ?*{name}*", _meant(name, own))
+    if name in own:
+        return None
+    return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, own)
 
 
 def _domain(file: SourceFile) -> Iterator[LiveFinding]:
@@ -155,8 +157,3 @@ def _word_end(file: SourceFile, start: int) -> int:
     while end < len(file.text) and not file.text[end].isspace() and file.text[end] not in "()":
         end += 1
     return min(end, len(file.text))
-
-
-def _meant(name: str, known: Iterable[str]) -> str:
-    close = difflib.get_close_matches(name, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else ""

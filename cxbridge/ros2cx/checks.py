@@ -6,7 +6,6 @@ each key that nobody reads is named, with file and line.
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable, Iterator
 from pathlib import Path
@@ -14,6 +13,7 @@ from pathlib import Path
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.parameters import EXECUTIVE_TREE
+from cxbridge.suggestions import did_you_mean
 
 _KEYS = (
     "assert-time-each-loop",
@@ -74,8 +74,7 @@ def _unknown_keys(config: Configuration, spec: str) -> Iterator[str]:
     for path, names in known.items():
         for key in config.keys(path):
             if key not in names:
-                near = difflib.get_close_matches(key, names, n=1)
-                hint = f"did you mean {near[0]}?" if near else f"known are {', '.join(names)}"
+                hint = did_you_mean(key, names, f"known are {', '.join(names)}")
                 yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}'; {hint}"
 
 

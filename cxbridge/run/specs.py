@@ -6,12 +6,12 @@ stage, and the agent waits forever. Here a wrong type is an error with its place
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Iterator, Sequence
 from pathlib import Path
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
+from cxbridge.suggestions import did_you_mean
 
 STAGES = ("stage-1", "stage-2", "stage-3")
 _ENTRY_KEYS = {"name", "feature-request", "file", "files", "wait-for"}
@@ -111,9 +111,7 @@ def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> li
 
 def _meant(file: str, folders: Sequence[Path]) -> str | None:
     """Return which file was probably meant."""
-    known = {path.name for folder in folders for path in folder.glob("*.clp")}
-    close = difflib.get_close_matches(file, sorted(known), 1)
-    return f"did you mean {close[0]}?" if close else None
+    return did_you_mean(file, {path.name for folder in folders for path in folder.glob("*.clp")}) or None
 
 
 def _entries(config: Configuration, spec: str) -> Iterator[tuple[str, str]]:

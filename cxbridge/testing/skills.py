@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from typing import Any, Final, Protocol, Self
 
@@ -13,6 +12,7 @@ from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
+from cxbridge.suggestions import nearest
 
 FOREVER = 1e9
 """Seconds that a skill which hangs would take: three decades."""
@@ -122,7 +122,7 @@ class SkillRule:
             return ""
         others = f": skills here are {', '.join(sorted(known))}" if known else ""
         if self.name not in known:
-            near = get_close_matches(self.name, known, n=1)
+            near = nearest(self.name, known)
             hint = f"; did you mean '{near[0]}'?" if near else others
             is_typo = self._scripted or (known and not _PATTERN.search(self.name))
             return f"{self} has met no call, there is no skill '{self.name}'{hint}" if is_typo else ""

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.check.formats import FORMATS, as_text
 from cxbridge.check.run import check
 from cxbridge.run import RunOptions
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, needs_fawkes, needs_robotino
+from tests.support import ROOT
 
 SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
 
@@ -204,51 +204,3 @@ def test_the_formats(tmp_path):
         f"::error file={file},line=2,col=20,title=CX203::defrule r%3A"[:40]
     )
     assert FORMATS["text"](findings).splitlines()[-1] == "1 error"
-
-
-@needs_fawkes
-@pytest.mark.parametrize("spec", ["test", "test-pddl"])
-def test_fawkes_own_agents_have_the_known_defect_only(spec):
-    found = check(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec))
-    errors = [(each.code.name, Path(each.place.file).name, each.place.line) for each in found]
-    assert [each for each in errors if each[0] != "CX401"] == [("CX201", "skills.clp", 187)]
-
-
-@needs_robotino
-@pytest.mark.parametrize(
-    ("spec", "expected"),
-    [
-        (
-            "rcll",
-            {
-                ("CX201", "skills.clp", 187),
-                ("CX402", "clips-executive.yaml", 324),  # move-wp-put has no to-side
-                ("CX303", "exploration.clp", 279),  # evaluation, executed by a rule that asks for no operator
-                ("CX303", "fixed-sequence.clp", 30),  # send-beacon, which no operator makes executable
-            },
-        ),
-        ("rcll-central", {("CX201", "skills.clp", 187), ("CX207", "exploration.clp", 41)}),
-    ],
-)
-def test_the_rcll_agent(tmp_path, spec, expected):
-    pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-    assert ROBOTINO_DIR is not None
-    overlay = tmp_path / "overlay.yaml"
-    overlay.write_text(f"clips-protobuf:\n  proto-dirs: ['{ROBOTINO_DIR}/src/agents/llsf2013/msgs']\n")
-    findings = check(
-        RunOptions(
-            scenario=ROBOTINO_DIR / "cfg",
-            fawkes_dir=FAWKES_DIR,
-            spec=spec,
-            config=overlay,
-            clips_dirs=(ROBOTINO_DIR / "src/clips-specs",),
-            interface_dirs=(
-                ROBOTINO_DIR / "src/libs/interfaces",
-                *sorted(ROBOTINO_DIR.glob("src/plugins/*/interfaces")),
-            ),
-            skiller="none",
-        )
-    )
-    mistakes = {(each.code.name, Path(each.place.file).name, each.place.line) for each in findings}
-    judged = ("CX208", "CX304", "CX401", "CX5")  # docs/check.md has how these were judged
-    assert {each for each in mistakes if not each[0].startswith(judged)} == expected

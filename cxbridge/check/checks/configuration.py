@@ -7,11 +7,12 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.findings import Code, Finding, Place, Severity
 from cxbridge.check.keys import KeyCheck, parts_of, prefixes
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.specs import check_spec
+from cxbridge.suggestions import did_you_mean
 
 STRANGE: Final = Code(
     "CX111",

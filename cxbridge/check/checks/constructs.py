@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.findings import Code, Finding, Place, Severity
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
+from cxbridge.suggestions import did_you_mean
 
 UNCLOSED: Final = Code(
     "CX201",

@@ -11,8 +11,9 @@ from typing import Final
 
 from cxbridge.agent.names import Kind, Name, Use
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.findings import Code, Finding, Place, Severity
 from cxbridge.check.usage import Construct, Fact, Usage
+from cxbridge.suggestions import did_you_mean
 
 RULE: Final = Code(
     "CX501",

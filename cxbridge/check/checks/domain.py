@@ -7,12 +7,13 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.check.agent import Agent, ClipsFile, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean, of_error
-from cxbridge.clipstext.syntax import SyntaxNode
+from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.clipstext.syntax import Definition, SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, load_domain, names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
+from cxbridge.suggestions import did_you_mean
 
 DOMAIN: Final = Code(
     "CX301",
@@ -31,9 +32,8 @@ ACTION: Final = Code(
     Severity.WARNING,
     "a plan-action has no operator",
     "A rule makes a plan-action with a name that is neither an action of the domain nor a "
-    "domain-operator of a rule. The "
-    "action never becomes executable: unless a rule of the agent executes it all the same, its goal "
-    "waits without end.",
+    "domain-operator of a rule, and no rule executes it without asking whether it is executable. The "
+    "action never becomes executable: its goal waits without end.",
 )
 MAPPED: Final = Code(
     "CX401",
@@ -79,6 +79,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             yield from _check_domain(agent, file, call, actions)
     for file in agent.files:
         _note_operators(file, actions)
+        _note_executed(file, actions)
     if actions.parameters and actions.is_complete:
         for file in agent.own_files:
             yield from _check_plan_actions(file, actions)
@@ -117,6 +118,29 @@ def _note_operators(file: ClipsFile, actions: _Actions) -> None:
             actions.parameters.setdefault(name.text, None)
         elif _is_asserted(file, node):
             actions.is_complete = False
+
+
+def _note_executed(file: ClipsFile, actions: _Actions) -> None:
+    """Note the actions that rules execute without asking for an operator.
+
+    Such a rule matches a plan-action by its name, not by ``(executable TRUE)``, and changes its state.
+    """
+    for construct in file.constructs:
+        items = construct.node.arguments
+        for variable, sign, node in zip(items, items[1:], items[2:], strict=False):
+            if sign.text != "<-" or node.head != "plan-action" or _slot(node, "executable") is not None:
+                continue
+            name = _slot(node, "action-name")
+            if name is not None and _is_word(name) and _changes_state(construct, variable.text):
+                actions.parameters.setdefault(name.text, None)
+
+
+def _changes_state(construct: Definition, variable: str) -> bool:
+    return any(
+        node.head == "modify" and node.arguments[0].text == variable and _slot(node, "state") is not None
+        for node in construct.node.walk()
+        if node.arguments
+    )
 
 
 def _check_plan_actions(file: ClipsFile, actions: _Actions) -> Iterator[Finding]:

@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity, did_you_mean
+from cxbridge.check.findings import Code, Finding, Severity
+from cxbridge.suggestions import did_you_mean
 
 MISSING: Final = Code(
     "CX102",

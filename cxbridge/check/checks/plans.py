@@ -9,12 +9,13 @@ from typing import Final
 from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Place, Severity, did_you_mean
+from cxbridge.check.findings import Code, Finding, Place, Severity
 from cxbridge.check.usage import Usage
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of
+from cxbridge.suggestions import did_you_mean
 
 PREDICATE: Final = Code(
     "CX304",

@@ -9,12 +9,13 @@ from typing import Final
 from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import Kind
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Severity, did_you_mean, of_error
+from cxbridge.check.findings import Code, Finding, Severity, of_error
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.lua.limits import limits_of
 from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph
+from cxbridge.suggestions import did_you_mean
 
 BROKEN: Final = Code(
     "CX411",

@@ -5,14 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass
-from difflib import get_close_matches
 from pathlib import Path
 
 from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.loading import UNCLOSED
 from cxbridge.explain.rules.snapshot import Rulebook
-
-_MOST_NAMES = 3
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,17 +78,3 @@ def _behind_unclosed(rule: str, book: Rulebook) -> str:
         if match is not None and text.count("\n", 0, match.start() + 1) + 1 > diagnostic.line:
             return f"it is lost with what follows an unclosed parenthesis: {diagnostic}"
     return ""
-
-
-def similar(name: str, names: Iterable[str]) -> list[str]:
-    """Return the names that are similar to an unknown one."""
-    known = sorted(set(names))
-    close = get_close_matches(name, known, _MOST_NAMES)
-    within = [other for other in known if len(name) > 2 and name.lower() in other.lower()]  # noqa: PLR2004
-    return list(dict.fromkeys([*close, *within]))[:_MOST_NAMES]
-
-
-def did_you_mean(name: str, names: Iterable[str]) -> str:
-    """Return, to be put behind a message about an unknown name, which similar names there are; or nothing."""
-    found = similar(name, names)
-    return f" (did you mean {', '.join(found)}?)" if found else ""

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import Evidence
 from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
-from cxbridge.explain.rules.locations import SourceLine, find_rule, similar, why_missing
+from cxbridge.explain.rules.locations import SourceLine, find_rule, why_missing
 from cxbridge.explain.rules.sandbox import diagnose_in_sandbox
 from cxbridge.explain.rules.snapshot import Snapshot, Waiting
+from cxbridge.suggestions import did_you_mean
 
 MOST_BASES = 5
 """Complete matches that are shown."""
@@ -51,7 +52,7 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     if rule not in book.rules:
         missing = why_missing(rule, book)
         if not missing:
-            raise unknown("rule", rule, similar(rule, book.rules))
+            raise unknown("rule", rule, book.rules)
         return RuleExplanation(rule, evidence.where, missing=missing, notes=tuple(evidence.notes))
     snapshot = evidence.snapshot(rule)
     own, ahead = _on_agenda(rule, snapshot)
@@ -70,10 +71,9 @@ def explain_rule(evidence: Evidence, rule: str) -> RuleExplanation:
     )
 
 
-def unknown(what: str, name: str, names: Sequence[str]) -> CxbridgeError:
+def unknown(what: str, name: str, known: Iterable[str]) -> CxbridgeError:
     """Return the error for a name that nothing has."""
-    hint = f"did you mean {', '.join(names)}?" if names else None
-    return CxbridgeError(f"there is no {what} '{name}'", hint=hint)
+    return CxbridgeError(f"there is no {what} '{name}'", hint=did_you_mean(name, known) or None)
 
 
 def _on_agenda(rule: str, snapshot: Snapshot) -> tuple[int | None, tuple[Waiting, ...] | None]:

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from cxbridge.interfaces.fieldtypes import TYPES, parse_literal
-from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, did_you_mean, is_reserved
+from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, is_reserved
 from cxbridge.interfaces.schema import ConstantSchema, EnumItem, EnumSchema
 from cxbridge.interfaces.xml.findings import Findings, Scope
 from cxbridge.interfaces.xml.tree import Element
+from cxbridge.suggestions import did_you_mean
 
 _CONSTANT_TYPES = tuple(name for name in TYPES if name != "byte")
 _INT32_LIMIT = 1 << 31

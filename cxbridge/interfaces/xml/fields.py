@@ -6,11 +6,12 @@ from typing import Final
 
 from cxbridge.interfaces.fieldtypes import parse_literal
 from cxbridge.interfaces.layout import make_field
-from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, did_you_mean
+from cxbridge.interfaces.names import RESERVED_IN_INTERFACES
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema, MapRef, PseudoMapSchema
 from cxbridge.interfaces.xml.constants import check_type
 from cxbridge.interfaces.xml.findings import Findings, Scope
 from cxbridge.interfaces.xml.tree import Element
+from cxbridge.suggestions import did_you_mean
 
 MAX_DATASIZE: Final = 2 << 20
 """The largest block that is accepted, in bytes: all the memory that Fawkes' blackboard has by default."""

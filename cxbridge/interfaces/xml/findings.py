@@ -7,8 +7,9 @@ from typing import Final
 from msgspec import Struct, field
 
 from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.interfaces.names import did_you_mean, is_identifier, is_reserved
+from cxbridge.interfaces.names import is_identifier, is_reserved
 from cxbridge.interfaces.xml.tree import Element
+from cxbridge.suggestions import did_you_mean
 
 MAX_FINDINGS: Final = 100
 """How many mistakes of a file are reported at most."""
@@ -119,7 +120,7 @@ class Findings(Struct):
         for child in strangers[:MAX_FINDINGS]:
             rest = f"<{element.name}> may hold " + (", ".join(f"<{name}>" for name in allowed) or "text only")
             hint = did_you_mean(child.name, allowed, rest)
-            misspelt = did_you_mean(child.name, [name for name in allowed if name != "comment"], "")
+            misspelt = did_you_mean(child.name, [name for name in allowed if name != "comment"])
             note = self.error if misspelt else self.warn
             note(child, f"<{child.name}> does not belong into <{element.name}>", hint)
 

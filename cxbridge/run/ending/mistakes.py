@@ -6,7 +6,6 @@ collected, and the action mapping is held against the skills and operators that 
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
@@ -17,6 +16,7 @@ from cxbridge.executive.executive import action_mapping
 from cxbridge.skiller.luacalls import read_calls
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.skiller.templates import Placeholder, parse_template
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
@@ -214,8 +214,8 @@ def _of_mapping(
     context: RunContext, action: str, message: str, word: str, known: Iterable[str]
 ) -> ConfigError:
     """Return a mistake in the mapping of an action, with the name that was probably meant."""
-    close = difflib.get_close_matches(word, sorted(known), 1)
-    hint = f"did you mean {close[0]}?" if close else f"there are: {', '.join(sorted(known)) or 'none'}"
+    known = sorted(known)
+    hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
     place = context.config.get(_path(context, action))
     return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
 

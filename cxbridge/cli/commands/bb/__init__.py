@@ -227,7 +227,7 @@ def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
     """
     from cxbridge.blackboard import parse_uid
     from cxbridge.errors import BlackBoardError
-    from cxbridge.interfaces.names import did_you_mean
+    from cxbridge.suggestions import did_you_mean
 
     interface_type, interface_id = parse_uid(uid)
     infos = board.list()

@@ -76,7 +76,7 @@ def value_of(field: str, values: Mapping[str, Any]) -> float:
     :raises BlackBoardError: when there is none of that name, or it is none.
     """
     from cxbridge.errors import BlackBoardError
-    from cxbridge.interfaces.names import did_you_mean
+    from cxbridge.suggestions import did_you_mean
 
     match = _FIELD.match(field)
     value = values.get(match[1]) if match else None

@@ -1,0 +1,85 @@
+"""Suggests what was probably meant by a name that is not known."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from difflib import SequenceMatcher
+from itertools import takewhile
+from typing import Final
+
+LIKE: Final = 0.6
+"""How similar a name must be to an unknown one, of 1, to be suggested."""
+
+_MOST: Final = 3
+_BY_ENDS: Final = 0.2  # what the same beginning and end count, beside the similarity
+_MARGIN: Final = 0.05  # a name that is that much less similar than the nearest one is not meant
+_COMPARED: Final = 300  # comparing takes time: hostile files have many names, and long ones
+_LONGEST: Final = 200
+_SHORTEST_PART: Final = 3
+
+
+def likeness(one: str, other: str) -> float:
+    """Return how similar two names are, from 0 to 1; upper and lower case are the same."""
+    return SequenceMatcher(None, one.lower(), other.lower()).ratio()
+
+
+def nearest(name: str, known: Iterable[str], cutoff: float = LIKE) -> list[str]:
+    """Return the known names that an unknown one probably stands for, the nearest first; three at most.
+
+    They are similar, in upper or lower case. When no name is, they are those that have it in them.
+
+    :param cutoff: how similar a name must be, of 1; higher for paths, whose beginnings are the same.
+    """
+    names = set(known)
+    if not name or not names or len(name) > _LONGEST:
+        return []
+    found = _similar(name, names, cutoff)
+    if not found and len(name) >= _SHORTEST_PART:
+        found = sorted(other for other in names if name.lower() in other.lower())
+    return found[:_MOST]
+
+
+def did_you_mean(name: str, known: Iterable[str], otherwise: str = "", cutoff: float = LIKE) -> str:
+    """Return a hint with the names that an unknown one probably stands for.
+
+    :param otherwise: the hint when there are none.
+    :param cutoff: as for :func:`nearest`.
+    """
+    found = nearest(name, known, cutoff)
+    return f"did you mean {' or '.join(found)}?" if found else otherwise
+
+
+def or_similar(name: str, known: Iterable[str]) -> str:
+    """Return the same, to be put behind a name in a sentence: `` (did you mean ...?)``; or nothing."""
+    hint = did_you_mean(name, known)
+    return f" ({hint})" if hint else ""
+
+
+def _similar(name: str, names: Iterable[str], cutoff: float) -> list[str]:
+    def first(other: str) -> tuple[int, bool, str]:
+        return abs(len(other) - len(name)), other[:1].lower() != name[:1].lower(), other
+
+    name = name.lower()
+    matcher = SequenceMatcher(None, "", name)
+    scores: dict[str, float] = {}
+    for other in sorted(names, key=first)[:_COMPARED]:
+        matcher.set_seq1(other.lower())
+        if matcher.real_quick_ratio() >= cutoff and matcher.quick_ratio() >= cutoff:
+            ratio = matcher.ratio()
+            if ratio >= cutoff:
+                scores[other] = ratio + _BY_ENDS * _same_ends(name, other.lower())
+    best = max(scores.values(), default=0.0)
+    close = [other for other, score in scores.items() if score >= best - _MARGIN]
+    return sorted(close, key=lambda other: (-scores[other], other))
+
+
+def _same_ends(one: str, other: str) -> float:
+    """Return how much of two names is the same at their beginning and end, of 1: a slip is in one place."""
+    begin = _same_beginning(one, other)
+    end = _same_beginning(one[begin:][::-1], other[begin:][::-1])
+    return (begin + end) / max(len(one), len(other))
+
+
+def _same_beginning(one: str, other: str) -> int:
+    """Return how many characters are the same at the beginning of two texts."""
+    return sum(1 for _ in takewhile(lambda pair: pair[0] == pair[1], zip(one, other, strict=False)))

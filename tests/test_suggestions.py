@@ -1,0 +1,54 @@
+"""What was probably meant by a name that is not known."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.suggestions import did_you_mean, likeness, nearest, or_similar
+
+
+@pytest.mark.parametrize(
+    ("name", "known", "wanted"),
+    [
+        ("pik", ["pick", "place", "move"], ["pick"]),
+        ("TALK", ["talk", "walk"], ["talk"]),  # upper case, as goal classes are
+        ("talkgoal", ["TALK-GOAL", "WALK"], ["TALK-GOAL"]),
+        ("mov", ["move", "move-to-the-station"], ["move"]),  # what is much less similar is not meant
+        ("mini.clp", ["init.clp", "mimi.clp", "domain.clp"], ["mimi.clp"]),  # a slip is in one place
+        ("rule-c", ["rule-a", "rule-b", "rule-d", "rule-e"], ["rule-a", "rule-b", "rule-d"]),
+        ("select", ["goal-reasoner-select-root", "goal-expand"], ["goal-reasoner-select-root"]),
+        ("xy", ["goal-xy-root"], []),  # too short to be a part of names by intent
+        ("zebra", ["goal", "plan"], []),
+        ("", ["goal"], []),
+        ("goal", [], []),
+    ],
+)
+def test_nearest(name, known, wanted):
+    assert nearest(name, known) == wanted
+    assert nearest(name, set(known)) == wanted
+    assert nearest(name, reversed(known)) == wanted
+
+
+def test_the_name_that_is_meant_is_found_among_very_many():
+    known = [f"function-number-{number}" for number in range(5000)] + ["zz-deliver"]
+    assert nearest("zz-delivr", known) == ["zz-deliver"]
+
+
+def test_hostile_names_take_no_time():
+    known = ["ab" * 50_000 + str(number) for number in range(300)]
+    assert nearest("ab" * 50_000, known) == []
+    assert nearest("ab", known) == []
+
+
+def test_hints():
+    assert did_you_mean("pik", ["pick", "place"]) == "did you mean pick?"
+    assert did_you_mean("rule-c", ["rule-a", "rule-b"], "see the list") == "did you mean rule-a or rule-b?"
+    assert did_you_mean("zebra", ["pick"], "see the list") == "see the list"
+    assert did_you_mean("/a/bc", ["/a/xy"], cutoff=0.75) == ""
+    assert or_similar("pik", ["pick"]) == " (did you mean pick?)"
+    assert or_similar("zebra", ["pick"]) == ""
+
+
+def test_likeness():
+    assert likeness("Goal", "gOAL") == 1
+    assert likeness("goal", "xyz") == 0
