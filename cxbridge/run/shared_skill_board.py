@@ -8,11 +8,16 @@ from msgspec import Struct
 
 if TYPE_CHECKING:
     from cxbridge.ros2cx.skills import Ros2CxSkills
+    from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.service import SkillBoardService
 
 
 class SharedSkillBoard(Struct):
-    """The skill board of a run or a daemon; None while there is none."""
+    """The skill board of a run or a daemon; None while there is none.
+
+    :ivar execution: how its executors execute calls that begin; None: as the configuration says.
+    """
 
     service: SkillBoardService | None = None
     ros2cx: Ros2CxSkills | None = None
+    execution: Execution | None = None

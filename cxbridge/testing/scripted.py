@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from typing import Final
 
 from cxbridge.run.context import RunContext
@@ -17,16 +16,18 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 class ScriptedSkills(SkillScript):
-    """Says how skills end, and stands for the Skillers that execute them.
+    """Says how skills end: stands for the Skillers, and directs the executors of the skill board.
 
-    :param served: Skillers that somebody else makes.
+    To be made before the components of the run.
     """
 
-    def __init__(self, context: RunContext, served: Collection[str] = ()) -> None:
+    def __init__(self, context: RunContext) -> None:
         super().__init__(context.clock)
+        served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         self._modes = {item.name: item.mode for item in skiller_settings(context.config, "simulator", served)}
         self._skillers: dict[str, SkillerSimulator] = {}
+        context.skills.execution = self.execute
         for name in self._modes:
             self.come_back(name)
 

@@ -6,16 +6,24 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
-from typing import Any, Final, Protocol, Self
+from typing import Any, Final, Protocol, Self, TypeVar
 
 from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.skiller.board.executor import SkillExecutor, Steps
+from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
+from cxbridge.skiller.simulation.execution import as_string_call, ending_as
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest
 
 FOREVER = 1e9
 """Seconds that a skill which hangs would take: three decades."""
+
+T = TypeVar("T")
+
+_USUAL: Final = Outcome(1.0)
+"""How calls end that nobody says anything of, where no executor knows."""
 
 _PATTERN: Final = re.compile(r"[*?[]")
 
@@ -30,7 +38,7 @@ class Call:
     :param seconds: when, since the run began.
     :param name: the skill.
     :param args: its arguments by name; those without one by their position, from 1.
-    :param skiller: who was to execute it.
+    :param skiller: who was to execute it: a Skiller, or an agent of the skill board.
     """
 
     seconds: float
@@ -42,8 +50,11 @@ class Call:
 class SkillAnswer(Protocol):
     """Says how a call ends."""
 
-    def __call__(self, call: Call) -> Outcome:
-        """Return how a call that begins will end."""
+    def __call__(self, call: Call) -> Outcome | None:
+        """Return how a call that begins will end; None: as usual.
+
+        Usual is what an executor of the skill board does, and elsewhere success after a second.
+        """
 
 
 @dataclass(slots=True)
@@ -190,8 +201,13 @@ class SkillScript:
         known = {*mapped, *(call.name for call in self.calls)}
         return [text for rule in self._rules if (text := rule.complaint(known))]
 
-    def begin(self, skiller: str, call: SkillStringCall) -> tuple[Outcome, Effect | None]:
-        """Note that a call begins; return how it ends, and what it changes then."""
+    def begin(
+        self, skiller: str, call: SkillStringCall, usual: T | Outcome = _USUAL
+    ) -> tuple[T | Outcome, Effect | None]:
+        """Note that a call begins; return how it ends, and what it changes then.
+
+        :param usual: how it ends when nothing is said of it.
+        """
         noted = Call(
             (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
         )
@@ -201,8 +217,8 @@ class SkillScript:
                 rule.calls.append(noted)
         for rule in self._candidates(call):
             behaviour = rule.take()
-            return behaviour.answer(noted), behaviour.then
-        return Outcome(1.0), None
+            return behaviour.answer(noted) or usual, behaviour.then
+        return usual, None
 
     def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
         """Yield what is said of a call, the last said first."""
@@ -211,6 +227,11 @@ class SkillScript:
                 yield rule
         if self.otherwise.says_something:
             yield self.otherwise
+
+    def execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
+        """Return the steps of a call on the skill board that begins."""
+        outcome, effect = self.begin(call.agent, as_string_call(call), None)
+        return ending_as(outcome, executor, call, effect)
 
 
 class ScriptedEstimator(Estimator):

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
@@ -12,16 +13,16 @@ from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
+from cxbridge.run.run import make_run
 from cxbridge.skiller.simulation.estimators import Outcome
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import Call
 from cxbridge.worlds.points import Choice, ChoiceKind, ChoicePoint, Chooser, NotedChooser, Option
 
-_SECONDS: Final = 1.0
 _SKILL_OPTIONS: Final = (
-    Option("succeeds", value=Outcome(_SECONDS)),
-    Option("fails", faults=1, value=Outcome(_SECONDS, Status.S_FAILED, "")),
+    Option("succeeds"),
+    Option("fails", faults=1, value=Outcome(1.0, Status.S_FAILED, "")),
 )
 
 
@@ -51,20 +52,26 @@ class WorldRun(Closing):
         self.options = options
         self._asked = NotedChooser(chooser)
         with ExitStack() as stack:
-            self.assembly = stack.enter_context(Assembly(options))
+            self.assembly = make_run(options)
+            stack.enter_context(self.assembly)
             self._start_us = self.assembly.clock.now_us()
-            self._skills = ScriptedSkills(self.assembly.context)
-            stack.callback(self._skills.close)
-            self._skills.otherwise.does(self._answer)
-            self.assembly.loop.add(Hook.SKILL, self._skills.loop)
+            self._skills = [self._script(stack, agent) for agent in self.assembly.agents]
             self._stack = stack.pop_all()
 
-    def _answer(self, call: Call) -> Outcome:
+    def _script(self, stack: ExitStack, agent: Assembly) -> ScriptedSkills:
+        """Let the skills of an agent end as the chooser says."""
+        skills = ScriptedSkills(agent.context)
+        stack.callback(skills.close)
+        several = len(self.assembly.agents) > 1
+        skills.otherwise.does(partial(self._answer, f"{agent.name}/" if several else ""))
+        self.assembly.loop.add(Hook.SKILL, skills.loop)
+        return skills
+
+    def _answer(self, agent: str, call: Call) -> Outcome | None:
         args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
-        subject = f"{call.skiller}: {call.name}{{{args}}}"
-        outcome: Outcome = self._asked.ask(
-            ChoicePoint(ChoiceKind.SKILL, subject, self.seconds, _SKILL_OPTIONS)
-        ).value
+        subject = f"{agent}{call.skiller}: {call.name}{{{args}}}"
+        point = ChoicePoint(ChoiceKind.SKILL, subject, self.seconds, _SKILL_OPTIONS)
+        outcome: Outcome | None = self._asked.ask(point).value
         return outcome
 
     @property
@@ -75,7 +82,7 @@ class WorldRun(Closing):
     @property
     def is_over(self) -> bool:
         """Whether every root goal is over, no skill runs and the agenda is empty."""
-        return self.assembly.is_over and not self._skills.running
+        return self.assembly.is_over and not any(skills.running for skills in self._skills)
 
     def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
         """Run to the end, or until ``look`` is true after a loop."""

@@ -49,3 +49,27 @@ def test_a_path_is_followed_and_can_be_written_and_read():
 def test_a_path_of_another_run_is_refused():
     with pytest.raises(DivergedError, match="was about"):
         played({0: Step("Skiller: nothing{}", "fails")})
+
+
+def scenario(name: str) -> RunOptions:
+    return RunOptions(scenario=ROOT / "scenarios" / name, skiller="none")
+
+
+def test_calls_on_the_skill_board_are_choices():
+    with WorldRun(scenario("two-robots"), UsualChooser()) as run:
+        usual = run.play()
+    subjects = [choice.point.subject for choice in usual.choices]
+    assert subjects[:2] == ["robot1: move{to='lab'}", "robot2: move{to='store'}"]
+    with WorldRun(scenario("two-robots"), PathChooser(failing(usual.choices[0]))) as run:
+        other = run.play()
+    assert other.is_over
+    assert other.choices[1].point.subject == subjects[1]
+    assert len(other.choices) > len(usual.choices), "the move is tried again"
+
+
+def test_several_agents_are_in_one_world():
+    with WorldRun(scenario("two-agents"), UsualChooser()) as run:
+        result = run.play()
+    assert result.is_over
+    subjects = [choice.point.subject for choice in result.choices]
+    assert subjects[:2] == ["robot1/robot1: sweep{room='kitchen'}", "robot2/robot2: sweep{room='bath'}"]

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.run.ros2cx_features import ros2cx_skills
+from cxbridge.skiller.board.executor import Execution, as_executor
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
 
@@ -28,7 +31,9 @@ class SkillBoardComponent(Component):
             from cxbridge.ros2cx.original_board import policy_of  # noqa: PLC0415 - for those who need it
 
             policy = policy_of(context.config)
-        self.service = SkillBoardService(context.board, context.clock, context.bus, settings, policy)
+        self.service = SkillBoardService(
+            context.board, context.clock, context.bus, settings, policy, _execution(context)
+        )
         self._shared = context.skills
         self._shared.service = self.service
         try:
@@ -58,3 +63,19 @@ class SkillBoardComponent(Component):
         """End all skills."""
         self._shared.service = self._shared.ros2cx = None
         self.service.close()
+
+
+def _execution(context: RunContext) -> Execution:
+    """Return how calls are executed: failures are simulated where the Skillers are.
+
+    :raises SkillerError: when the configuration of the failures is wrong.
+    """
+    if context.skills.execution is not None:
+        return context.skills.execution
+    if context.options.skiller != "simulator":
+        return as_executor
+    from cxbridge.skiller.simulation.execution import FailingExecution  # noqa: PLC0415 - for those who fail
+    from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
+
+    make_failures(context.config, "")  # what is wrong shows now, not with the first call
+    return FailingExecution(partial(make_failures, context.config))

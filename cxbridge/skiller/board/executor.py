@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias, TypeVar
@@ -128,3 +128,12 @@ class SkillExecutor:
 
     def close(self) -> None:
         """Let go of everything; no skill is executed any more."""
+
+
+Execution: TypeAlias = Callable[[SkillExecutor, SkillCall], Steps]
+"""How calls are executed: by their executor, or as a test or a simulation says."""
+
+
+def as_executor(executor: SkillExecutor, call: SkillCall) -> Steps:
+    """Return the steps of the executor."""
+    return executor.execute(call)

@@ -14,11 +14,13 @@ from cxbridge.blackboard.listeners import EventKind, Listener, listening
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.skiller.board.executor import (
+    Execution,
     ExecutorContext,
     Progress,
     SkillExecutor,
     SkillFailedError,
     Steps,
+    as_executor,
 )
 from cxbridge.skiller.board.protocol import (
     BOARD_TYPE,
@@ -69,6 +71,8 @@ class ExecutorHost(Listener):
         self.state = ExecutorState.IDLE
         self.ticket = _NOBODY
         """Who it is reserved or busy for."""
+        self.execution: Execution = as_executor
+        """How calls that begin are executed."""
         check_name("an agent", executor.agent)
         self._skills = frozenset(executor.skills)
         self._board = executor.board
@@ -248,7 +252,7 @@ class ExecutorHost(Listener):
         self._said, self._begun = Progress(0.0), False
         try:
             self._call = replace(self._call, parameters=decode_parameters(self._parameters))
-            steps: object = self.executor.execute(self._call)
+            steps: object = self.execution(self.executor, self._call)
             if not isinstance(steps, Generator):
                 raise SkillError(f"execute() must be a generator: it has returned {steps!r}")  # noqa: TRY301
             self._steps = steps

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from cxbridge.skiller.board.board import SkillBoard
+from cxbridge.skiller.board.executor import as_executor
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.skiller.board.local_calls import LocalSkillCalls
 from cxbridge.skiller.board.skiller import BoardSkiller
@@ -14,6 +15,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
+    from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
 
@@ -25,6 +27,7 @@ class SkillBoardService:
 
     :param settings: what the configuration says.
     :param policy: how the board treats executors.
+    :param execution: how executors of this process execute calls.
     :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
     """
 
@@ -35,6 +38,7 @@ class SkillBoardService:
         bus: EventBus,
         settings: BoardSettings,
         policy: BoardPolicy | None = None,
+        execution: Execution = as_executor,
     ) -> None:
         self.skills = SkillBoard(
             board, clock, bus, name=settings.name, timeouts=settings.timeouts, policy=policy
@@ -43,7 +47,7 @@ class SkillBoardService:
         self._first = 0  # the Skiller that takes commands before the others
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
-        self._bus = bus
+        self._execution = execution
         self.verbatim = policy is not None and policy.verbatim
         """Whether executors of this process send as FEEDBACK what they yield, and nothing else."""
         try:
@@ -59,6 +63,7 @@ class SkillBoardService:
 
     def add(self, host: ExecutorHost) -> None:
         """Take in an executor."""
+        host.execution = self._execution
         self.hosts.append(host)
         host.meet(self.skills.name)
         self.skills.local.add(host.name)

@@ -71,10 +71,15 @@ class FailureInjector:
 
     def apply(self, call: SkillStringCall, outcome: Outcome) -> Outcome:
         """Return how the skill ends: as it would, or badly."""
-        struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
-        if not struck:
+        failure = self.struck(call)
+        if failure is None:
             return outcome
-        return Outcome(outcome.seconds * struck[0].after, Status.S_FAILED, struck[0].error)
+        return Outcome(outcome.seconds * failure.after, Status.S_FAILED, failure.error)
+
+    def struck(self, call: SkillStringCall) -> Failure | None:
+        """Return in which way a call fails; None: not on purpose. Counts it."""
+        struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
+        return struck[0] if struck else None
 
 
 def _read(config: Configuration, prefix: str, key: str) -> Failure:

@@ -49,7 +49,7 @@ def make_simulator(
         return SkillerSimulator(board, clock, bus, name=name, mode=mode)
     log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
-    failures = FailureInjector.from_config(config, _rng(seed, name, "failures"))
+    failures = make_failures(config, name)
     estimators: list[Estimator] = []
     if config.keys(STATIC_PREFIX):
         estimators.append(StaticEstimator.from_config(config, mode=mode))
@@ -67,6 +67,15 @@ def make_simulator(
         for estimator in estimators:
             estimator.close()
         raise
+
+
+def make_failures(config: Configuration, name: str) -> FailureInjector:
+    """Return what lets the skills of a Skiller, or of an agent on the skill board, fail on purpose.
+
+    :raises SkillerError: when the configuration is wrong.
+    """
+    seed = config.get_uint(SEED_PATH, default=0)
+    return FailureInjector.from_config(config, _rng(seed, name, "failures"))
 
 
 def _rng(seed: int, *purpose: str) -> random.Random:

@@ -1,0 +1,103 @@
+"""Scripted skills, and failures of the configuration, reach the executors of the skill board."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import SkillStatus
+from cxbridge.run.options import RunOptions
+from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.testing.agent_run import AgentRun
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "two-robots"
+POSE = "Position3DInterface::Pose-robot1"
+
+
+@pytest.fixture
+def run():
+    with AgentRun(RunOptions(scenario=SCENARIO, skiller="none"), scripted=True) as made:
+        yield made
+
+
+def failures(run: AgentRun) -> list[SkillStatus]:
+    return [each for each in run.transitions if isinstance(each, SkillStatus) and each.status == "S_FAILED"]
+
+
+def error_of_first_failure(run: AgentRun) -> str:
+    run.until(lambda: failures(run))
+    return "".join(line.text for line in run.log if "lost" in line.text)
+
+
+def test_a_script_lets_a_skill_of_an_executor_fail_halfway(run):
+    run.skills("move", to="lab").fails("lost", after=2.0, times=1)
+    assert "lost" in error_of_first_failure(run)
+    run.to_end()
+    first = run.skills("move", to="lab").calls[0]
+    assert first.skiller == "robot1"
+    assert {goal.outcome for goal in run.goals("INSPECT")} >= {"COMPLETED"}
+
+
+def test_the_robot_is_halfway_when_its_skill_fails(run):
+    run.skills("move").fails("lost", after=2.0)
+    run.until(lambda: run.skills("move").calls)
+    run.advance(2.1)
+    x, _, _ = run.read(POSE)["translation"]
+    assert 0.8 < x < 1.2, "two seconds at half a metre a second"
+
+
+def test_what_succeeds_by_script_takes_its_time_and_moves_nothing(run):
+    ends = []
+    run.skills("move", to="lab").succeeds(after=3.0, then=lambda: ends.append(run.seconds))
+    run.until(lambda: ends)
+    assert ends == [pytest.approx(run.skills("move", to="lab").calls[0].seconds + 3.0, abs=0.1)]
+    assert run.read(POSE)["translation"][0] == 0.0
+
+
+def test_executors_do_what_nothing_is_said_of(run):
+    run.to_end()
+    assert run.seconds == pytest.approx(45.0, abs=0.5)
+    assert {call.skiller for call in run.skills.calls} == {"robot1", "robot2"}
+
+
+def test_a_function_may_leave_a_call_to_its_executor(run):
+    seen = []
+
+    def answer(call):
+        seen.append(call)
+        return None if len(seen) > 1 else Outcome(0.5)
+
+    run.skills("inspect").does(answer)
+    run.until(lambda: len(seen) == 4)
+    actions = [each for each in run.actions("inspect") if each.state == "FINAL"]
+    assert len(actions) >= 3
+
+
+def configured(tmp_path, text, skiller="simulator"):
+    more = tmp_path / "failures.yaml"
+    more.write_text(f"plugins/skiller-simulator: {{seed: 3, failures: {text}}}\n")
+    return RunOptions(scenario=SCENARIO, skiller=skiller, config=more)
+
+
+def test_failures_of_the_configuration_strike_executors(tmp_path):
+    options = configured(
+        tmp_path, "{lost: {name: move, args: [to=lab], calls: [1], error: lost, after: 0.5}}"
+    )
+    with AgentRun(options, scripted=False) as run:
+        assert "lost" in error_of_first_failure(run)
+        assert 4 < run.seconds < 16, "half the way to the lab"
+        run.to_end()
+        assert [each.skiller for each in failures(run)] == ["robot1", "robot2"], "the first call of each"
+
+
+def test_failures_of_the_configuration_are_for_simulations(tmp_path):
+    with AgentRun(configured(tmp_path, "{lost: {name: move, calls: [1]}}", "none"), scripted=False) as run:
+        run.until(lambda: run.actions("inspect"))
+        assert failures(run) == []
+
+
+def test_a_failure_that_makes_no_sense_is_an_error_at_the_start(tmp_path):
+    options = configured(tmp_path, "{lost: {name: move, probability: 2}}")
+    with pytest.raises(CxbridgeError, match="probability is 2"):
+        AgentRun(options, scripted=False)
