@@ -24,7 +24,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"executive", "skiller", "trace"},
     {"agent"},
     {"explain", "ros2cx"},
-    {"operations"},
+    {"operations", "properties"},
     {"web", "run"},
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
