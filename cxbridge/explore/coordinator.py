@@ -21,7 +21,7 @@ from typing import Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.bounds import Means
-from cxbridge.explore.graph import BAD_INPUT, Edge, Graph, Leaf
+from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
 from cxbridge.explore.wire import (
     Ended,
     Fork,
@@ -36,7 +36,7 @@ from cxbridge.explore.wire import (
     Reports,
     frame,
 )
-from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import DivergedError
 
 _LOOK_S: Final = 0.25
 _ATTEMPTS: Final = 3
@@ -87,20 +87,17 @@ class _Peer:
 class Coordinator(Closing):
     """Explores with processes, as long as there is something left to do. A context manager.
 
-    :param options: as for ``cxbridge run``.
     :param graph: what is known already; its open edges are explored.
     :param serve: what a process does that loads the scenario, given the address of our socket.
     """
 
-    def __init__(
-        self, options: RunOptions, graph: Graph, means: Means, serve: Callable[[str, RunOptions], object]
-    ) -> None:
+    def __init__(self, graph: Graph, means: Means, serve: Callable[[str], object]) -> None:
         self.graph = graph
         self.hidden: dict[str, None] = {}
         """Why states were not compared."""
         self.cpu_seconds = 0.0
         """Processor time of all processes but this one and the one that has loaded the scenario."""
-        self._options, self._means, self._serve = options, means, serve
+        self._means, self._serve = means, serve
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
         self._address = str(Path(self._folder.name) / "socket")
         self._listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -141,7 +138,7 @@ class Coordinator(Closing):
         pid = os.fork()
         if not pid:
             self._listening.close()
-            self._serve(self._address, self._options)
+            self._serve(self._address)
             os._exit(1)
         self._loader_pid = pid
 
@@ -213,6 +210,8 @@ class Coordinator(Closing):
                 peer.used_s = report.cpu_s
                 if report.leaf.outcome == BAD_INPUT:
                     raise CxbridgeError(report.leaf.reason)
+                if report.leaf.outcome == DIVERGED:
+                    raise DivergedError(report.leaf.reason)
                 self.graph.ended(peer.release(), report.leaf)
             case Refused():
                 raise CxbridgeError(report.text)

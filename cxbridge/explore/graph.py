@@ -12,6 +12,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from cxbridge.properties.monitor import Violation
 from cxbridge.worlds.points import USUAL, ChoicePath, Step
 
 ROOT: Final = (-1, USUAL)
@@ -19,6 +20,9 @@ ROOT: Final = (-1, USUAL)
 
 BAD_INPUT: Final = "bad input"
 """The outcome of a run whose scenario is wrong: it ends the exploration."""
+
+DIVERGED: Final = "diverged"
+"""The outcome of a run that had other choice points than the run before on the same path."""
 
 Edge = tuple[int, int]
 """A node's number, and the option that is taken there."""
@@ -52,17 +56,6 @@ class Point(Struct, frozen=True):
     ways: tuple[Way, ...]
 
 
-class Violation(Struct, frozen=True):
-    """A property that a run does not have.
-
-    :param property: its name.
-    :param message: what is wrong, in a sentence.
-    """
-
-    property: str
-    message: str
-
-
 class Leaf(Struct, frozen=True):
     """How a run ended.
 
@@ -70,12 +63,14 @@ class Leaf(Struct, frozen=True):
     :param reason: why, in a sentence.
     :param seconds: how long it took, by its clock.
     :param violations: the properties that it does not have.
+    :param evaluated: the names of the properties that it could have violated.
     """
 
     outcome: str
     reason: str
     seconds: float
     violations: tuple[Violation, ...] = ()
+    evaluated: tuple[str, ...] = ()
 
 
 class Node(Struct):

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
-from cxbridge.explore.graph import BAD_INPUT, Leaf
+from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
+from cxbridge.properties.monitor import Ending, Property, RunEnd
+from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import sum_up_run
-from cxbridge.worlds.points import Chooser
+from cxbridge.worlds.points import Chooser, DivergedError
 from cxbridge.worlds.run import WorldRun
 
 
@@ -17,14 +21,16 @@ class ExploredRun:
     """A run that is made, and played once; it says how it ended with the words of ``cxbridge run``.
 
     :param options: as for ``cxbridge run``.
+    :param properties: those that it is to have.
     :param chooser: is asked at each choice point.
     :raises CxbridgeError: when the scenario is wrong.
     """
 
-    def __init__(self, options: RunOptions, chooser: Chooser) -> None:
+    def __init__(self, options: RunOptions, properties: Sequence[Property], chooser: Chooser) -> None:
         self.world = WorldRun(options, chooser)
         self._options = options
         assembly = self.world.assembly
+        self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
         self._checks = AgentChecks(assembly.agents, on=not options.is_lenient)
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
@@ -38,6 +44,7 @@ class ExploredRun:
         :raises CxbridgeError: when the agent is broken.
         """
         result = self.world.play(self._look)
+        ending = Ending.OVER if result.is_over else Ending.STUCK if self._is_stuck else Ending.CUT
         ended = sum_up_run(
             self.world.assembly,
             self._options,
@@ -47,7 +54,16 @@ class ExploredRun:
             over=result.is_over,
             rule_errors=self._errors if self._is_stuck else None,
         )
-        return Leaf(ended.word, ended.reason, result.seconds)
+        self.properties.end(RunEnd(ending, "" if result.is_over else ended.reason))
+        self.world.assembly.stop()
+        self.properties.released()
+        return Leaf(
+            ended.word,
+            ended.reason,
+            result.seconds,
+            tuple(self.properties.violations),
+            tuple(sorted(self.properties.evaluated)),
+        )
 
     def _look(self) -> bool:
         """Return whether the run cannot go on; called after each loop."""
@@ -55,6 +71,7 @@ class ExploredRun:
             self._is_checked = True
             self._checks.start()
         self._checks.look()
+        self.properties.look()
         self._loss = self.world.assembly.loss
         self._is_stuck = not self._loss and self._watch.look()
         return bool(self._loss) or self._is_stuck
@@ -64,8 +81,14 @@ class ExploredRun:
         self.world.close()
 
 
+MakeRun = Callable[[Chooser], ExploredRun]
+"""Makes a run in which somebody chooses."""
+
+
 def failure(error: Exception) -> Leaf:
     """Return how a run ended that an error of Python has ended."""
+    if isinstance(error, DivergedError):
+        return Leaf(DIVERGED, str(error), 0.0)
     if isinstance(error, CxbridgeError):
         return Leaf(BAD_INPUT, str(error), 0.0)
     return Leaf("fault", f"{type(error).__name__}: {error}", 0.0)
