@@ -29,7 +29,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
     {"worlds"},
-    {"explore"},
+    {"explore", "sweep"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

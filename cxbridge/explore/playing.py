@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cxbridge.errors import CxbridgeError
+<<<<<<< HEAD
 from cxbridge.events import LogLine
 from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
 from cxbridge.properties.monitor import Ending, Property, RunEnd
@@ -15,11 +16,16 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import sum_up_run
 from cxbridge.worlds.points import Chooser, DivergedError
 from cxbridge.worlds.run import WorldRun
+=======
+from cxbridge.explore.graph import BAD_INPUT, Leaf
+from cxbridge.worlds.judged import JudgedRun
+>>>>>>> main
 
 
-class ExploredRun:
-    """A run that is made, and played once; it says how it ended with the words of ``cxbridge run``.
+class ExploredRun(JudgedRun):
+    """A run of which only its end is kept."""
 
+<<<<<<< HEAD
     :param options: as for ``cxbridge run``.
     :param properties: those that it is to have.
     :param chooser: is asked at each choice point.
@@ -39,10 +45,14 @@ class ExploredRun:
         self._loss = ""
 
     def play(self) -> Leaf:
+=======
+    def leaf(self) -> Leaf:
+>>>>>>> main
         """Play it to its end.
 
         :raises CxbridgeError: when the agent is broken.
         """
+<<<<<<< HEAD
         result = self.world.play(self._look)
         ending = Ending.OVER if result.is_over else Ending.STUCK if self._is_stuck else Ending.CUT
         ended = sum_up_run(
@@ -80,6 +90,11 @@ class ExploredRun:
         """End it and let go of everything."""
         self.world.close()
 
+=======
+        ended, result = self.play()
+        return Leaf(ended.word, ended.reason, result.seconds)
+
+>>>>>>> main
 
 MakeRun = Callable[[Chooser], ExploredRun]
 """Makes a run in which somebody chooses."""

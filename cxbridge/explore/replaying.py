@@ -56,7 +56,7 @@ def _play(make: MakeRun, chooser: PathChooser) -> Leaf | None:
     """Play a run; None when it was not played to its end."""
     run = make(chooser)
     try:
-        return run.play()
+        return run.leaf()
     except _MergedError:
         return None
     except CxbridgeError:

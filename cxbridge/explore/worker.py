@@ -167,7 +167,7 @@ def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoR
     path = {index: Step(subject, option) for index, subject, option in order.choices}
     later.chooser = PathChooser(path, ForkingChooser(process, order.free, lambda _: (b"", "")))
     try:
-        leaf = run.play()
+        leaf = run.leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
         leaf = failure(error)
     process.link.send(Ended(leaf, time.process_time()))

@@ -84,7 +84,7 @@ def test_the_shipped_scenarios_are_fine(name):
             20,
             "single field slot 'a'",
         ),
-        ("(defrule r (thing (a ?x) => (halt))", "CX201", 1, "defrule r never closes"),
+        ("(defrule r (thing (a ?x) => (halt))", "CX201", 12, "defrule r never closes"),
     ],
     ids=lambda value: value if isinstance(value, str) and value.startswith("(") else "",
 )
@@ -100,8 +100,8 @@ def test_a_parenthesis_that_never_closes_is_one_finding_that_names_what_is_lost(
     )
     (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
     assert (one.code.name, one.place.line) == ("CX201", 2)
-    assert one.message == "defrule one never closes: lost with it are two, three"
-    assert one.hint == "a ) is missing before line 4"
+    assert one.message == ("defrule one never closes: its list (thing is open; lost with it: two, three")
+    assert one.hint == "a ) is missing before line 4; defrule begins in line 2"
 
 
 def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
@@ -110,7 +110,7 @@ def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
     assert (one.code.name, one.place.line, one.message) == (
         "CX204",
         2,
-        "deffunction two: there is no function 'fooo'",
+        "deffunction two: there is no function 'fooo'; lost with it: three",
     )
 
 

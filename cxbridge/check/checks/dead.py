@@ -5,14 +5,13 @@ Only the agent's own files are judged: a core is a library, and no agent uses al
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.agent.names import Kind, Name, Use
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.usage import Construct, Fact, Usage
+from cxbridge.check.usage import OF_PROGRAM, Construct, Fact, Usage
 from cxbridge.suggestions import did_you_mean
 
 RULE: Final = Code(
@@ -50,11 +49,6 @@ FUNCTION: Final = Code(
 
 CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, FUNCTION)
 
-_OF_PROGRAM: Final = re.compile(
-    r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
-    r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
-)
-"""Templates of facts that the program makes, or a feature of it."""
 _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
@@ -64,17 +58,12 @@ _SORTS: Final = ("class", "type", "sub-type")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each name that is dead."""
-    usage = Usage(agent.model, _configured_words(agent))
+    usage = agent.usage
     own = [each for each in usage.constructs if _is_own(agent, each)]
-    yield from _rules(agent, usage, own)
+    yield from _rules(usage, own)
     yield from _facts(agent, usage, own)
     yield from _goals(usage, own)
     yield from _functions(usage, own)
-
-
-def _configured_words(agent: Agent) -> frozenset[str]:
-    values = list(agent.config.walk("/"))
-    return frozenset(word for value in values for text in (value.text, *value.items) for word in text.split())
 
 
 def _is_own(agent: Agent, construct: Construct) -> bool:
@@ -94,10 +83,10 @@ def _finding(code: Code, construct: Construct, start: int, message: str, hint: s
 # ---- rules and facts
 
 
-def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _rules(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     for construct in own:
         for pattern in construct.patterns:
-            if _can_be(agent, usage, pattern.template):
+            if pattern.template in usage.made or usage.is_made_elsewhere(pattern.template):
                 continue
             yield _finding(
                 RULE,
@@ -109,22 +98,13 @@ def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             break  # one fact that is not there is enough
 
 
-def _can_be(agent: Agent, usage: Usage, template: str) -> bool:
-    """Whether anybody may make a fact of a template."""
-    if template in usage.made or template in usage.templates_in_texts or _OF_PROGRAM.fullmatch(template):
-        return True
-    is_defined = agent.model.is_defined(Name(Kind.TEMPLATE, template))
-    # a template that no file defines and that has slots is one of an interface or of a feature
-    return (not is_defined and template in agent.deftemplates) or usage.changed(template)
-
-
 def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     read = usage.read_templates()
     told: set[str] = set()
     for construct in own:
         for fact in construct.facts:
             name = fact.template
-            if name in told | read or name in usage.templates_in_texts or _OF_PROGRAM.fullmatch(name):
+            if name in told | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
             if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it

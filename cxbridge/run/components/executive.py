@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from msgspec.structs import replace
 
 from cxbridge.config import Configuration
@@ -13,6 +15,7 @@ from cxbridge.executive.plugins import find_plugins
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, init_mentions, needs_memory
+from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.features import package_features
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
@@ -40,6 +43,7 @@ class ExecutiveComponent(Component):
         if needs_memory(context.config, context.spec):
             context.memory.open()
         self.manager, self.executive = make_executive(context)
+        self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
         """Watch what is to be followed and recorded, from before the first file is loaded."""

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
-from cxbridge.executive.host.values import Symbol
+from cxbridge.executive.host.constructs import allowed_values
 
 if TYPE_CHECKING:
     from cxbridge.events import Event
@@ -150,9 +150,9 @@ def _place_of_signal(agent: Assembly, signal: str) -> str:
 def _goals(agent: Assembly) -> Iterator[str]:
     """Yield the goals that are open, each with its plan-actions that are not over."""
     env, goals = agent.executive.env, agent.executive.goals
-    modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
+    modes = allowed_values(env, "goal", "mode")
     for goal in goals.open_roots:
-        is_mode = not isinstance(modes, tuple) or goal.mode in modes
+        is_mode = not modes or goal.mode in modes
         yield f"{goal.goal} is {goal.mode}" + ("" if is_mode else ", which is not a mode of goals")
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
