@@ -96,7 +96,7 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
         notes.start_us = run.world.assembly.clock.now_us()
         if is_detailed:
             run.world.assembly.bus.subscribe(notes.take, LogLine, RuleFired, *TRANSITION_TYPES)
-        leaf = run.play()
+        leaf = run.leaf()
     except CxbridgeError:
         return  # the exploration meets it, too
     sending.send([*notes.moments, (round(leaf.seconds, 6), f"the end: {leaf.outcome}, {leaf.reason}")])

@@ -101,7 +101,9 @@ def read_property(text: str, where: Mark | None = None) -> Property:
             make = partial(Always, pattern=reader.pattern(kind))
         case "eventually":
             pattern = reader.pattern(kind)
-            return Property(name, partial(Eventually, pattern=pattern, within_s=reader.within()), one_line(body))
+            return Property(
+                name, partial(Eventually, pattern=pattern, within_s=reader.within()), one_line(body)
+            )
         case "after":
             first = reader.pattern(kind)
             then = reader.word()
@@ -114,5 +116,7 @@ def read_property(text: str, where: Mark | None = None) -> Property:
             hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
             raise where.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
     if reader.within() is not None:
-        raise where.error(f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}")
+        raise where.error(
+            f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
+        )
     return Property(name, make, one_line(body))

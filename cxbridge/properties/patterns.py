@@ -67,7 +67,9 @@ class Pattern:
         """The variables that have a value where it matches, in order."""
         outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
         words = (word.text for node in outer for word in node.walk() if word.items is None)
-        return tuple(dict.fromkeys(word for word in words if word[0] == "?" and len(word) > 1 and word[1] != "*"))
+        return tuple(
+            dict.fromkeys(word for word in words if word[0] == "?" and len(word) > 1 and word[1] != "*")
+        )
 
 
 def _facts(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
