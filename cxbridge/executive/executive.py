@@ -112,6 +112,8 @@ class Executive:
         self.goals = GoalWatch(self.env)
         self.skills = SkillWatch(self.env)
         self._debugger: Debugger | None = None
+        self.place_of_action: Callable[[str], str] = lambda _action: ""
+        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when nobody knows."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -255,7 +257,9 @@ class Executive:
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
+            place = self.place_of_action(action)
+            text = f"Number of parameter names and values do not match for action '{action}'"
+            self.log.warn(f"{place}: {text}: {len(names)} and {len(values)}" if place else text)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):
