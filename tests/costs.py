@@ -7,7 +7,7 @@ by file, `--costs=tests` by test.
 from __future__ import annotations
 
 import os
-from collections import Counter
+from collections import defaultdict
 from collections.abc import Generator, Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -50,12 +50,12 @@ def pytest_runtest_makereport(
 
 def pytest_terminal_summary(terminalreporter: pytest.TerminalReporter, config: pytest.Config) -> None:
     """Print the sums, the largest first."""
-    spent: Counter[str] = Counter()
+    spent: defaultdict[str, float] = defaultdict(float)
     for report in _reports(terminalreporter):
         shares = [float(str(value)) for name, value in report.user_properties if name == _PROPERTY]
         spent[_group(report.nodeid, config.getoption("--costs"))] += shares[-1] if shares else 0.0
     terminalreporter.section(f"processor seconds: {sum(spent.values()):.0f}")
-    for name, seconds in spent.most_common():
+    for name, seconds in sorted(spent.items(), key=lambda item: -item[1]):
         if seconds >= _LEAST:
             terminalreporter.line(f"{seconds:8.1f}  {name}")
 

@@ -21,7 +21,7 @@ FORMS: Final = (
     "eventually (PATTERN) [within SECONDS]",
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
-"""The forms that there are."""
+"""The forms of a property."""
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")

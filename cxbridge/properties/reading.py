@@ -31,7 +31,7 @@ def read_properties(file: Path) -> list[Property]:
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.null:
                 continue
-            raise root.mark.error("this is no list of properties", _EXPECTED)
+            raise root.mark.error("this is not a list of properties", _EXPECTED)
         for item in root.items:
             match item:
                 case YamlScalar(null=False):
@@ -39,7 +39,7 @@ def read_properties(file: Path) -> list[Property]:
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     found.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
-                    raise item.mark.error("this is no property", _EXPECTED)
+                    raise item.mark.error("this is not a property", _EXPECTED)
     return found
 
 

@@ -62,9 +62,10 @@ class AgentPlaces:
             piece = found.file.piece_at(found.mention.start)
             if piece is None or not changed.match(found.file.text, found.mention.end):
                 continue
-            if of_class in piece.piece.by_name:
+            names = {mention.name for mention in piece.piece.mentions}
+            if of_class in names:
                 return _place(found)
-            if not others and not any(name.kind is Kind.GOAL_CLASS for name in piece.piece.by_name):
+            if not others and not any(name.kind is Kind.GOAL_CLASS for name in names):
                 others = _place(found)
         return others or _first(self.model.mentions(of_class, Use.ASSERTED))
 
@@ -103,7 +104,7 @@ class AgentPlaces:
             for file in self.model.files
             for _, piece in file.pieces
             if piece.name is not None and piece.name.kind is Kind.RULE
-            if any(mention.use is Use.ASSERTED for mention in piece.by_name.get(wanted, ()))
+            if any(mention.use is Use.ASSERTED and mention.name == wanted for mention in piece.mentions)
         ]
 
 

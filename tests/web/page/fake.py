@@ -256,6 +256,16 @@ class Served:
         return await self.daemon.file(request)
 
 
+@contextmanager
+def served(daemon: FakeDaemon) -> Iterator[Served]:
+    """Serve a fake daemon by itself, for a benchmark."""
+    server = Served(daemon)
+    try:
+        yield server
+    finally:
+        server.stop()
+
+
 def goal_event(goal: str, mode: str, outcome: str = "UNKNOWN", **fields: Any) -> dict[str, Any]:
     """Return the event of a goal's transition."""
     plain = {"goal_class": "CLASS", "sub_type": "nil", "parent": "nil", "error": "", "env": "executive"}
