@@ -2,13 +2,30 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.graph import BAD_INPUT, Leaf
+from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
+from cxbridge.properties.monitor import Ending, Property, RunEnd
+from cxbridge.properties.watch import PropertyWatch
+from cxbridge.run.options import RunOptions
 from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.points import Chooser, DivergedError
 
 
 class ExploredRun(JudgedRun):
-    """A run of which only its end is kept."""
+    """A run whose properties are watched, and of which only its end is kept.
+
+    :param options: as for ``cxbridge run``.
+    :param properties: those that it is to have.
+    :param chooser: is asked at each choice point.
+    :raises CxbridgeError: when the scenario is wrong.
+    """
+
+    def __init__(self, options: RunOptions, properties: Sequence[Property], chooser: Chooser) -> None:
+        super().__init__(options, chooser)
+        assembly = self.world.assembly
+        self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
 
     def leaf(self) -> Leaf:
         """Play it to its end.
@@ -16,11 +33,31 @@ class ExploredRun(JudgedRun):
         :raises CxbridgeError: when the agent is broken.
         """
         ended, result = self.play()
-        return Leaf(ended.word, ended.reason, result.seconds)
+        ending = Ending.OVER if result.is_over else Ending.STUCK if self._is_stuck else Ending.CUT
+        self.properties.end(RunEnd(ending, "" if result.is_over else ended.reason))
+        self.world.assembly.stop()
+        self.properties.released()
+        return Leaf(
+            ended.word,
+            ended.reason,
+            result.seconds,
+            tuple(self.properties.violations),
+            tuple(sorted(self.properties.evaluated)),
+        )
+
+    def _look(self) -> bool:
+        self.properties.look()
+        return super()._look()
+
+
+MakeRun = Callable[[Chooser], ExploredRun]
+"""Makes a run in which somebody chooses."""
 
 
 def failure(error: Exception) -> Leaf:
     """Return how a run ended that an error of Python has ended."""
+    if isinstance(error, DivergedError):
+        return Leaf(DIVERGED, str(error), 0.0)
     if isinstance(error, CxbridgeError):
         return Leaf(BAD_INPUT, str(error), 0.0)
     return Leaf("fault", f"{type(error).__name__}: {error}", 0.0)
