@@ -19,7 +19,7 @@ from tests.support import ROOT
 NO_NAMES = {
     "FILE", "DIR", "URL", "PORT", "[PORT]", "HOST", "ADDRESS", "N", "TEXT", "SECONDS|end", "OUT", "PATH", "A",
     "B...", "RUN", "[RUN]", "RUN...", "CONFIG", "OUT.html", "OUT.json", "FILE...", "DOMAIN", "PROBLEM",
-    "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "ACTION=CLASS", "virtual|real|scaled:N",
+    "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS", "virtual|real|scaled:N",
     "off|on|FILE.wav|DIR/",
 }  # fmt: skip
 """What is a place, a number or a text; a wrong one has tests of its own."""
@@ -38,6 +38,7 @@ CASES = {
     ("run", "agent"): ("run OWN --agent rob", "no agent 'rob'"),
     ("run", "skiller"): ("run OWN --skiller luaa", "lua, simulator, none"),
     ("run", "breaks"): ("run OWN --break rule:mini-begn", "did you mean mini-begin?"),
+    ("sweep", "engine"): ("sweep OWN --engine locl", "use local or dask"),
     ("new", "from_fawkes"): ("new OWN/x --from-fawkes tst", "--fawkes-dir"),
     ("check", "explain"): ("check --explain CX999", "there are: CX101"),
     ("coverage", "env"): ("coverage RECORDED --env executve", "did you mean executive?"),
@@ -126,12 +127,17 @@ WAITING = {
 """What waits for something that may come yet says so on stderr."""
 
 ALIKE = {
-    ("check", "scenario"): ("run", "scenario"),
+    **{(command, "scenario"): ("run", "scenario") for command in ("check", "explore", "sweep")},
+    ("sweep", "against"): ("run", "scenario"),
     ("lsp", "scenario"): ("run", "scenario"),
     ("daemon start", "agent"): ("run", "agent"),
     ("daemon start", "spec"): ("run", "spec"),
     ("daemon start", "skiller"): ("run", "skiller"),
-    **{(command, name): ("run", name) for command in ("check", "lsp") for name in ("spec", "agent")},
+    **{
+        (command, name): ("run", name)
+        for command in ("check", "lsp", "explore", "sweep")
+        for name in ("spec", "agent")
+    },
     ("lsp", "core"): ("check", "core"),
     ("check", "skiller"): ("run", "skiller"),
     ("gateway", "interface"): ("bb watch", "globs"),
