@@ -260,3 +260,17 @@ def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
     clips = f"(defglobal ?*names* = (create$))\n{STEPS}(defrule plan (thing) => {used})"
     codes = [each[0] for each in found(agent(tmp_path, clips))]
     assert codes == [code] * (code is not None)
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_known"),
+    [
+        ("executive-init", True),
+        ("executive-initx", False),
+        ("domain-loadedx", False),
+        ("skill-of-mine", True),
+    ],
+)
+def test_a_template_of_the_program_that_is_misspelt(tmp_path, condition, is_known):
+    clips = f"(defrule r ({condition}) => (assert (domain-loaded)))(defrule d (domain-loaded) => (halt))"
+    assert (found(agent(tmp_path, clips)) == []) is is_known
