@@ -155,7 +155,14 @@ class Agent(Closing):
         """What the constructs match and make."""
         values = list(self.config.walk("/"))
         words = (word for each in values for text in (each.text, *each.items) for word in text.split())
-        return Usage(self.model, frozenset(words), self.deftemplates)
+        of_core = (
+            mention.name.text
+            for file in self.model.files
+            if self.is_of_core(file.path)
+            for mention in file.mentions
+            if mention.name.kind is Kind.TEMPLATE
+        )
+        return Usage(self.model, frozenset(words), self.deftemplates, frozenset(of_core))
 
     @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:

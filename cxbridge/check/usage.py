@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
 from functools import cached_property
 from typing import Final
 
@@ -16,6 +17,8 @@ from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
+_NEARLY: Final = 0.93
+"""How alike two names are of which one is misspelt."""
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 OF_PROGRAM: Final = re.compile(
@@ -181,11 +184,13 @@ class Usage:
 
     :param others: words that somebody else may hand to rules: values of the configuration.
     :param deftemplates: those with slots that CLIPS has.
+    :param of_core: the templates that files of the core name.
     """
 
     model: AgentModel
     others: frozenset[str] = frozenset()
     deftemplates: frozenset[str] = frozenset()
+    of_core: frozenset[str] = frozenset()
     constructs: list[Construct] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -234,11 +239,17 @@ class Usage:
 
     def is_made_elsewhere(self, template: str) -> bool:
         """Whether anybody may make a fact of a template in a way that is not an assertion of a construct."""
-        if template in self.templates_in_texts or OF_PROGRAM.fullmatch(template):
+        if template in self.templates_in_texts or self._is_of_program(template):
             return True
         is_defined = self.model.is_defined(Name(Kind.TEMPLATE, template))
         # a template that no file defines and that has slots is one of an interface or of a feature
         return (not is_defined and template in self.deftemplates) or self.changed(template)
+
+    def _is_of_program(self, template: str) -> bool:
+        """Whether a template may be one of the program's: not if it is nearly one that is known."""
+        if not OF_PROGRAM.fullmatch(template) or template in self.of_core:
+            return bool(OF_PROGRAM.fullmatch(template))
+        return not get_close_matches(template, self.of_core | self.made.keys(), 1, _NEARLY)
 
     def find(self, file: str, keyword: str, name: str) -> Construct | None:
         """Return the last construct of this name in a file."""

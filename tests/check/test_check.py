@@ -229,3 +229,48 @@ GOAL = """
 def test_a_goal_class_that_a_rule_expands_or_not(tmp_path, rule, is_expanded):
     codes = [each[0] for each in found(agent(tmp_path, GOAL + rule))]
     assert ("CX505" in codes) is not is_expanded
+
+
+STEPS = """
+(deffunction step (?action $?values)
+  (assert (plan-action (id 1) (action-name ?action) (param-values $?values))))
+(deffunction named (?action ?names ?values)
+  (assert (plan-action (id 1) (action-name ?action) (param-names ?names) (param-values ?values))))
+"""
+
+
+@pytest.mark.parametrize(
+    ("call", "code"),
+    [
+        ("(step greet peggy)", None),
+        ("(step greet (create$ a b))", None),  # any number
+        ("(step gret peggy)", "CX303"),
+        ("(step greet)", "CX305"),
+        ("(step greet peggy (sym-cat a))", None),  # may be none
+        ("(step greet peggy meggy)", "CX305"),
+        ("(named greet (create$ who) (create$ peggy))", None),
+        ("(named greet (create$) (create$ peggy))", None),  # the operator has the names
+        ("(named greet ?*names* ?*names*)", None),
+        ("(named greet (create$ whom) (create$ peggy))", "CX305"),
+        ("(named greet (create$ who) (create$))", "CX305"),
+    ],
+)
+def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
+    used = f"{call} (step greet a) (named greet who b)"
+    clips = f"(defglobal ?*names* = (create$))\n{STEPS}(defrule plan (thing) => {used})"
+    codes = [each[0] for each in found(agent(tmp_path, clips))]
+    assert codes == [code] * (code is not None)
+
+
+@pytest.mark.parametrize(
+    ("condition", "is_known"),
+    [
+        ("executive-init", True),
+        ("executive-initx", False),
+        ("domain-loadedx", False),
+        ("skill-of-mine", True),
+    ],
+)
+def test_a_template_of_the_program_that_is_misspelt(tmp_path, condition, is_known):
+    clips = f"(defrule r ({condition}) => (assert (domain-loaded)))(defrule d (domain-loaded) => (halt))"
+    assert (found(agent(tmp_path, clips)) == []) is is_known

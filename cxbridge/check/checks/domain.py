@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
+from cxbridge.agent.clips import literal
 from cxbridge.check.agent import Agent, ClipsFile, place_of
 from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.check.planned import planned_actions
 from cxbridge.clipstext.syntax import Definition, SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
@@ -81,8 +83,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         _note_operators(file, actions)
         _note_executed(file, actions)
     if actions.parameters and actions.is_complete:
-        for file in agent.own_files:
-            yield from _check_plan_actions(file, actions)
+        yield from _check_plan_actions(agent.own_files, actions)
     yield from _check_mapping(agent, actions)
 
 
@@ -143,21 +144,12 @@ def _changes_state(construct: Definition, variable: str) -> bool:
     )
 
 
-def _check_plan_actions(file: ClipsFile, actions: _Actions) -> Iterator[Finding]:
-    for node in file.calls("plan-action"):
-        name = _slot(node, "action-name")
-        if (
-            name is not None
-            and _is_word(name)
-            and name.text not in actions.parameters
-            and _is_asserted(file, node)
-        ):
-            yield Finding(
-                ACTION,
-                file.place(name),
-                f"no domain has an action '{name.text}'",
-                did_you_mean(name.text, actions.parameters),
-            )
+def _check_plan_actions(files: list[ClipsFile], actions: _Actions) -> Iterator[Finding]:
+    for planned in planned_actions(files):
+        name = literal(planned.name)
+        if name not in actions.parameters:
+            hint = did_you_mean(name, actions.parameters)
+            yield Finding(ACTION, planned.file.place(planned.name), f"no domain has an action '{name}'", hint)
 
 
 def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:

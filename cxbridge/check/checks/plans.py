@@ -10,10 +10,11 @@ from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.planned import PlannedAction, count, planned_actions
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
-from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of
+from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
 
 PREDICATE: Final = Code(
@@ -37,6 +38,13 @@ NUMBERS: Final = Code(
     "A precondition or an effect that facts cannot say, such as a comparison of numbers. Planners take it; "
     "the domain does not load into the executive.",
 )
+TYPE: Final = Code(
+    "CX308",
+    Severity.WARNING,
+    "a domain object of a type that the domain lacks",
+    "The type is neither in the domain nor made by a rule: no parameter of an action takes the object, and "
+    "formulas do not see it.",
+)
 DROPPED: Final = Code(
     "CX307",
     Severity.NOTE,
@@ -51,7 +59,7 @@ NOT_EXECUTED: Final = Code(
     "forever.",
 )
 
-CODES: Final = (PREDICATE, PARAMETERS, NUMBERS, DROPPED, NOT_EXECUTED)
+CODES: Final = (PREDICATE, PARAMETERS, NUMBERS, DROPPED, TYPE, NOT_EXECUTED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +88,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_facts(each.domain)
     if parsed:
         yield from _check_predicates(agent, [each.domain for each in parsed])
+        yield from _check_types(agent, [each.domain for each in parsed])
         yield from _check_parameters(agent, [each.domain for each in parsed])
         yield from _check_executed(agent, parsed)
 
@@ -129,6 +138,23 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             yield Finding(PREDICATE, at, message, did_you_mean(name.text, known))
 
 
+def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
+    """Yield a finding for each type of objects that facts have and no domain."""
+    known = {"object"} | {name for domain in domains for name, _ in pairs_of(domain.types)}
+    known |= {above for domain in domains for _, above in pairs_of(domain.types) if above}
+    made = agent.usage.made
+    for _, fact in made.get("domain-object-type", ()):
+        if "name" not in fact.slots:
+            return  # computed: any type may be meant
+        known |= fact.slots["name"]
+    for construct, fact in made.get("domain-object", ()):
+        name = next(iter(fact.slots.get("type", ())), "")
+        if name and name not in known and not agent.is_of_core(construct.file.path):
+            at, lines = construct.placed.start + fact.start, construct.file.lines
+            place = Place(construct.file.path, lines.at(at), lines.column(at))
+            yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, known))
+
+
 # ---- plan-actions
 
 
@@ -138,41 +164,28 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for domain in domains
         for action in domain.actions
     }
-    for file in agent.own_files:
-        if agent.is_of_core(str(file.path)):
-            continue
-        for call in file.calls("assert"):
-            for node in call.arguments:
-                if node.head == "plan-action":
-                    yield from _check_plan_action(file, node, actions)
+    own = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
+    for planned in planned_actions(own):
+        if literal(planned.name) in actions:
+            yield from _check_plan_action(planned, actions[literal(planned.name)])
 
 
-def _check_plan_action(file: ClipsFile, node: SyntaxNode, actions: dict[str, list[str]]) -> Iterator[Finding]:
-    slots = {item.head: item for item in node.arguments}
-    name = next(map(literal, slots["action-name"].arguments), "") if "action-name" in slots else ""
-    if name not in actions:
-        return
-    wanted = actions[name]
-    names, values = slots.get("param-names"), slots.get("param-values")
-    for given in () if names is None else names.arguments:
+def _check_plan_action(planned: PlannedAction, wanted: list[str]) -> Iterator[Finding]:
+    name, file = literal(planned.name), planned.file
+    it_has = f"it has: {', '.join(wanted) or 'none'}"
+    for given in planned.names or ():
         if literal(given) and literal(given) not in wanted:
-            hint = did_you_mean(literal(given), wanted, f"it has: {', '.join(wanted) or 'none'}")
             message = f"the action '{name}' has no parameter '{literal(given)}'"
-            yield Finding(PARAMETERS, file.place(given), message, hint)
+            yield Finding(
+                PARAMETERS, file.place(given), message, did_you_mean(literal(given), wanted, it_has)
+            )
             return
-    for slot in (names, values):
-        count = _count(slot) if slot is not None else None
-        if slot is not None and count is not None and count != len(wanted):
-            message = f"the action '{name}' has {len(wanted)} parameters, and here are {count} in {slot.head}"
-            yield Finding(PARAMETERS, file.place(slot), message, f"it has: {', '.join(wanted) or 'none'}")
+    for what, values in (("param-names", planned.names), ("param-values", planned.values)):
+        number = None if values is None else count(values)
+        if number is not None and number != len(wanted):
+            message = f"the action '{name}' has {len(wanted)} parameters, and here are {number} in {what}"
+            yield Finding(PARAMETERS, file.place(values[0] if values else planned.node), message, it_has)
             return
-
-
-def _count(slot: SyntaxNode) -> int | None:
-    """Return how many values a slot gets; None when one of them may be any number."""
-    computed = any(value.items is not None or value.text.startswith("$?") for value in slot.arguments)
-    variables = any(value.text.startswith("?") for value in slot.arguments) and len(slot.arguments) == 1
-    return None if computed or variables else len(slot.arguments)
 
 
 # ---- who executes

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import Kind
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.skillers import skiller_settings
@@ -39,8 +39,17 @@ ARGUMENT: Final = Code(
     "its text: the skill never reads it.",
 )
 
-CODES: Final = (BROKEN, UNKNOWN, ARGUMENT)
+COMPILES: Final = Code(
+    "CX414",
+    Severity.WARNING,
+    "a Lua file does not compile",
+    "The file is in a folder of skills, and this skill space does not load it; a space that does will not "
+    "start.",
+)
 
+CODES: Final = (BROKEN, UNKNOWN, ARGUMENT, COMPILES)
+
+_LUA_LINE = re.compile(r"\]:(\d+): (.*)")
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
@@ -51,9 +60,11 @@ def check(agent: Agent) -> Iterator[Finding]:
         skills = _skills(agent)
     except CxbridgeError as error:
         yield of_error(error, BROKEN)
+        yield from _check_files(agent, error.file or "")
         return
     if skills is None:
         return
+    yield from _check_files(agent)
     yield from _check_arguments(agent, skills)
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
@@ -65,6 +76,27 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield Finding(
             UNKNOWN, place, f"'{action}' is mapped to the skill '{match[1]}', which does not exist", hint
         )
+
+
+def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
+    """Yield a finding for each Lua file in the folders of skills that does not compile.
+
+    :param known: one that has its finding.
+    """
+    from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only agents with Lua skills pay for it
+
+    lua = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
+    for folder in agent.context.paths.skill_dirs:
+        for path in sorted(folder.rglob("*.lua")):
+            if str(path) == known:
+                continue
+            text = path.read_bytes()
+            try:  # as Lua's loadfile, which passes over the line of a script's interpreter
+                lua.compile(b"--" + text if text.startswith(b"#") else text)
+            except LuaError as error:
+                match = _LUA_LINE.search(str(error))
+                line, message = (int(match[1]), match[2]) if match else (0, str(error))
+                yield Finding(COMPILES, Place(str(path), line), message)
 
 
 def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl.ast import Domain, Formula, names_of
+from cxbridge.executive.pddl.ast import Domain, Formula, names_of, pairs_of
 from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
 from cxbridge.executive.pddl.facts import FactToAssert, domain_facts, formula_facts
 from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
@@ -30,6 +30,7 @@ __all__ = [
     "load_domain",
     "load_problem",
     "names_of",
+    "pairs_of",
     "parse_domain",
     "parse_formula",
     "parse_problem",

@@ -1,0 +1,41 @@
+"""The keys that the check knows are those of the manual, on both sides."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from cxbridge.check.keys import KeyCheck, known_keys
+from tests.support import ROOT
+
+PAGE = (ROOT / "docs" / "configuration.md").read_text()
+LISTED = [
+    tuple(key.strip("/").split("/"))
+    for row in re.findall(r"^\| (`/[^|]*)\|", PAGE, re.MULTILINE)
+    for key in re.findall(r"`([^`]*)`", row)
+]
+
+
+def test_the_page_lists_many() -> None:
+    assert len(LISTED) > 100
+
+
+@pytest.mark.parametrize("key", LISTED, ids="/".join)
+def test_the_check_knows_a_key_of_the_page(key: tuple[str, ...]) -> None:
+    assert KeyCheck().first_unknown(key) is None
+
+
+def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
+    """Whether a key of the page is this one, or is below it where the check takes all."""
+    for a, b in zip(listed, key, strict=False):
+        if "..." in (a, b):
+            return True
+        if a != b and not (a.isupper() and b.isupper()):
+            return False
+    return len(listed) == len(key)
+
+
+@pytest.mark.parametrize("key", known_keys(), ids="/".join)
+def test_the_page_lists_a_key_of_the_check(key: tuple[str, ...]) -> None:
+    assert any(_covers(listed, key) for listed in LISTED)
