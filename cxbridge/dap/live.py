@@ -76,6 +76,8 @@ class LiveRun(Target):
         def pump() -> None:
             agent.watch_again()
             client.pump()
+            if self._interrupted:  # while the agent was made, there was no loop to stop
+                assembly.loop.stop()
 
         assembly.loop.add(Hook.PRE_LOOP, pump)
         client.tell("thread", {"reason": "started", "threadId": number})
