@@ -2,32 +2,23 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cxbridge import __version__
-from cxbridge.daemon.client import ask_why
 from cxbridge.daemon.components import component_row
 from cxbridge.daemon.lifecycle import State
+from cxbridge.daemon.servers.web_host import ProcessWebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.config import Configuration
     from cxbridge.daemon.context import DaemonAccess
     from cxbridge.daemon.nodes import ExecutiveNode
-    from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
-    from cxbridge.tf.listener import TransformListener
-
-_OWNER = "TransformsRestApi"
-_RULES = 1
-"""Rules that are listed of those that fired before each step of a goal."""
 
 
-class DaemonWeb:
+class DaemonWeb(ProcessWebHost):
     """What the web server gets to see of a daemon.
 
     :param command: carries out a command.
@@ -37,10 +28,9 @@ class DaemonWeb:
     def __init__(
         self, daemon: DaemonAccess, command: Callable[[str], None], executive: ExecutiveNode | None
     ) -> None:
+        super().__init__(daemon)
         self._daemon = daemon
         self._executive = executive
-        self._transforms: TransformListener | None = None
-        self._start_us = daemon.clock.now_us()
         self.command = command
         self.operations = daemon.operations
 
@@ -48,16 +38,6 @@ class DaemonWeb:
     def board(self) -> BlackBoard:
         """The blackboard."""
         return self._daemon.board
-
-    @property
-    def bus(self) -> EventBus:
-        """What happens."""
-        return self._daemon.bus
-
-    @property
-    def config(self) -> Configuration:
-        """The configuration."""
-        return self._daemon.config
 
     @property
     def rights(self) -> Rights:
@@ -77,18 +57,12 @@ class DaemonWeb:
         """Return how the daemon and its components stand."""
         daemon = self._daemon
         components = daemon.components()
-        return {
-            "state": daemon.state,
-            "version": __version__,
-            "pid": os.getpid(),
-            "started_us": self._start_us,
-            "now_us": daemon.clock.now_us(),
-            "clock": daemon.clock.name,
-            "endpoints": list(daemon.endpoints),
-            "error": next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
-            "loop": {"count": daemon.loop.loops, "period_us": daemon.loop.period_us},
-            "components": [component_row(part) for part in components],
-        }
+        return self._status(
+            daemon.state,
+            [component_row(part) for part in components],
+            endpoints=daemon.endpoints,
+            error=next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
+        )
 
     @property
     def stall(self) -> str:
@@ -114,15 +88,3 @@ class DaemonWeb:
         """
         manager = self._daemon.manager
         (manager.start_one if load else manager.stop_one)(name)
-
-    def frames(self) -> Mapping[str, str | None]:
-        """Return the parent of each coordinate frame; listens to them from the first question on."""
-        if self._transforms is None:
-            from cxbridge.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
-
-            self._transforms = TransformListener(self.board, owner=_OWNER)
-        return self._transforms.buffer.frames
-
-    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""
-        return ask_why(self.board, name, kind, _RULES, timeout_s)

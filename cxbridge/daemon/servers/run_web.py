@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Any
 
-from cxbridge import __version__
-from cxbridge.daemon.client import ask_why
 from cxbridge.daemon.explain import DaemonExplainer
 from cxbridge.daemon.servers.run_watch import REST_S
+from cxbridge.daemon.servers.web_host import ProcessWebHost
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
@@ -21,32 +19,25 @@ from cxbridge.web.server import WebServer
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.config import Configuration
-    from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
-    from cxbridge.tf.listener import TransformListener
     from cxbridge.web.settings import WebSettings
 
-_RULES: Final = 1
-_OWNER: Final = "TransformsRestApi"
 
-
-class RunWeb:
+class RunWeb(ProcessWebHost):
     """A run as its web server sees it; :class:`cxbridge.web.host.WebHost`.
 
     Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
     """
 
     def __init__(self, run: Assembly | Team) -> None:
+        super().__init__(run)
         self._run = run
         self._agent = run.agents[0]
-        self._start_us = run.clock.now_us()
-        self._transforms: TransformListener | None = None
         self.paused = False
         self._result: dict[str, Any] | None = None
         self._end_us = 0
@@ -65,16 +56,6 @@ class RunWeb:
     def board(self) -> BlackBoard:
         """The blackboard."""
         return self._agent.board
-
-    @property
-    def bus(self) -> EventBus:
-        """What happens."""
-        return self._run.bus
-
-    @property
-    def config(self) -> Configuration:
-        """The configuration."""
-        return self._run.config
 
     @property
     def rights(self) -> Rights:
@@ -108,20 +89,9 @@ class RunWeb:
     def status(self) -> dict[str, Any]:
         """Return how the run stands; ``FINISHED`` when it has come to its end, and with which result."""
         over = self._result is not None
-        loop = self._run.loop
-        return {
-            "state": "FINISHED" if over else "PAUSED" if self.paused else "RUNNING",
-            "version": __version__,
-            "pid": os.getpid(),
-            "started_us": self._start_us,
-            "now_us": self._end_us if over else self._run.clock.now_us(),
-            "clock": self._run.clock.name,
-            "endpoints": [],
-            "error": "",
-            "loop": {"count": loop.loops, "period_us": loop.period_us},
-            "components": self._components(),
-            **({"result": self._result} if over else {}),
-        }
+        state = "FINISHED" if over else "PAUSED" if self.paused else "RUNNING"
+        status = self._status(state, self._components(), now_us=self._end_us if over else None)
+        return status | ({"result": self._result} if over else {})
 
     def command(self, what: str) -> None:
         """Pause or resume the run.
@@ -157,18 +127,6 @@ class RunWeb:
         """
         what = "loaded" if load else "unloaded"
         raise CxbridgeError(f"{name} cannot be {what}: a run has the same parts from its start to its end")
-
-    def frames(self) -> Mapping[str, str | None]:
-        """Return the parent of each coordinate frame; listens to them from the first question on."""
-        if self._transforms is None:
-            from cxbridge.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
-
-            self._transforms = TransformListener(self.board, owner=_OWNER)
-        return self._transforms.buffer.frames
-
-    def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""
-        return ask_why(self.board, name, kind, _RULES, timeout_s)
 
     def attend(self) -> None:
         """Do what was asked for between two loops."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import gc
+import warnings
 from pathlib import Path
 
 import pytest
@@ -115,3 +117,11 @@ def test_a_key_file_that_is_none(keys, file):
 def test_an_ipc_endpoint_is_for_its_user_only(tmp_path):
     with bench("ipc", tmp_path):
         assert (tmp_path / "board").stat().st_mode & 0o777 == 0o600
+
+
+def test_a_server_that_was_never_started_leaves_nothing_open(tmp_path):
+    with warnings.catch_warnings(record=True) as told:
+        warnings.simplefilter("always", ResourceWarning)
+        ZmqBlackBoardServer(LocalBlackBoard(SampleRegistry(), VirtualClock()), [f"ipc://{tmp_path}/board"])
+        gc.collect()
+    assert [str(each.message) for each in told if "zmq" in str(each.message)] == []

@@ -95,7 +95,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._keys = keys
         self._window = window
         self._max_sessions = max_sessions
-        self._context, self._own_context = context_for(context, endpoints)
+        self._lent_context = context
+        self._context: zmq.Context[zmq.Socket[bytes]] | None = None
+        """While it serves."""
+        self._own_context = False
         self._authenticator: Any = None
         self._epoch = b""
         self._sockets: list[zmq.Socket[bytes]] = []
@@ -118,7 +121,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         :raises EndpointError: when an endpoint cannot be bound.
         """
         self._epoch = os.urandom(SESSION_SIZE)
-        self._authenticator = self._authenticate()
+        self._context, self._own_context = context_for(self._lent_context, self.endpoints)
+        self._authenticator = self._authenticate(self._context)
         for index, endpoint in enumerate(self.endpoints):
             socket, self.endpoints[index] = bind(self._context, endpoint, self._keys)
             self._sockets.append(socket)
@@ -127,13 +131,13 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self.board.register_observer(self)
         self._info(f"serving at {', '.join(self.endpoints)}")
 
-    def _authenticate(self) -> Any:
+    def _authenticate(self, context: zmq.Context[zmq.Socket[bytes]]) -> Any:
         """Let libzmq ask for the clients' keys."""
         if self._keys is None:
             return None
         from zmq.auth.thread import ThreadAuthenticator  # noqa: PLC0415 - brings asyncio
 
-        authenticator = ThreadAuthenticator(self._context)
+        authenticator = ThreadAuthenticator(context)
         authenticator.start()
         authenticator.configure_curve(domain="*", location=self._keys.clients)
         return authenticator
@@ -150,7 +154,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._sockets.clear()
         if self._authenticator is not None:
             self._authenticator.stop()
-        if self._own_context:
+        if self._context is not None and self._own_context:
             self._context.term()
 
     @property

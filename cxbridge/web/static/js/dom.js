@@ -18,6 +18,29 @@ export function pairs(entries) {
   );
 }
 
+/** A table. @param heads texts, or cells that are made already; none: no line of heads */
+export const dataTable = (attributes, heads, rows) =>
+  el(
+    "table",
+    attributes,
+    heads.length
+      ? el(
+          "thead",
+          {},
+          el(
+            "tr",
+            {},
+            heads.map((head) => (head instanceof Node ? head : el("th", { scope: "col" }, head))),
+          ),
+        )
+      : null,
+    el("tbody", {}, rows),
+  );
+
+/** A table that scrolls by itself where there is little room. */
+export const wideTable = (attributes, heads, rows) =>
+  el("div", { class: "wide" }, dataTable(attributes, heads, rows));
+
 export const none = (text, hint) =>
   el("div", { class: "empty" }, el("p", {}, text), hint ? el("p", { class: "dim" }, hint) : null);
 

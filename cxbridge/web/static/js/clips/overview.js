@@ -1,29 +1,8 @@
 // What is beside the lists of CLIPS while nothing is chosen: facts by deftemplate, the rules that fire most.
 import { part } from "../api.js";
-import { button, el, none } from "../dom.js";
+import { button, el, none, wideTable } from "../dom.js";
 
 const MOST = 25;
-
-function table(names, rows) {
-  return el(
-    "div",
-    { class: "wide" },
-    el(
-      "table",
-      { class: "counts" },
-      el(
-        "thead",
-        {},
-        el(
-          "tr",
-          {},
-          names.map((name) => el("th", { scope: "col" }, name)),
-        ),
-      ),
-      el("tbody", {}, rows),
-    ),
-  );
-}
 
 /** @param owners of templateOwners(); choose called with a deftemplate's name */
 export function factsOverview(facts, { core, own }, choose) {
@@ -39,7 +18,8 @@ export function factsOverview(facts, { core, own }, choose) {
     { id: "clips-overview" },
     el("div", { class: "detail-head" }, el("h2", {}, "Facts by deftemplate")),
     el("p", { class: "dim" }, "Choose a fact to change or retract it."),
-    table(
+    wideTable(
+      { class: "counts" },
       ["deftemplate", "facts", "of"],
       sorted.map(([template, count]) =>
         el(
@@ -70,7 +50,8 @@ export function rulesOverview(rules, firings) {
     el("div", { class: "detail-head" }, el("h2", {}, "Rules that fired most")),
     el("p", { class: "dim" }, "Choose a rule for its source, and for why it has not fired."),
     fired.length
-      ? table(
+      ? wideTable(
+          { class: "counts" },
           ["rule", "fired"],
           fired
             .slice(0, MOST)

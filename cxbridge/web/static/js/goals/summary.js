@@ -1,6 +1,6 @@
 // The run as a whole, beside the tree while no goal is chosen: its outcome, counts, the way to what failed.
 import { part } from "../api.js";
-import { clockText, durationText, el, none, pairs } from "../dom.js";
+import { clockText, durationText, el, none, pairs, wideTable } from "../dom.js";
 
 import {
   goalOutcome,
@@ -146,26 +146,20 @@ export function runSummary(app, goals, parents) {
         [(levels.E || 0) + " errors, ", (levels.W || 0) + " warnings ", el("a", { href: "#/log" }, "show")],
       ],
     ]),
-    el(
-      "div",
-      { class: "wide" },
-      el(
-        "table",
-        { class: "counts" },
-        el(
-          "tbody",
-          {},
-          outcomeBar("goals", count(goals, goalOutcome)),
-          outcomeBar(
-            "actions",
-            count(actions, (each) => actionOutcome(each.state)),
-          ),
-          outcomeBar(
-            "skill calls",
-            count(model.calls, (call) => skillOutcome(call.status)),
-          ),
+    wideTable(
+      { class: "counts" },
+      [],
+      [
+        outcomeBar("goals", count(goals, goalOutcome)),
+        outcomeBar(
+          "actions",
+          count(actions, (each) => actionOutcome(each.state)),
         ),
-      ),
+        outcomeBar(
+          "skill calls",
+          count(model.calls, (call) => skillOutcome(call.status)),
+        ),
+      ],
     ),
     failed.length
       ? el(
@@ -187,25 +181,10 @@ export function runSummary(app, goals, parents) {
         )
       : null,
     el("h3", {}, "Goals by class"),
-    el(
-      "div",
-      { class: "wide" },
-      el(
-        "table",
-        { class: "counts" },
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            ["class", "goals", "", "outcomes", "longest"].map((name) =>
-              el("th", { scope: "col", class: name ? null : "stack-cell" }, name),
-            ),
-          ),
-        ),
-        el("tbody", {}, classTable(goals, app.now)),
-      ),
+    wideTable(
+      { class: "counts" },
+      ["class", "goals", el("th", { scope: "col", class: "stack-cell" }), "outcomes", "longest"],
+      classTable(goals, app.now),
     ),
   );
 }

@@ -1,6 +1,6 @@
 // The executors of the skill board (docs/skill-board.md): who they are, what they can do, what they do now.
 import { part } from "../api.js";
-import { badge, el } from "../dom.js";
+import { badge, el, wideTable } from "../dom.js";
 
 export const EXECUTOR = "SkillExecutorInterface";
 const STATES = { IDLE: ["new", "○"], RESERVED: ["chosen", "◔"], BUSY: ["active", "▶"] };
@@ -31,45 +31,28 @@ export function executorTable(executors) {
     "div",
     { id: "executors" },
     el("h3", {}, "Executors"),
-    el(
-      "div",
-      { class: "wide" },
-      el(
-        "table",
-        {},
+    wideTable(
+      {},
+      ["robot", "executor", "skills", "state"],
+      executors.map((each) =>
         el(
-          "thead",
+          "tr",
           {},
+          el("td", {}, each.agent),
+          el("td", {}, el("a", { href: "#/blackboard/" + part(EXECUTOR + "::" + each.id) }, each.id)),
           el(
-            "tr",
+            "td",
             {},
-            ...["robot", "executor", "skills", "state"].map((name) => el("th", { scope: "col" }, name)),
+            each.skills.map((skill, at) => [
+              at ? ", " : "",
+              el("a", { href: "#/skills/" + part(skill) }, skill),
+            ]),
           ),
-        ),
-        el(
-          "tbody",
-          {},
-          executors.map((each) =>
-            el(
-              "tr",
-              {},
-              el("td", {}, each.agent),
-              el("td", {}, el("a", { href: "#/blackboard/" + part(EXECUTOR + "::" + each.id) }, each.id)),
-              el(
-                "td",
-                {},
-                each.skills.map((skill, at) => [
-                  at ? ", " : "",
-                  el("a", { href: "#/skills/" + part(skill) }, skill),
-                ]),
-              ),
-              el(
-                "td",
-                {},
-                badge(...(STATES[each.state] || ["other", "?"]), each.state),
-                each.skill ? [" ", el("code", {}, each.skill)] : "",
-              ),
-            ),
+          el(
+            "td",
+            {},
+            badge(...(STATES[each.state] || ["other", "?"]), each.state),
+            each.skill ? [" ", el("code", {}, each.skill)] : "",
           ),
         ),
       ),

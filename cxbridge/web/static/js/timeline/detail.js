@@ -203,21 +203,23 @@ export class Detail {
         { class: "tl-log" },
         lines
           .slice(0, MOST)
-          .map((line) =>
-            el(
-              "li",
-              {},
-              this.at(line),
-              " ",
-              el("b", { class: "lv lv-" + line.level }, line.level),
-              " ",
-              el("span", { class: "dim" }, line.component + ": "),
-              line.text,
-            ),
-          ),
+          .map((line) => this.logLine(line, el("span", { class: "dim" }, line.component + ": "), line.text)),
       ),
       lines.length > MOST ? el("p", { class: "dim" }, "and " + (lines.length - MOST) + " more") : null,
     ].filter(Boolean);
+  }
+
+  /** A line of the log: its moment, its level, and what it says. */
+  logLine(line, ...words) {
+    return el(
+      "li",
+      {},
+      this.at(line),
+      " ",
+      el("b", { class: "lv lv-" + line.level }, line.level),
+      " ",
+      words,
+    );
   }
 
   why(item) {
@@ -241,17 +243,7 @@ export class Detail {
         chain.map(({ outcome, text, path }) =>
           el("li", {}, outcomeBadge(outcome), " ", el("a", { href: this.href(path) }, text)),
         ),
-        lines.map((line) =>
-          el(
-            "li",
-            {},
-            this.at(line),
-            " ",
-            el("b", { class: "lv lv-" + line.level }, line.level),
-            " ",
-            line.component + ": " + line.text,
-          ),
-        ),
+        lines.map((line) => this.logLine(line, line.component + ": " + line.text)),
       ),
       told.length
         ? el("details", {}, el("summary", {}, "The executive's explanation"), el("pre", {}, told.join("\n")))

@@ -1,7 +1,7 @@
 // The map: the navigation graph, coordinate frames, robots with their trails.
 import { throttled } from "../api.js";
 import { SERIES_COLOURS, save } from "../canvas.js";
-import { button, checkbox, el, none, panel, refill } from "../dom.js";
+import { button, checkbox, dataTable, el, none, panel, refill } from "../dom.js";
 import { Drawing } from "../map/drawing.js";
 import { tracksOf } from "../map/store.js";
 
@@ -175,20 +175,7 @@ export function open(root, app) {
     refill(
       table,
       rows.length
-        ? el(
-            "table",
-            {},
-            el(
-              "thead",
-              {},
-              el(
-                "tr",
-                {},
-                ["", "x, m", "y, m", "turn"].map((text) => el("th", { scope: "col" }, text)),
-              ),
-            ),
-            el("tbody", {}, rows),
-          )
+        ? dataTable({}, ["", "x, m", "y, m", "turn"], rows)
         : el("p", { class: "dim" }, "No robot is here at this moment."),
     );
   }

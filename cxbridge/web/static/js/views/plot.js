@@ -1,6 +1,6 @@
 // Values over time: fields of interfaces, slots of facts, the time that loops take.
 import { palette, save } from "../canvas.js";
-import { button, clockText, el, none, panel, refill } from "../dom.js";
+import { button, clockText, dataTable, el, none, panel, refill } from "../dom.js";
 import { Chart, dashOf } from "../plot/chart.js";
 import { choices } from "../plot/choices.js";
 import { csv } from "../plot/csv.js";
@@ -213,25 +213,8 @@ export function open(root, app) {
         ),
       );
     });
-    const heads = ["value", "of", "at the cursor", "least seen", "greatest seen"];
-    refill(
-      legend,
-      el(
-        "table",
-        {},
-        el(
-          "thead",
-          {},
-          el(
-            "tr",
-            {},
-            heads.map((text) => el("th", { scope: "col" }, text)),
-            el("td"),
-          ),
-        ),
-        el("tbody", {}, rows),
-      ),
-    );
+    const heads = ["value", "of", "at the cursor", "least seen", "greatest seen", el("td")];
+    refill(legend, dataTable({}, heads, rows));
   }
   /** A piece of the line, in its colour and pattern. */
   function key(number) {
