@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
@@ -50,6 +50,7 @@ class WorldRun(Closing):
 
     def __init__(self, options: RunOptions, chooser: Chooser) -> None:
         self.options = options
+        self._is_started = False
         self._asked = NotedChooser(chooser)
         with ExitStack() as stack:
             self.assembly = make_run(options)
@@ -79,15 +80,31 @@ class WorldRun(Closing):
         """The time since the run began, by its clock."""
         return (self.assembly.clock.now_us() - self._start_us) / MICROSECONDS
 
+    def state(self) -> tuple[Hashable, ...] | None:
+        """Return what the Skillers do next depends on, besides their interfaces; times count from now.
+
+        None: nobody knows; executors of a skill board are programs, and nobody sees how far they are.
+        """
+        if any(agent.context.skill_board is not None for agent in self.assembly.agents):
+            return None
+        now_us = self.assembly.clock.now_us()
+        return tuple(skills.state(now_us) for skills in self._skills)
+
     @property
     def is_over(self) -> bool:
         """Whether every root goal is over, no skill runs and the agenda is empty."""
         return self.assembly.is_over and not any(skills.running for skills in self._skills)
 
+    def start(self) -> None:
+        """Load the agents; a second call does nothing. No choice is made meanwhile."""
+        if not self._is_started:
+            self._is_started = True
+            self.assembly.start()
+
     def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
         """Run to the end, or until ``look`` is true after a loop."""
         assembly = self.assembly
-        assembly.start()
+        self.start()
         end_us = self._start_us + round(self.options.timeout * MICROSECONDS)
 
         def done() -> bool:
