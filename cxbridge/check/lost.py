@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.agent.names import Kind, Use
+from cxbridge.agent.names import Kind, Name, Use
 from cxbridge.check.usage import Construct, Usage
 
 _LISTED: Final = 5
@@ -91,8 +91,12 @@ class Losses:
         self, construct: Construct, names: set[tuple[Kind, str]], facts: set[str], goals: dict[str, None]
     ) -> bool:
         """Whether a construct needs a function, a template, a fact or a goal that is lost."""
-        for name, mentions in construct.placed.piece.by_name.items():
-            if (name.kind, name.text) in names and mentions[0].use is not Use.DEFINED:
+        defined: set[Name] = set()
+        for mention in construct.placed.piece.mentions:
+            name = mention.name
+            if mention.use is Use.DEFINED:
+                defined.add(name)
+            elif (name.kind, name.text) in names and name not in defined:
                 return True
         for pattern in construct.patterns:
             if pattern.template in facts:
@@ -139,7 +143,7 @@ class Losses:
 
 def _planned(construct: Construct) -> set[str]:
     return {
-        name.text
-        for name, mentions in construct.placed.piece.by_name.items()
-        if name.kind is Kind.ACTION and any(mention.use in _MAKES for mention in mentions)
+        mention.name.text
+        for mention in construct.placed.piece.mentions
+        if mention.name.kind is Kind.ACTION and mention.use in _MAKES
     }

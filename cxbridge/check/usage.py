@@ -16,7 +16,7 @@ from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_NEGATIVE: Final = frozenset({"not", "forall"})
+_COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 OF_PROGRAM: Final = re.compile(
     r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
@@ -114,6 +114,16 @@ class Construct:
         """The words in what it does, and the texts, each as a whole."""
         nodes = (node for action in self.actions for node in action.walk() if node.items is None)
         return frozenset(map(literal, nodes))
+
+    @cached_property
+    def compared(self) -> frozenset[str]:
+        """The words that something is compared with, in conditions, tests and queries."""
+        return frozenset(
+            literal(value)
+            for node in self.node.walk()
+            if node.head in _COMPARISONS
+            for value in node.arguments
+        )
 
     def sets_mode(self, mode: str) -> bool:
         """Whether it may give a goal a mode: that one, or one that is computed."""

@@ -115,6 +115,8 @@ class Executive:
         """Returns the existing skills; None when others have them, or nobody says."""
         self._initial_files: frozenset[Path] = frozenset()
         self._debugger: Debugger | None = None
+        self.place_of_action: Callable[[str], str] = lambda _action: ""
+        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when nobody knows."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -263,7 +265,9 @@ class Executive:
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
+            place = self.place_of_action(action)
+            text = f"Number of parameter names and values do not match for action '{action}'"
+            self.log.warn(f"{place}: {text}: {len(names)} and {len(values)}" if place else text)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):

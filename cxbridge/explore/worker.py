@@ -15,7 +15,7 @@ from cxbridge.explore.graph import Edge, Point, Way
 from cxbridge.explore.playing import ExploredRun, MakeRun, failure
 from cxbridge.explore.state import Digest, state_digest
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
-from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, PathChooser, Step
+from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
 """Objects between two collections of a copy: each one touches pages that it shares with others."""
@@ -115,7 +115,7 @@ class _Later:
     def __init__(self) -> None:
         self.chooser: Chooser
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
         return self.chooser.choose(index, point)
 
 

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read
 from cxbridge.config.documents import Mark
-from cxbridge.properties.monitor import Property
+from cxbridge.properties.monitor import Monitor, Property, Scene
 from cxbridge.properties.patterns import Pattern
 from cxbridge.properties.temporal import After, Always, Eventually, Never
 from cxbridge.suggestions import did_you_mean
@@ -20,7 +21,7 @@ FORMS: Final = (
     "eventually (PATTERN) [within SECONDS]",
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
-"""The forms that there are."""
+"""The forms of a property."""
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
@@ -94,11 +95,12 @@ def read_property(text: str, where: Mark | None = None) -> Property:
     reader = _Reader(text.strip(), read(body), where)
     name = match[1] if match else one_line(body)
     kind = reader.word()
+    made: Callable[[Scene], Monitor]
     match kind:
         case "never":
-            make = partial(Never, pattern=reader.pattern(kind))
+            made = partial(Never, pattern=reader.pattern(kind))
         case "always":
-            make = partial(Always, pattern=reader.pattern(kind))
+            made = partial(Always, pattern=reader.pattern(kind))
         case "eventually":
             pattern = reader.pattern(kind)
             return Property(
@@ -119,4 +121,4 @@ def read_property(text: str, where: Mark | None = None) -> Property:
         raise where.error(
             f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
         )
-    return Property(name, make, one_line(body))
+    return Property(name, made, one_line(body))

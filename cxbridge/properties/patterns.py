@@ -1,8 +1,8 @@
 """Patterns of CLIPS that are matched by CLIPS itself, without a change to what the agent's rules do.
 
 A pattern becomes a rule whose last condition calls us, and is false: so it never comes to the agenda, and
-nothing fires. Such a rule sees each match at the moment at which it comes to be, between two rules as well. To
-know what matches now, the rule is defined for a moment, and taken away.
+nothing fires. Such a rule sees each match at the moment at which it comes to be, between two rules as well.
+To know what matches now, the rule is defined for a moment, and taken away.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 _GROUPS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 _ABSENCE: Final = frozenset({"not", "forall"})
 _NAME: Final = "cx-property-"
+_LOADED: Final = "(executive-initialized)"
+_NOWHERE: Final = "(executive-initialized nowhere)"
 _numbers = count(1)
 
 Values = tuple[str, ...]
@@ -106,47 +108,56 @@ class Probe:
     """Finds the matches of a pattern in an environment.
 
     :param variables: whose values are asked for; all of them must have one where the pattern matches.
+    :raises ConfigError: when CLIPS does not take the pattern.
     """
 
     def __init__(self, env: ClipsEnvironment, pattern: Pattern, variables: tuple[str, ...] = ()) -> None:
         self._env = env
         self._pattern = pattern
         self._name = f"{_NAME}{next(_numbers)}"
+        self._name_now = f"{self._name}-now"
         self._variables = variables
         self._matched: Callable[[Values], None] = lambda _: None
-        env.udfs.define(self._name, self._note, len(variables), len(variables))
+        self._now: set[Values] = set()
+        env.udfs.define(self._name, self._note, len(variables))
+        env.udfs.define(self._name_now, self._note_now, len(variables))
+        # CLIPS evaluates a test behind a new `not` before it knows whether that holds. So there is a rule
+        # that nothing ever activates, and what is asked later shares all its joins but the last
+        self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NOWHERE}")
+        self._asked = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
 
     def _note(self, *values: Value) -> Value:
         self._matched(tuple(map(show, values)))
         return FALSE
 
-    def follow(self, matched: Callable[[Values], None]) -> None:
-        """Call ``matched`` with the values of the variables at each match, of facts that are there, too.
+    def _note_now(self, *values: Value) -> Value:
+        self._now.add(tuple(map(show, values)))
+        return FALSE
 
-        :raises ConfigError: when CLIPS does not take the pattern.
+    def follow(self, matched: Callable[[Values], None]) -> None:
+        """Call ``matched`` with the values of the variables at each match from now on.
+
+        Not for patterns that have a ``not``: see above.
         """
         self._matched = matched
-        self._define(self._name)
+        self._build(self._name, f"{self._pattern.text} {self._call(self._name)}")
 
     def now(self) -> set[Values]:
         """Return the values of the variables in the matches that there are now.
 
-        :raises ConfigError: when CLIPS does not take the pattern.
+        Before the agent is loaded there are none.
         """
-        found: set[Values] = set()
-        before, self._matched = self._matched, found.add
-        rule = f"{self._name}-now"
-        try:
-            self._define(rule)
-            self._env.eval(f"(undefrule {rule})")
-        finally:
-            self._matched = before
-        return found
+        self._now = set()
+        self._build(self._name_now, self._asked)
+        self._env.eval(f"(undefrule {self._name_now})")
+        return self._now
 
-    def _define(self, rule: str) -> None:
-        call = " ".join((self._name, *self._variables))
+    def _call(self, function: str) -> str:
+        return f"(test ({' '.join((function, *self._variables))}))"
+
+    def _build(self, name: str, condition: str) -> None:
         try:
-            self._env.build_unrecorded(f"(defrule {rule} {self._pattern.text} (test ({call})) =>)")
+            self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
         except ClipsError as error:
             text = f"CLIPS does not take the pattern {self._pattern.text}"
             raise self._pattern.where.error(text, error.message) from None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Self
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.closing import Closing
 from cxbridge.events import GoalTransition
+from cxbridge.mainloop import Hook
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
 from cxbridge.run.components.executive import ExecutiveComponent
 from cxbridge.run.components.table import EXECUTIVE, needed_components
@@ -130,6 +131,27 @@ class Assembly(Closing):
     def stop(self) -> None:
         """Let the executive's rules run their finalization."""
         self._thinking.finalize()
+
+    def die(self) -> None:
+        """Do nothing any more, as a process that was killed: no rule fires for the shutdown.
+
+        What it has is kept until :meth:`close`.
+        """
+        self._thinking.forgo_finalization()
+        self.leave_loop()
+
+    def leave_loop(self) -> None:
+        """Take no steps in the main loop until :meth:`enter_loop`."""
+        for component in self._components:
+            for hook in component.hooks:
+                self.loop.remove(hook, component.loop)
+        self.loop.remove(Hook.WORLDSTATE, self.memory.attend)
+
+    def enter_loop(self) -> None:
+        """Take steps in the main loop again, after those of all others."""
+        self.loop.add(Hook.WORLDSTATE, self.memory.attend)
+        for component in self._components:
+            self._join(component)
 
     def close(self) -> None:
         """Stop everything and release it."""

@@ -5,6 +5,7 @@ See docs/several-agents.md.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -45,6 +46,8 @@ class Team(Closing):
         self.bus, self.clock, self.loop = agent_context.bus, agent_context.clock, agent_context.loop
         self.config, self.early = agent_context.config, agent_context.early
         self._memory = SharedMemory(agent_context)
+        self._options, self._agent_context, self._additions = options, agent_context, additions
+        self._dead: list[Assembly] = []
         with ExitStack() as undo:
             undo.callback(self._memory.close)
             made = []
@@ -75,6 +78,32 @@ class Team(Closing):
         for agent in self.agents:
             agent.start()
 
+    def kill(self, agent: Assembly) -> None:
+        """Let an agent end as by ``kill -9``; what it shares with others stays as it is.
+
+        To be called between two loops. It is none of :attr:`agents` any more.
+        """
+        agent.die()
+        self._dead.append(agent)
+        self.agents = tuple(other for other in self.agents if other is not agent)
+
+    def reorder(self, names: Sequence[str]) -> None:
+        """Let the agents take their turns in this order from the next loop on."""
+        for agent in self.agents:
+            agent.leave_loop()
+        self.agents = tuple(sorted(self.agents, key=lambda agent: names.index(agent.name)))
+        for agent in self.agents:
+            agent.enter_loop()
+
+    def come_back(self, name: str) -> Assembly:
+        """Make an agent that was killed once more, as its process that starts again; it is to be started.
+
+        :raises CxbridgeError: when it cannot be made.
+        """
+        agent = Assembly(self._options, self._one(self._agent_context, name), None, self._additions)
+        self.agents = (*self.agents, agent)
+        return agent
+
     @property
     def is_over(self) -> bool:
         """Whether all agents have nothing left to do."""
@@ -99,7 +128,7 @@ class Team(Closing):
         """Stop everything and let go of it."""
         with ExitStack() as stack:
             stack.callback(self._memory.close)
-            for agent in self.agents:
+            for agent in (*self._dead, *self.agents):
                 stack.callback(agent.close)
             self.stop()
 

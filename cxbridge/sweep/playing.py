@@ -10,6 +10,7 @@ from cxbridge.events import Event, GoalTransition
 from cxbridge.sweep.rows import RunRow, SweepJob
 from cxbridge.worlds.judged import JudgedRun
 from cxbridge.worlds.points import ChoiceKind, Chooser
+from cxbridge.worlds.reading import read_world
 
 if TYPE_CHECKING:
     from cxbridge.worlds.points import Choice
@@ -41,7 +42,8 @@ def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
     """
     started = time.process_time()
     tally = GoalTally()
-    with JudgedRun(job.options, chooser) as run:
+    world = None if job.world is None else read_world(job.world)
+    with JudgedRun(job.options, chooser, world) as run:
         run.world.assembly.bus.subscribe(tally, GoalTransition)
         ended, result = run.play()
     calls = Counter(_skill_calls(result.choices))

@@ -17,11 +17,10 @@ from dataclasses import replace
 from typing import IO, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.sweep.choosing import SeededChooser
 from cxbridge.sweep.frames import read_frame, write_frame
 from cxbridge.sweep.playing import play
 from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
-from cxbridge.worlds.points import ChoicePoint, Chooser, UsualChooser
+from cxbridge.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
 
 HAS_FORK: Final = hasattr(os, "fork")
 
@@ -71,7 +70,7 @@ class ForkingSeeds:
         self._chooser: Chooser = UsualChooser()
         self._row_end = -1
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
         """Return what the seed of this process chooses; the process that serves does not come back."""
         if self.seed is None:
             self._serve()
@@ -99,7 +98,7 @@ class ForkingSeeds:
         _limit_processor_time(self._job.cpu_seconds)
         self.seed, self._row_end = seed, row_end
         self.started = time.process_time()
-        self._chooser = SeededChooser(seed)
+        self._chooser = RandomChooser(seed)
 
     def finish(self, row: RunRow) -> None:
         """Hand the row of this child to the process that serves, and be gone."""
@@ -137,7 +136,7 @@ def serve(channel: Channel) -> None:
         else:
             channel.send(None)
         for seed in channel.seeds():
-            channel.send(play(job, seed, SeededChooser(seed)))
+            channel.send(play(job, seed, RandomChooser(seed)))
     except CxbridgeError as error:
         channel.send(error)
 

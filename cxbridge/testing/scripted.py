@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Hashable
+import sys
+from collections.abc import Hashable, Sequence
 from typing import Final
 
 from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
+from cxbridge.skiller.simulation.estimators import Estimator, StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.testing.skills import ScriptedEstimator, SkillScript
 from cxbridge.testing.world import OWNER
@@ -20,12 +22,15 @@ class ScriptedSkills(SkillScript):
     """Says how skills end: stands for the Skillers, and directs the executors of the skill board.
 
     To be made before the components of the run.
+
+    :param usual: know how the skills of Skillers end that nothing is said of; empty: after a second.
     """
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: RunContext, usual: Sequence[Estimator] = ()) -> None:
         super().__init__(context.clock)
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
+        self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
         self._modes = {item.name: item.mode for item in skiller_settings(context.config, "simulator", served)}
         self._skillers: dict[str, SkillerSimulator] = {}
         context.skills.execution = self.execute
@@ -74,9 +79,9 @@ class ScriptedSkills(SkillScript):
             raise AssertionError(f"Skiller '{skiller}' is there")
         if skiller not in self._modes:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
-        context, estimator = self._context, ScriptedEstimator(self, skiller)
+        context, estimators = self._context, [ScriptedEstimator(self, skiller), *self._usual]
         self._skillers[skiller] = SkillerSimulator(
-            context.board, context.clock, context.bus, [estimator], name=skiller, mode=self._modes[skiller]
+            context.board, context.clock, context.bus, estimators, name=skiller, mode=self._modes[skiller]
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:

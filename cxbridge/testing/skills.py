@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable, Collection, Iterator
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
@@ -240,14 +241,20 @@ class ScriptedEstimator(Estimator):
     :param skiller: whose calls these are.
     """
 
+    priority = sys.maxsize
+
     def __init__(self, script: SkillScript, skiller: str) -> None:
         self._script = script
         self._skiller = skiller
         self._ends: dict[int, tuple[SkillStringCall, float, Effect]] = {}
 
-    def estimate(self, call: SkillStringCall) -> Outcome:
-        """Return what the script says about a call that begins."""
-        outcome, effect = self._script.begin(self._skiller, call)
+    def estimate(self, call: SkillStringCall) -> Outcome | None:
+        """Return what the script says about a call that begins; None: nothing."""
+        outcome, effect = self._script.begin(self._skiller, call, None)
+        if outcome is None:
+            if effect is None:
+                return None
+            outcome = _USUAL
         if effect is not None:
             self._ends[id(call)] = (call, outcome.seconds, effect)
         return outcome

@@ -9,6 +9,7 @@ from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Chooser
 from cxbridge.worlds.run import WorldResult, WorldRun
 
@@ -18,11 +19,12 @@ class JudgedRun(Closing):
 
     :param options: as for ``cxbridge run``.
     :param chooser: is asked at each choice point.
-    :raises CxbridgeError: when the scenario is wrong.
+    :param world: what can happen; None: what the file beside the scenario says.
+    :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
-    def __init__(self, options: RunOptions, chooser: Chooser) -> None:
-        self.world = WorldRun(options, chooser)
+    def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
+        self.world = WorldRun(options, chooser, world)
         self._options = options
         assembly = self.world.assembly
         self._checks = AgentChecks(assembly.agents, on=not options.is_lenient)

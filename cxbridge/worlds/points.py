@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import random
+from collections import Counter
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any, Final, Protocol
 
@@ -24,6 +26,7 @@ class ChoiceKind(StrEnum):
     SKILLER = "skiller"  # a Skiller or an executor vanishes, or comes back
     PLANNER = "planner"
     ORDER = "order"  # whose turn it is, of several agents or activations
+    KILL = "kill"  # an agent of several ends without a word
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,6 +45,16 @@ class Option:
     value: Any = None
 
 
+class Draw(Protocol):
+    """Makes options beside those that a point lists: values of a distribution."""
+
+    def draw(self, rng: random.Random) -> Option:
+        """Return one that is drawn."""
+
+    def read(self, name: str) -> Option | None:
+        """Return the one of that name; None: it makes none of such a name."""
+
+
 @dataclass(frozen=True, slots=True)
 class ChoicePoint:
     """A moment at which the world decides.
@@ -50,13 +63,15 @@ class ChoicePoint:
     :param subject: what it is about in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
         choices before have equal subjects here.
     :param seconds: when, since the run began, by its clock.
-    :param options: at least two; the first is the usual one.
+    :param options: at least two, or one beside what is drawn; the first is the usual one.
+    :param draw: makes other options; those that are listed stand for them. None: there are no others.
     """
 
     kind: ChoiceKind
     subject: str
     seconds: float
     options: tuple[Option, ...]
+    draw: Draw | None = field(default=None, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,8 +122,8 @@ class DivergedError(CxbridgeError):
 class Chooser(Protocol):
     """Chooses at the choice points of a run."""
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
-        """Return the index of the option that is taken.
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
+        """Return the index of the option that is taken, or one that the point's ``draw`` has made.
 
         :param index: the number of the point in its run, from 0.
         :raises DivergedError: when a path cannot be followed.
@@ -139,7 +154,7 @@ class PathChooser:
         self._path = path
         self._then = then or UsualChooser()
 
-    def choose(self, index: int, point: ChoicePoint) -> int:
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
         """Return what the path says."""
         step = self._path.get(index)
         if step is None:
@@ -152,10 +167,38 @@ class PathChooser:
         for number, option in enumerate(point.options):
             if option.name == step.option:
                 return number
+        drawn = None if point.draw is None else point.draw.read(step.option)
+        if drawn is not None:
+            return drawn
         known = ", ".join(option.name for option in point.options)
         raise DivergedError(
             f"choice {index}, {point.subject}, has no option '{step.option}'", hint=f"it has: {known}"
         )
+
+
+class RandomChooser:
+    """Draws: options by their weights, durations from their distributions.
+
+    What is drawn depends on the seed, on what the choice is about, and on how often that came before. So two
+    versions of an agent meet the same world with one seed, even when one of them does something in between.
+
+    :param seed: runs of one seed are equal.
+    """
+
+    def __init__(self, seed: int) -> None:
+        self._seed = seed
+        self._before: Counter[str] = Counter()
+
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - other choosers count
+        """Return what is drawn."""
+        subject = f"{point.kind}/{point.subject}"
+        rng = random.Random(f"{self._seed}/{subject}/{self._before[subject]}")  # noqa: S311 - a simulation repeats
+        self._before[subject] += 1
+        if point.draw is not None:
+            return point.draw.draw(rng)
+        weights = [option.weight for option in point.options]
+        drawn, *_ = rng.choices(range(len(weights)), weights)
+        return drawn
 
 
 class NotedChooser:
@@ -171,6 +214,10 @@ class NotedChooser:
     def ask(self, point: ChoicePoint) -> Option:
         """Return what is chosen at the next point of the run."""
         index = len(self.choices)
-        choice = Choice(index, point, self._chooser.choose(index, point))
+        chosen = self._chooser.choose(index, point)
+        if isinstance(chosen, Option):  # a drawn one becomes one of the point's
+            point = replace(point, options=(*point.options, chosen))
+            chosen = len(point.options) - 1
+        choice = Choice(index, point, chosen)
         self.choices.append(choice)
         return choice.taken

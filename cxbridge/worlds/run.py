@@ -1,29 +1,30 @@
-"""A run in a world that somebody chooses: what skills do is asked at choice points."""
+"""A run in a world that somebody chooses: what the world does is asked at choice points."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
-from functools import partial
-from typing import Final
+from typing import TYPE_CHECKING
 
+from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
-from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
-from cxbridge.skiller.simulation.estimators import Outcome
-from cxbridge.skiller.status import Status
-from cxbridge.testing.scripted import ScriptedSkills
-from cxbridge.testing.skills import Call
-from cxbridge.worlds.points import Choice, ChoiceKind, ChoicePoint, Chooser, NotedChooser, Option
+from cxbridge.run.team import Team
+from cxbridge.worlds.asking import Asking
+from cxbridge.worlds.known import check_world
+from cxbridge.worlds.model import WorldModel
+from cxbridge.worlds.points import Choice, Chooser, NotedChooser
+from cxbridge.worlds.reading import find_world, read_world
+from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
+from cxbridge.worlds.skills import SkillChoices
+from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
-_SKILL_OPTIONS: Final = (
-    Option("succeeds"),
-    Option("fails", faults=1, value=Outcome(1.0, Status.S_FAILED, "")),
-)
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,60 +41,99 @@ class WorldResult:
     choices: tuple[Choice, ...]
 
 
+def world_beside(options: RunOptions) -> WorldModel:
+    """Return the world beside a scenario; without one each call of a skill may fail.
+
+    :raises CxbridgeError: when something in its file makes no sense.
+    """
+    scenario = options.scenario
+    folder = scenario if scenario is None or scenario.is_dir() else scenario.parent
+    file = None if folder is None else find_world(folder)
+    return WorldModel() if file is None else read_world(file)
+
+
 class WorldRun(Closing):
     """A run whose world is asked for. A context manager; no thread is alive while a chooser is asked.
 
     :param options: as for ``cxbridge run``; who executes skills is not taken from them.
     :param chooser: is asked at each choice point.
-    :raises CxbridgeError: when the scenario is wrong.
+    :param world: what can happen; None: what the file beside the scenario says.
+    :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
-    def __init__(self, options: RunOptions, chooser: Chooser) -> None:
+    def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
         self.options = options
         self._is_started = False
         self._asked = NotedChooser(chooser)
+        self._world = world_beside(options) if world is None else world
         with ExitStack() as stack:
             self.assembly = make_run(options)
             stack.enter_context(self.assembly)
-            self._start_us = self.assembly.clock.now_us()
-            self._skills = [self._script(stack, agent) for agent in self.assembly.agents]
+            self._ask = Asking(self._asked, self.assembly.clock)
+            check_world(self._world, self.assembly)
+            self._parts = {agent.name: self._part(agent) for agent in self.assembly.agents}
+            stack.callback(self._close_parts)
+            self._kills, self._order = self._team_choices(self.assembly)
+            self.assembly.loop.add(Hook.POST_LOOP, self._happen)
             self._stack = stack.pop_all()
 
-    def _script(self, stack: ExitStack, agent: Assembly) -> ScriptedSkills:
-        """Let the skills of an agent end as the chooser says."""
-        skills = ScriptedSkills(agent.context)
-        stack.callback(skills.close)
-        several = len(self.assembly.agents) > 1
-        skills.otherwise.does(partial(self._answer, f"{agent.name}/" if several else ""))
-        self.assembly.loop.add(Hook.SKILL, skills.loop)
-        return skills
+    def _part(self, agent: Assembly) -> AgentWorld:
+        prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
+        return AgentWorld(self._world, agent, self._ask, prefix)
 
-    def _answer(self, agent: str, call: Call) -> Outcome | None:
-        args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
-        subject = f"{agent}{call.skiller}: {call.name}{{{args}}}"
-        point = ChoicePoint(ChoiceKind.SKILL, subject, self.seconds, _SKILL_OPTIONS)
-        outcome: Outcome | None = self._asked.ask(point).value
-        return outcome
+    def _team_choices(self, team: Assembly | Team) -> tuple[list[KillChoices], OrderChoices | None]:
+        if not isinstance(team, Team):
+            return [], None
+        kills = [
+            KillChoices(each, team, self._ask, self._bring_back, self._lose) for each in self._world.kills
+        ]
+        order = None if self._world.order is None else OrderChoices(self._world.order, team, self._ask)
+        return kills, order
+
+    def _lose(self, agent: Assembly) -> None:
+        """Let go of the world of an agent that was killed."""
+        self._parts.pop(agent.name).close()
+
+    def _bring_back(self, name: str) -> None:
+        """Start an agent again that was killed."""
+        assert isinstance(self.assembly, Team)  # else there is nobody to kill
+        agent = self.assembly.come_back(name)
+        self._parts[name] = self._part(agent)
+        agent.start()
+
+    def _happen(self) -> None:
+        """Let happen what happens between two loops."""
+        for part in self._parts.values():
+            part.loop()
+        for kill in self._kills:
+            kill.loop()
+        if self._order is not None:
+            self._order.loop()
 
     @property
     def seconds(self) -> float:
         """The time since the run began, by its clock."""
-        return (self.assembly.clock.now_us() - self._start_us) / MICROSECONDS
+        return self._ask.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
         """Return what the Skillers do next depends on, besides their interfaces; times count from now.
 
-        None: nobody knows; executors of a skill board are programs, and nobody sees how far they are.
+        None: nobody knows. Executors of a skill board are programs, and nobody sees how far they are; and a
+        world of its own has more that is under way than Skillers.
         """
-        if any(agent.context.skill_board is not None for agent in self.assembly.agents):
+        agents = self.assembly.agents
+        if self._world != WorldModel() or any(agent.context.skill_board is not None for agent in agents):
             return None
         now_us = self.assembly.clock.now_us()
-        return tuple(skills.state(now_us) for skills in self._skills)
+        return tuple(part.state(now_us) for part in self._parts.values())
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is over, no skill runs and the agenda is empty."""
-        return self.assembly.is_over and not any(skills.running for skills in self._skills)
+        """Whether every root goal is over, no skill runs, the agenda is empty and nobody will come back."""
+        waits = any(part.running for part in self._parts.values()) or any(
+            kill.is_expecting for kill in self._kills
+        )
+        return self.assembly.is_over and not waits
 
     def start(self) -> None:
         """Load the agents; a second call does nothing. No choice is made meanwhile."""
@@ -105,7 +145,9 @@ class WorldRun(Closing):
         """Run to the end, or until ``look`` is true after a loop."""
         assembly = self.assembly
         self.start()
-        end_us = self._start_us + round(self.options.timeout * MICROSECONDS)
+        for part in self._parts.values():
+            part.loop()
+        end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
 
         def done() -> bool:
             return self.is_over or look() or assembly.clock.now_us() >= end_us
@@ -113,6 +155,66 @@ class WorldRun(Closing):
         assembly.loop.run(done)
         return WorldResult(self.is_over, self.seconds, tuple(self._asked.choices))
 
+    def _close_parts(self) -> None:
+        for part in self._parts.values():
+            part.close()
+
     def close(self) -> None:
         """End the run and let go of everything."""
+        self._stack.close()
+
+
+class AgentWorld(Closing):
+    """The world of one agent.
+
+    :param agent: not started yet.
+    :param prefix: what the subjects of its choices begin with.
+    """
+
+    def __init__(self, world: WorldModel, agent: Assembly, ask: Asking, prefix: str) -> None:
+        self._agent = agent
+        with ExitStack() as stack:
+            choices = SkillChoices(agent.context, world, ask, prefix, self._note)
+            self._skills = choices.script
+            stack.callback(self._skills.close)
+            agent.loop.add(Hook.SKILL, self._skills.loop)
+            stack.callback(agent.loop.remove, Hook.SKILL, self._skills.loop)
+            writers = {
+                uid: stack.enter_context(agent.board.open_for_writing(*parse_uid(uid), owner=OWNER))
+                for uid in dict.fromkeys(each.uid for each in world.sensed)
+            }
+            self._absences = [
+                AbsenceChoices(each, agent, self._skills, ask, prefix) for each in world.absences
+            ]
+            sensed = [SensedChoices(each, agent, writers[each.uid], ask, prefix) for each in world.sensed]
+            messages = [
+                stack.enter_context(MessageChoices(each, agent.board, ask, prefix)) for each in world.messages
+            ]
+            self._steps: tuple[Callable[[], None], ...] = (
+                *(each.loop for each in messages),
+                *(each.loop for each in sensed),
+                *(each.loop for each in self._absences),
+            )
+            self._stack = stack.pop_all()
+
+    def _note(self, name: str) -> None:
+        for absence in self._absences:
+            absence.note(name)
+
+    def state(self, now_us: int) -> tuple[Hashable, ...]:
+        """Return what the Skillers do next depends on, besides their interfaces; times count from now."""
+        return self._skills.state(now_us)
+
+    @property
+    def running(self) -> bool:
+        """Whether a skill runs."""
+        return self._skills.running
+
+    def loop(self) -> None:
+        """Let happen what happens between two loops."""
+        for step in self._steps:
+            step()
+
+    def close(self) -> None:
+        """Let go of everything."""
         self._stack.close()

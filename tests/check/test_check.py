@@ -204,3 +204,28 @@ def test_the_formats(tmp_path):
         f"::error file={file},line=2,col=20,title=CX203::defrule r%3A"[:40]
     )
     assert FORMATS["text"](findings).splitlines()[-1] == "1 error"
+
+
+GOAL = """
+(defrule make (thing) => (assert (goal (id G) (class WALK))))
+(defrule select ?g <- (goal (id G) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(deffunction plan-it (?id) (assert (plan (id p) (goal-id ?id))))
+"""
+
+
+@pytest.mark.parametrize(
+    ("rule", "is_expanded"),
+    [
+        ("(defrule x ?g <- (goal (class WALK) (mode SELECTED)) => (modify ?g (mode EXPANDED)))", True),
+        ("(defrule x (goal (id ?id) (class WALK) (mode SELECTED)) => (plan-it ?id))", True),
+        ("(defrule x (goal (id ?id) (mode SELECTED)) => (assert (plan (id p) (goal-id ?id))))", True),
+        ("(defrule x ?g <- (goal (mode ?m&SELECTED|EXPANDED)) => (modify ?g (mode COMMITTED)))", True),
+        ("(defrule x ?g <- (goal (class ?c&:(eq ?c WALK)) (mode SELECTED)) => (retract ?g))", True),
+        ('(defrule x (goal (class WALK) (mode SELECTED)) => (printout t "walk"))', False),
+        ("(defrule x ?g <- (goal (class RUN) (mode SELECTED)) => (modify ?g (mode EXPANDED)))", False),
+        ("(defrule x ?g <- (goal (class WALK) (mode EXPANDED)) => (modify ?g (mode COMMITTED)))", False),
+    ],
+)
+def test_a_goal_class_that_a_rule_expands_or_not(tmp_path, rule, is_expanded):
+    codes = [each[0] for each in found(agent(tmp_path, GOAL + rule))]
+    assert ("CX505" in codes) is not is_expanded

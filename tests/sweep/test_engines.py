@@ -17,10 +17,10 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 from cxbridge.sweep import engine as engine_module
-from cxbridge.sweep.choosing import SeededChooser
 from cxbridge.sweep.engine import Engine, LocalEngine, WorkerProcess
 from cxbridge.sweep.playing import play
 from cxbridge.sweep.rows import RunRow, SweepJob
+from cxbridge.worlds.points import RandomChooser
 from tests.support import ROOT
 
 JOB = SweepJob(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none"))
@@ -34,7 +34,7 @@ def timeless(row: RunRow) -> RunRow:
 @pytest.fixture(scope="module")
 def expected() -> list[RunRow]:
     """What each seed comes to when it is played alone, in a process that has forked nothing."""
-    return [timeless(play(JOB, seed, SeededChooser(seed))) for seed in SEEDS]
+    return [timeless(play(JOB, seed, RandomChooser(seed))) for seed in SEEDS]
 
 
 def played(engine: Engine, job: SweepJob = JOB) -> list[RunRow]:

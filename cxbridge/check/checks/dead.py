@@ -40,6 +40,13 @@ NOT_SELECTED: Final = Code(
     "a goal class that nothing selects",
     "No rule that matches goals of this class selects them: they stay FORMULATED.",
 )
+NOT_EXPANDED: Final = Code(
+    "CX505",
+    Severity.WARNING,
+    "a goal class that nothing expands",
+    "Goals of this class are made, and no rule takes one that is SELECTED: none gives it a plan or another "
+    "mode, asks a planner, or calls a function. The goal waits there without end.",
+)
 FUNCTION: Final = Code(
     "CX506",
     Severity.WARNING,
@@ -47,13 +54,15 @@ FUNCTION: Final = Code(
     "No file calls the function, and no text or list of words has its name.",
 )
 
-CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, FUNCTION)
+CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION)
 
 _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
 _GOAL: Final = "goal"
-_SORTS: Final = ("class", "type", "sub-type")
+_SORTS: Final = frozenset({"class", "type", "sub-type"})
+_QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
+"""Functions that do nothing to a goal."""
 
 
 def check(agent: Agent) -> Iterator[Finding]:
@@ -62,7 +71,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     own = [each for each in usage.constructs if _is_own(agent, each)]
     yield from _rules(usage, own)
     yield from _facts(agent, usage, own)
-    yield from _goals(usage, own)
+    yield from _goals(agent, usage, own)
     yield from _functions(usage, own)
 
 
@@ -128,7 +137,7 @@ def _asserts(usage: Usage, template: str) -> int:
 # ---- goals
 
 
-def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     made = {word for construct in usage.constructs for word in construct.words} | usage.others
     told: set[str] = set()
     for construct in own:
@@ -145,14 +154,14 @@ def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
             name = next(iter(fact.slots.get(_CLASS, ())), "")
             if fact.template == _GOAL and name and name not in told:
                 told.add(name)
-                yield from _way(usage, construct, fact, name)
+                yield from _way(agent, usage, construct, fact, name)
 
 
 def _classes(usage: Usage) -> set[str]:
     return {name for _, fact in usage.made.get(_GOAL, ()) for name in fact.slots.get(_CLASS, ())}
 
 
-def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
+def _way(agent: Agent, usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
     """Yield a finding when a goal that is made is never selected."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
@@ -160,6 +169,27 @@ def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[
     setters = {each.name for each in functions if each.sets_mode("SELECTED")}
     if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
         yield _finding(NOT_SELECTED, construct, fact.start, f"nothing selects goals of class {name}")
+    elif not any(_expands(agent, each, fact, name) for each in usage.constructs):
+        yield _finding(NOT_EXPANDED, construct, fact.start, f"nothing expands goals of class {name}")
+
+
+def _expands(agent: Agent, construct: Construct, goal: Fact, name: str) -> bool:
+    """Whether a construct may do something with such a goal when it is selected.
+
+    A rule of the core for goals of any class (that of the planner) waits for what a rule of the agent does.
+    """
+    if name in construct.compared:
+        return True
+    if not any(
+        node.head and node.head not in _QUIET for action in construct.actions for node in action.walk()
+    ):
+        return False
+    is_of_core = agent.is_of_core(construct.file.path)
+    return any(
+        _fits(pattern, goal, "SELECTED")
+        for pattern in construct.patterns
+        if not is_of_core or pattern.slots.keys() & _SORTS
+    )
 
 
 def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[str]) -> bool:
@@ -169,14 +199,16 @@ def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[st
     """
     if not rule.sets_mode(after) and not rule.symbols & setters:
         return False
+    return any(_fits(pattern, goal, before) for pattern in rule.patterns)
+
+
+def _fits(pattern: Fact, goal: Fact, mode: str) -> bool:
+    """Whether a pattern matches such a goal in a mode."""
+    if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
+        return False
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
-    for pattern in rule.patterns:
-        modes = pattern.slots.get("mode")
-        if pattern.template == _GOAL and (modes is None or before in modes):
-            kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
-            if Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults):
-                return True
-    return False
+    kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
+    return Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
 
 
 # ---- functions

@@ -46,6 +46,14 @@ class _SweepOptions:
         Path | None,
         typer.Option(metavar="SCENARIO", help="A second agent, in the same worlds.", show_default=False),
     ] = None
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What can happen to skills; by default world.yaml beside the scenario.",
+            show_default=False,
+        ),
+    ] = None
     timeout: Annotated[float, typer.Option(min=0, help="Seconds of its clock that a run may take.")] = 600.0
     jobs: Annotated[
         int, typer.Option(min=0, help="Processes on this machine; 0: as many as it has processors.")
@@ -119,9 +127,9 @@ def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
     from cxbridge.sweep.rows import SweepJob
 
     options = RunOptions(**vars(agent), skiller="none", timeout=play.timeout)
-    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options)}
+    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, play.world)}
     if play.against is not None:
-        jobs[str(play.against)] = SweepJob(dataclasses.replace(options, scenario=play.against))
+        jobs[str(play.against)] = SweepJob(dataclasses.replace(options, scenario=play.against), play.world)
         if len(jobs) == 1:
             raise CxbridgeError(f"--against names the same agent: {play.against}", hint="name another one")
     for job in jobs.values():

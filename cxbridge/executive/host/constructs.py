@@ -1,11 +1,13 @@
-"""The names that the constructs of an environment define: rules, and the values that slots allow."""
+"""The names that the constructs of an environment define: rules, deftemplates, and the values of slots."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from cxbridge.clipstext.syntax import without_module
+from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import Symbol
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -13,8 +15,19 @@ if TYPE_CHECKING:
 
 def rule_names(env: ClipsEnvironment) -> frozenset[str]:
     """Return the names of all rules, without their modules."""
-    found = env.call("get-defrule-list", Symbol("*"))
-    return frozenset(without_module(str(name)) for name in found) if isinstance(found, tuple) else frozenset()
+    return _names(env, "get-defrule-list")
+
+
+def template_names(env: ClipsEnvironment) -> frozenset[str]:
+    """Return the names of all deftemplates, without their modules; those of ordered facts, too."""
+    return _names(env, "get-deftemplate-list")
+
+
+def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
+    """Return the error about a deftemplate that an environment lacks."""
+    return ClipsError(
+        f"there is no deftemplate '{name}'", hint=did_you_mean(name, template_names(env)) or None
+    )
 
 
 def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
@@ -23,3 +36,8 @@ def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str
         return ()
     found = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
     return tuple(map(str, found)) if isinstance(found, tuple) else ()
+
+
+def _names(env: ClipsEnvironment, function: str) -> frozenset[str]:
+    found = env.call(function, Symbol("*"))
+    return frozenset(without_module(str(name)) for name in found) if isinstance(found, tuple) else frozenset()

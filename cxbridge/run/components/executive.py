@@ -16,6 +16,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, init_mentions, needs_memory
 from cxbridge.run.ending.mistakes import known_skills
+from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
 from cxbridge.run.features import package_features
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
@@ -49,6 +50,7 @@ class ExecutiveComponent(Component):
         """Watch what is to be followed and recorded, from before the first file is loaded."""
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
+        UnexecutedActions(self.context, self.executive)
         _watch_for_recording(self.executive, self.context.config, self.context.options.trace_level)
 
     def configure(self) -> None:
@@ -79,6 +81,10 @@ class ExecutiveComponent(Component):
         begun, self._begun = self._begun, False
         if begun:
             self.executive.finalize()
+
+    def forgo_finalization(self) -> None:
+        """Let :meth:`finalize` do nothing."""
+        self._begun = False
 
     @property
     def is_quiet(self) -> bool:
@@ -116,10 +122,12 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
-        return manager, Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+        executive = Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+        executive.place_of_action = AgentPlaces(context, executive).of_action
     except Exception:
         manager.close()
         raise
+    return manager, executive
 
 
 def _core_files(context: RunContext) -> CoreFiles:

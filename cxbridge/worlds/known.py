@@ -1,0 +1,99 @@
+"""Checks that a world is about things that its scenario has; errors name file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection
+from typing import Final
+
+from cxbridge.blackboard import parse_uid
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.skillers import skiller_settings
+from cxbridge.run.team import Team
+from cxbridge.suggestions import did_you_mean
+from cxbridge.worlds.model import Place, SensedValue, WorldModel
+
+_SKILL: Final = re.compile(r"\w+")
+
+
+def check_world(world: WorldModel, run: Assembly | Team) -> None:
+    """Check what a world says about the scenario of a run.
+
+    :raises ConfigError: when it names what is not there.
+    """
+    for agent in run.agents:
+        _check_agent(world, agent)
+    names = [agent.name for agent in run.agents]
+    for kill in world.kills if isinstance(run, Team) else ():
+        _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
+    if not isinstance(run, Team) and (world.kills or world.order):
+        place = world.kills[0].place if world.kills else Place()
+        what = "kill one" if world.kills else "let them take turns in another order"
+        hint = "see docs/several-agents.md"
+        raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
+
+
+def _check_agent(world: WorldModel, agent: Assembly) -> None:
+    skills = known_skills(agent)
+    for skill in world.skills:
+        if skills:
+            _must_be_known("skill", skill.pattern.name, (*skills, "*"), skill.place)
+    for sensed in world.sensed:
+        _check_sensed(sensed, agent)
+        for name in sensed.after if skills else ():
+            _must_be_known("skill", name, skills, sensed.place)
+    for message in world.messages:
+        _check_interface(message.uid, agent, message.place)
+    for absence in world.absences:
+        _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
+
+
+def known_skills(agent: Assembly) -> set[str]:
+    """Return the skills that an action is mapped to, or that an executor of the skill board has."""
+    found = {
+        name.group()
+        for item in agent.config.search("/clips-executive/specs")
+        if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL.match(item.text))
+    }
+    board = agent.context.skill_board
+    for each in () if board is None else board.agents:
+        for executor in each.executors:
+            found.update(executor.load().skills)
+    return found
+
+
+def _executing(agent: Assembly) -> set[str]:
+    """Return the names of the Skillers of this process, and of the executors of the skill board."""
+    board = agent.context.skill_board
+    served = frozenset[str]() if board is None else board.skillers
+    found = {item.name for item in skiller_settings(agent.config, "simulator", served)}
+    for each in () if board is None else board.agents:
+        found.update(executor.name for executor in each.executors)
+    return found
+
+
+def _must_be_known(kind: str, name: str, known: Collection[str], place: Place) -> None:
+    if name not in known:
+        otherwise = f"there are: {', '.join(sorted(set(known) - {'*'}))}"
+        raise _error(place, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
+
+
+def _check_interface(uid: str, agent: Assembly, place: Place) -> None:
+    try:
+        agent.registry.get(parse_uid(uid)[0])
+    except (CxbridgeError, ValueError) as error:
+        message = error.message if isinstance(error, CxbridgeError) else f"'{uid}' is no TYPE::ID"
+        hint = error.hint if isinstance(error, CxbridgeError) else "e.g. BatteryInterface::Robot"
+        raise _error(place, message, hint) from None
+
+
+def _check_sensed(sensed: SensedValue, agent: Assembly) -> None:
+    _check_interface(sensed.uid, agent, sensed.place)
+    kind = parse_uid(sensed.uid)[0]
+    fields = [field.name for field in agent.registry.schema(kind).fields]
+    _must_be_known(f"field of {kind}", sensed.name, fields, sensed.place)
+
+
+def _error(place: Place, message: str, hint: str | None) -> ConfigError:
+    return ConfigError(message, file=place.file, line=place.line, hint=hint)

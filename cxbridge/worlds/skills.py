@@ -1,0 +1,136 @@
+"""The choices about the skills of an agent: how a call ends, how long it takes, whether it reports."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from cxbridge.run.context import RunContext
+from cxbridge.skiller.board.executor import SkillExecutor, Steps
+from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, Outcome, StaticEstimator
+from cxbridge.skiller.simulation.execution import as_string_call
+from cxbridge.skiller.skillstring import SkillStringCall
+from cxbridge.skiller.status import Status
+from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.skills import FOREVER, Call
+from cxbridge.worlds.asking import Ask, fault, unless
+from cxbridge.worlds.distributions import Distribution, text_of
+from cxbridge.worlds.model import SkillFailure, SkillModel, WorldModel
+from cxbridge.worlds.points import ChoiceKind, Option
+
+_BEGIN, _END = "takes(", ")"
+
+
+@dataclass(frozen=True, slots=True)
+class DurationDraw:
+    """Draws durations, as options that say how long: ``takes(3.274)``."""
+
+    distribution: Distribution
+
+    def draw(self, rng: random.Random) -> Option:
+        """Return one that is drawn."""
+        return takes(self.distribution.draw(rng))
+
+    def read(self, name: str) -> Option | None:
+        """Return the one of that name."""
+        if not (name.startswith(_BEGIN) and name.endswith(_END)):
+            return None
+        try:
+            return takes(float(name[len(_BEGIN) : -len(_END)]))
+        except ValueError:
+            return None
+
+
+def takes(seconds: float, faults: int = 0) -> Option:
+    """Return the option that something takes so many seconds."""
+    return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
+
+
+class SkillChoices:
+    """Lets the skills of an agent end as a world says, and asks where it leaves a choice.
+
+    :param context: the agent's; none of its components is made yet.
+    :param prefix: what its subjects begin with.
+    :param began: called with the name of the Skiller, or of the agent of the skill board, that begins a call.
+    """
+
+    def __init__(
+        self,
+        context: RunContext,
+        world: WorldModel,
+        ask: Ask,
+        prefix: str = "",
+        began: Callable[[str], object] = lambda _: None,
+    ) -> None:
+        self._world, self._ask, self._prefix, self._began = world, ask, prefix, began
+        config = context.config
+        self._usual: tuple[Estimator, ...] = ()
+        if config.keys(STATIC_PREFIX):
+            self._usual = (StaticEstimator.from_config(config),)
+        self.script = ScriptedSkills(context, self._usual)
+        self.script.otherwise.does(self._outcome)
+        context.skills.execution = self._execute
+
+    def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
+        """Return the steps of a call on the skill board."""
+        steps = self.script.execute(executor, call)
+        string = as_string_call(call)
+        mute = self._world.skill(string).mute
+        if mute:
+            options = unless("reports", fault("mute", mute))
+            if self._ask(ChoiceKind.FEEDBACK, self._subject(call.agent, string), options).name == "mute":
+                return _muted(steps)
+        return steps
+
+    def _outcome(self, call: Call) -> Outcome | None:
+        """Ask how a call ends; None: as usual."""
+        self._began(call.skiller)
+        string = SkillStringCall(call.name, call.args)
+        model, subject = self._world.skill(string), self._subject(call.skiller, string)
+        end = self._end(model, subject)
+        if end.name == "hangs":
+            return Outcome(FOREVER)
+        failure: SkillFailure | None = end.value
+        if failure is None:
+            return None if model.duration is None else Outcome(self._seconds(model.duration, subject))
+        after = failure.after or model.duration
+        seconds = self._usual_seconds(string) if after is None else self._seconds(after, subject)
+        return Outcome(seconds, Status.S_FAILED, failure.error)
+
+    def _end(self, model: SkillModel, subject: str) -> Option:
+        options = skill_options(model)
+        return self._ask(ChoiceKind.SKILL, subject, options) if len(options) > 1 else options[0]
+
+    def _seconds(self, distribution: Distribution, subject: str) -> float:
+        first, *others = distribution.representatives
+        if not others:
+            return first
+        options = (takes(first), *(takes(each, 1) for each in others))
+        draw = DurationDraw(distribution)
+        seconds: float = self._ask(ChoiceKind.DURATION, subject, options, draw).value
+        return seconds
+
+    def _usual_seconds(self, call: SkillStringCall) -> float:
+        """Return after how long a call fails that nothing is said of."""
+        found = (estimator.estimate(call) for estimator in self._usual)
+        return next((outcome.seconds for outcome in found if outcome is not None), 1.0)
+
+    def _subject(self, who: str, call: SkillStringCall) -> str:
+        args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
+        return f"{self._prefix}{who}: {call.name}{{{args}}}"
+
+
+def skill_options(model: SkillModel) -> tuple[Option, ...]:
+    """Return how a call can end, the usual way first."""
+    bad = [Option(each.name, 1, each.probability, each) for each in model.failures]
+    if model.hangs:
+        bad.append(fault("hangs", model.hangs))
+    return unless("succeeds", *bad)
+
+
+def _muted(steps: Steps) -> Steps:
+    """Yield the steps of a skill without what it says."""
+    for _ in steps:
+        yield None

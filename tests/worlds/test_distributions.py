@@ -1,0 +1,80 @@
+"""Durations are drawn within their bounds, and a drawn one can be followed again."""
+
+from __future__ import annotations
+
+import random
+from statistics import median
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.worlds.distributions import Distribution, Shape
+from cxbridge.worlds.points import (
+    USUAL,
+    ChoiceKind,
+    ChoicePoint,
+    DivergedError,
+    NotedChooser,
+    PathChooser,
+    RandomChooser,
+    Step,
+    read_path,
+)
+from cxbridge.worlds.skills import DurationDraw, takes
+
+seconds = st.floats(0, 100)
+distributions = st.builds(
+    lambda shape, one, other, low, high: Distribution(
+        shape, (min(one, other), max(one, other)), min(low, high), max(low, high)
+    ),
+    st.sampled_from([Shape.UNIFORM, Shape.NORMAL, Shape.LOGNORMAL, Shape.CHOICE]),
+    *[st.floats(0, 10)] * 2,
+    *[seconds] * 2,
+)
+
+
+@given(distributions, st.integers())
+def test_what_is_drawn_is_within_the_bounds(distribution, seed):
+    drawn = distribution.draw(random.Random(seed))
+    assert distribution.least - 0.001 <= drawn <= distribution.most + 0.001
+    assert distribution.least_usual <= distribution.median <= distribution.most_usual
+
+
+@pytest.mark.parametrize(
+    ("shape", "parameters", "expected"),
+    [
+        (Shape.UNIFORM, (2.0, 4.0), 3.0),
+        (Shape.NORMAL, (5.0, 1.0), 5.0),
+        (Shape.LOGNORMAL, (3.0, 0.5), 3.0),
+        (Shape.EXPONENTIAL, (1.0,), 0.693),
+        (Shape.CHOICE, (1.0, 2.0, 9.0), 2.0),
+    ],
+)
+def test_the_draws_have_the_median_of_their_distribution(shape, parameters, expected):
+    distribution, rng = Distribution(shape, parameters), random.Random(7)
+    assert distribution.median == pytest.approx(expected, abs=0.001)
+    assert median(distribution.draw(rng) for _ in range(4001)) == pytest.approx(expected, rel=0.1)
+
+
+def point() -> ChoicePoint:
+    distribution = Distribution(Shape.UNIFORM, (2.0, 4.0))
+    options = tuple(takes(each) for each in distribution.representatives)
+    return ChoicePoint(ChoiceKind.DURATION, "a: b{}", 0.0, options, DurationDraw(distribution))
+
+
+@given(st.integers())
+def test_a_drawn_duration_is_in_the_path_and_can_be_followed(seed):
+    drawing = NotedChooser(RandomChooser(seed))
+    drawn = drawing.ask(point())
+    following = NotedChooser(PathChooser(read_path([drawing.choices[0].as_dict()])))
+    assert following.ask(point()) == drawn
+    assert 2.0 <= drawn.value <= 4.0
+
+
+def test_a_path_may_name_what_is_listed_but_nothing_else():
+    listed = NotedChooser(PathChooser({0: Step("a: b{}", "takes(4)")}))
+    assert listed.ask(point()).value == 4.0
+    with pytest.raises(DivergedError, match="no option 'fails'"):
+        NotedChooser(PathChooser({0: Step("a: b{}", "fails")})).ask(point())
+    assert NotedChooser(PathChooser({})).ask(point()) == point().options[USUAL]

@@ -1,0 +1,230 @@
+"""Each kind of choice changes what a run meets; a path repeats it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, InterfaceMessage, SkillStatus
+from cxbridge.run.options import RunOptions
+from cxbridge.skiller.simulation.estimators import SkillPattern
+from cxbridge.worlds.distributions import Distribution, Shape
+from cxbridge.worlds.model import (
+    Absence,
+    Kill,
+    MessageFault,
+    SensedValue,
+    SkillFailure,
+    SkillModel,
+    Times,
+    WorldModel,
+)
+from cxbridge.worlds.points import ChoiceKind, ChoicePoint, Chooser, PathChooser, RandomChooser, read_path
+from cxbridge.worlds.reading import read_world
+from cxbridge.worlds.run import WorldResult, WorldRun
+from tests.support import ROOT
+
+CALM = SkillModel(SkillPattern("*"), failures=())
+
+
+def options(name: str, **more: float) -> RunOptions:
+    return RunOptions(scenario=ROOT / "scenarios" / name, skiller="none", timeout=more.get("timeout", 120.0))
+
+
+class Taking:
+    """Takes the option of a name at the n-th choice point of a kind."""
+
+    def __init__(self, kind: ChoiceKind, name: str, number: int = 0) -> None:
+        self._kind, self._name, self._left = kind, name, number
+
+    def choose(self, index: int, point: ChoicePoint) -> int:
+        if point.kind is not self._kind:
+            return 0
+        self._left -= 1
+        names = [option.name for option in point.options]
+        return names.index(self._name) if self._left == -1 else 0
+
+
+def play(name: str, chooser: Chooser, world: WorldModel) -> tuple[WorldResult, list[Event]]:
+    events: list[Event] = []
+    with WorldRun(options(name), chooser, world) as run:
+        run.assembly.bus.subscribe(events.append, SkillStatus, InterfaceMessage)
+        return run.play(), events
+
+
+def skills(events: list[Event], status: str) -> list[tuple[str, str]]:
+    return [(e.env, e.skill_string) for e in events if isinstance(e, SkillStatus) and e.status == status]
+
+
+def again(name: str, result: WorldResult, world: WorldModel) -> None:
+    """Follow the path of a run, which must meet the same choices."""
+    path = read_path([choice.as_dict() for choice in result.choices])
+    repeated, _ = play(name, PathChooser(path), world)
+    assert repeated == result
+
+
+def test_a_failure_has_its_error_and_its_time():
+    failure = SkillFailure("fails(hoarse)", "hoarse", 0.1, Distribution.constant(0.5))
+    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (failure,)))
+    result, events = play("test-scenario", Taking(ChoiceKind.SKILL, "fails(hoarse)"), world)
+    begun, failed = (
+        next(e.time_us for e in events if isinstance(e, SkillStatus) and e.status == status)
+        for status in ("S_RUNNING", "S_FAILED")
+    )
+    assert result.choices[0].taken.name == "fails(hoarse)"
+    assert 500_000 <= failed - begun < 700_000
+
+
+def test_what_hangs_does_not_end():
+    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), hangs=0.1))
+    result, _ = play("test-scenario", Taking(ChoiceKind.SKILL, "hangs", 3), world)
+    assert not result.is_over
+
+
+def test_durations_are_listed_or_drawn_and_drawn_ones_repeat():
+    duration = Distribution(Shape.UNIFORM, (1.0, 3.0))
+    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), duration))
+    result, _ = play("test-scenario-pddl", RandomChooser(3), world)
+    names = {choice.taken.name for choice in result.choices}
+    assert {choice.point.kind for choice in result.choices} == {ChoiceKind.DURATION}
+    assert len(names) == len(result.choices)
+    again("test-scenario-pddl", result, world)
+
+
+def test_an_executor_that_is_mute_reports_no_progress():
+    world = WorldModel(otherwise=SkillModel(SkillPattern("*"), (), mute=0.1))
+    mute, quiet = play("waypoints", Taking(ChoiceKind.FEEDBACK, "mute"), world)
+    usual, loud = play("waypoints", Taking(ChoiceKind.FEEDBACK, "reports"), world)
+    assert mute.is_over
+    assert mute.seconds == usual.seconds
+    assert feedback(quiet) < feedback(loud)
+
+
+def feedback(events: list[Event]) -> int:
+    return sum(isinstance(e, InterfaceMessage) and e.message == "FeedbackMessage" for e in events)
+
+
+def test_a_sensed_value_is_written_when_it_is_due_and_after_a_skill():
+    sensed = SensedValue(
+        "BatteryInterface::Robot", "current", (("9", 0.9), ("3", 0.1)), at=(1.0,), after=("say",)
+    )
+    with WorldRun(
+        options("test-scenario"),
+        Taking(ChoiceKind.SENSED, "3", 1),
+        WorldModel(otherwise=CALM, sensed=(sensed,)),
+    ) as run:
+        board = run.assembly.agents[0].board
+        seen = []
+
+        def look() -> bool:
+            with board.open_for_reading("BatteryInterface", "Robot", owner="look") as battery:
+                battery.read()
+                seen.append(battery.as_dict()["current"])
+            return False
+
+        result = run.play(look)
+    times = [choice.point.seconds for choice in result.choices if choice.point.kind is ChoiceKind.SENSED]
+    assert times[0] == pytest.approx(1.0, abs=0.04)
+    assert len(times) == 1 + 4, "once by time, and after each of four skills"
+    assert list(dict.fromkeys(seen)) == [0, 9, 3]
+
+
+SKILLER_MESSAGES = MessageFault("SkillerInterface::Skiller", "ExecSkill", lost=0.1, late=0.1, delay=2.0)
+
+
+def test_a_message_that_is_lost_starts_no_skill():
+    world = WorldModel(otherwise=CALM, messages=(SKILLER_MESSAGES,))
+    result, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "lost"), world)
+    usual, all_of_them = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
+    assert usual.is_over
+    assert result.is_over
+    assert result.seconds > usual.seconds + 1, "the agent waits for its skill, and asks again"
+    assert skills(events, "S_RUNNING") == skills(all_of_them, "S_RUNNING")
+
+
+def test_a_message_that_is_late_starts_it_later():
+    world = WorldModel(otherwise=CALM, messages=(SKILLER_MESSAGES,))
+    usual, _ = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "arrives"), world)
+    late, events = play("test-scenario-pddl", Taking(ChoiceKind.MESSAGE, "late"), world)
+    assert late.is_over
+    assert late.seconds == pytest.approx(usual.seconds + 2.0, abs=0.2)
+    assert len(skills(events, "S_FINAL")) == len(usual.choices)
+
+
+def test_an_executor_vanishes_while_it_executes_and_comes_back():
+    absence = Absence("robot1-move", back=3.0)
+    world = WorldModel(otherwise=CALM, absences=(absence,))
+    result, events = play("two-robots", Taking(ChoiceKind.SKILLER, "vanishes"), world)
+    assert result.is_over
+    assert len(skills(events, "S_FAILED")) == 1
+    robots = {e.skiller for e in events if isinstance(e, SkillStatus) and "move" in e.skill_string}
+    assert robots == {"robot1", "robot2"}
+
+
+def test_a_skiller_vanishes_at_a_time():
+    world = WorldModel(otherwise=CALM, absences=(Absence("Skiller", times=Times(1.0, 0.5, 0.6)),))
+    result, _ = play("test-scenario", Taking(ChoiceKind.SKILLER, "vanishes"), world)
+    assert [choice.point.subject for choice in result.choices] == ["Skiller"]
+
+
+KILLS = WorldModel(otherwise=CALM, kills=(Kill("robot1", times=Times(1.0, 1.0, 5.0)),))
+
+
+def test_an_agent_that_is_killed_does_nothing_more_and_the_other_takes_over():
+    result, events = play("two-agents", Taking(ChoiceKind.KILL, "killed", 2), KILLS)
+    assert result.is_over
+    killed_at = result.choices[2].point.seconds
+    first_us = events[0].time_us
+    late = {e.env for e in events if isinstance(e, SkillStatus) and (e.time_us - first_us) / 1e6 > killed_at}
+    assert late == {"robot2"}
+    assert ("robot2", 'mop{room="kitchen"}') in skills(events, "S_FINAL")
+
+
+def test_an_agent_that_is_killed_may_come_back():
+    world = WorldModel(
+        otherwise=CALM, kills=(Kill("robot1", times=Times(0.0, 1.0, 1.0333), probability=0.5, back=2.0),)
+    )
+    result, events = play("two-agents", Taking(ChoiceKind.KILL, "killed"), world)
+    assert result.is_over
+    finished = {env for env, _ in skills(events, "S_FINAL")}
+    assert finished == {"robot1", "robot2"}
+    again("two-agents", result, world)
+
+
+def test_agents_take_their_turns_in_another_order():
+    world = WorldModel(otherwise=CALM, order=Times(100.0, 0.0, 1.0))
+    result, events = play("two-agents", Taking(ChoiceKind.ORDER, "robot2, robot1"), world)
+    assert result.is_over
+    begun = [env for env, _ in skills(events, "S_RUNNING")]
+    assert begun[0] == "robot2"
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "line", "message"),
+    [
+        ("two-robots", "skills:\n  - name: mvoe", 2, "no skill 'mvoe'(?s:.*)did you mean move"),
+        ("two-robots", "skillers:\n  - name: robot1-mov", 2, "no Skiller(?s:.*)did you mean robot1-move"),
+        ("two-robots", "killed:\n  - {agent: robot1}", 2, "has one agent"),
+        ("two-agents", "killed:\n  - {agent: robt1}", 2, "no agent 'robt1'(?s:.*)did you mean robot1"),
+        ("test-scenario", "messages:\n  - interface: SkilerInterface::a", 2, "SkilerInterface"),
+        ("test-scenario", "messages:\n  - interface: SkillerInterface", 2, "SkillerInterface"),
+        (
+            "test-scenario",
+            "sensed:\n  - {interface: BatteryInterface::a, field: curent, values: [1, 2]}",
+            2,
+            "did you mean current",
+        ),
+        (
+            "test-scenario",
+            "sensed:\n  - {interface: BatteryInterface::a, field: current, values: [1, many]}",
+            2,
+            "many",
+        ),
+    ],
+)
+def test_what_the_scenario_does_not_have_is_an_error_with_its_line(tmp_path, name, text, line, message):
+    file = tmp_path / "world.yaml"
+    file.write_text(text)
+    with pytest.raises(CxbridgeError, match=message) as caught:
+        WorldRun(options(name), RandomChooser(1), read_world(file))
+    assert (str(caught.value.file), caught.value.line) == (str(file), line)

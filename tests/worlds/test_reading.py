@@ -1,0 +1,140 @@
+"""A world.yaml is read, or refused with file and line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.worlds.distributions import Distribution, Shape
+from cxbridge.worlds.model import SkillFailure, Times, WorldModel
+from cxbridge.worlds.reading import find_world, read_world, world_of
+
+WORLD = """
+skills:
+  - name: say
+    args: ["text=Hello.*"]
+    duration: {uniform: [2, 4.5], explore: [median, 4.5]}
+    fails:
+      - {error: hoarse, probability: 0.2, after: 0.5}
+      - {error: mute, after: {normal: [1, 0.2], min: 0.1}}
+    hangs: 0.01
+otherwise: {fails: [], mute: 0.5}
+sensed:
+  - {interface: "BatteryInterface::Robot", field: current, values: [75, 3], at: [2, 1], after: [say]}
+messages:
+  - {interface: "SkillerInterface::Skiller", type: ExecSkill, late: 0.1, delay: 2}
+skillers:
+  - {name: Skiller, back: 3, times: {every: 0.5, until: 4}}
+killed:
+  - {agent: robot1, times: {from: 1}, probability: 0.5}
+order: {every: 1}
+"""
+
+
+def read(text: str) -> WorldModel:
+    return world_of(Configuration.from_text(text, "/x/world.yaml"))
+
+
+def test_everything_can_be_said():
+    world = read(WORLD)
+    (say,) = world.skills
+    assert (say.pattern.name, say.pattern.args, say.hangs) == ("say", {"text": "Hello.*"}, 0.01)
+    assert say.failures == (
+        SkillFailure("fails(hoarse)", "hoarse", 0.2, Distribution.constant(0.5)),
+        SkillFailure("fails(mute)", "mute", 0.1, Distribution(Shape.NORMAL, (1.0, 0.2), 0.1, 1e9)),
+    )
+    assert say.duration is not None
+    assert say.duration.representatives == (3.25, 4.5)
+    assert (world.otherwise.failures, world.otherwise.mute) == ((), 0.5)
+    (sensed,) = world.sensed
+    assert (sensed.values, sensed.at, sensed.after) == ((("75", 0.9), ("3", 0.1)), (1.0, 2.0), ("say",))
+    (message,) = world.messages
+    assert (message.lost, message.late, message.delay) == (0.0, 0.1, 2.0)
+    assert world.absences[0].times == Times(0.5, 0.0, 4.0)
+    assert (world.kills[0].times, world.kills[0].back) == (Times(0.0, 1.0, 10.0), None)
+    assert world.order == Times(every=1.0)
+
+
+def test_an_empty_world_is_the_usual_one():
+    assert read("") == WorldModel()
+
+
+def test_the_file_is_beside_the_scenario(tmp_path):
+    assert find_world(tmp_path) is None
+    (tmp_path / "world.yaml").write_text("otherwise: {hangs: 0.5}")
+    file = find_world(tmp_path)
+    assert file is not None
+    assert read_world(file).otherwise.hangs == 0.5
+
+
+@pytest.mark.parametrize(
+    ("text", "line", "message"),
+    [
+        ("skils: []", 1, "skils means nothing(?s:.*)did you mean skills"),
+        ("skills:\n  - {nam: say}", 2, "nam means nothing(?s:.*)did you mean name"),
+        ("skills:\n  - {hangs: 0.5}", 2, "has no name"),
+        ("skills: {say: 1}", 1, "must be a list"),
+        ("skills: [say]", 1, "must be a list of maps"),
+        ("skills: 3", 1, "must be a list of maps"),
+        ("skills:\n  - name: say\n    hangs: 1.5", 3, "hangs is 1.5(?s:.*)0 to 1"),
+        ("skills:\n  - name: say\n    hangs: -0.1", 3, "hangs is -0.1"),
+        ("skills:\n  - name: say\n    duration: -1", 3, "duration is -1"),
+        ("skills:\n  - name: say\n    duration: {uniform: [1]}", 3, "1 parameters(?s:.*)least, greatest"),
+        ("skills:\n  - name: say\n    duration: {uniform: [3, 1]}", 3, "from 3 down to 1"),
+        ("skills:\n  - name: say\n    duration: {unifrom: [3, 1]}", 3, "did you mean uniform"),
+        ("skills:\n  - name: say\n    duration: {normal: [1, 1], uniform: [0, 1]}", 3, "2 distributions"),
+        ("skills:\n  - name: say\n    duration: {exponential: 1, min: 3, max: 2}", 3, "less than the min"),
+        (
+            "skills:\n  - name: say\n    duration: {exponential: 1, explore: [medain]}",
+            3,
+            "did you mean median",
+        ),
+        ("skills:\n  - name: say\n    args: [text]", 3, "has 'text'"),
+        ("otherwise: {fails: [{probability: 0.7}, {error: b, probability: 0.6}]}", 1, "1.3 together"),
+        ("otherwise: {fails: [{error: b}, {error: b}]}", 1, r"has fails\(b\) twice"),
+        ("order: 1", 1, "must be a map"),
+        ("order: {from: 3, until: 2}", 1, "ends at 2, before 3"),
+        ("killed: [{agent: a, back: -1}]", 1, "back is -1"),
+        ("sensed: [{interface: A, field: b, values: [1]}]", 1, "two at least"),
+        ("sensed: [{interface: A, field: b, values: [1, 2], probabilities: [1]}]", 1, "do not fit"),
+        ("messages: [{interface: A, lost: 0.6, late: 0.6}]", 1, "1.2 together"),
+    ],
+)
+def test_a_mistake_is_an_error_with_its_line(text, line, message):
+    with pytest.raises(CxbridgeError, match=message) as caught:
+        read(text)
+    assert (caught.value.file, caught.value.line) == ("/x/world.yaml", line)
+
+
+scalars = st.one_of(
+    st.floats(-2, 3, allow_nan=False),
+    st.integers(-1, 5),
+    st.sampled_from(["say", "min", "x=y", ""]),
+    st.none(),
+)
+WORDS = (
+    "skills otherwise sensed messages skillers killed order name args fails duration hangs mute error after "
+    "probability uniform normal choice min max explore interface field values at times every until"
+)
+names = st.sampled_from(WORDS.split())
+trees = st.recursive(
+    scalars,
+    lambda inner: st.one_of(st.dictionaries(names, inner, max_size=4), st.lists(inner, max_size=3)),
+    max_leaves=12,
+)
+
+
+@given(st.dictionaries(names, trees, max_size=4))
+def test_whatever_a_file_says_is_read_or_refused(tree: dict[str, Any]):
+    try:
+        world = read(yaml.safe_dump(tree))
+    except CxbridgeError:
+        return
+    for skill in (*world.skills, world.otherwise):
+        assert skill.hangs + sum(each.probability for each in skill.failures) <= 1.001
