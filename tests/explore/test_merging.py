@@ -47,6 +47,7 @@ def test_a_run_without_end_is_a_cycle(tmp_path: Path):
         ("?t <- (tries ?n&:(< ?n 1))", "?t <- (tries ?)"),
         ("(tries (+ ?n 1))", "(tries 0)"),
         ("(mode RETRACTED) (outcome FAILED)", "(mode RETRACTED)"),
+        ("(defrule clean\n", "(defrule clean (declare (salience 1000))\n"),
     ):
         assert old in text
         text = text.replace(old, new)
