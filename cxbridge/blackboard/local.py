@@ -96,6 +96,11 @@ class LocalBlackBoard(BlackBoard):
             memories = tuple(self._memories.values())
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
 
+    def memories(self) -> tuple[InterfaceMemory, ...]:
+        """Return the shared memories of all interfaces, in the order in which they were opened first."""
+        with self._lock:
+            return tuple(self._memories.values())
+
     def memory_of(self, instance: Interface) -> InterfaceMemory:
         """Return the shared memory of an instance; for servers of this blackboard.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from typing import Any
 from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
@@ -98,6 +99,12 @@ class InterfaceMemory(BoardPort):
                 readers=self.reader_owners(),
                 timestamp_us=join_us(seconds, microseconds),
             )
+
+    def values(self) -> dict[str, Any]:
+        """Return the values of the fields now, by their names."""
+        with self._lock:
+            view = self.interface_class.VIEW.from_buffer_copy(self._data)
+        return dict(zip(self.interface_class.ACCESSORS, self.interface_class.READ(view), strict=False))
 
     # -- the port of the instances
 

@@ -56,6 +56,7 @@ def explore(
         read_checkpoint(resume, graph, options, bounds)
     progress = Progress(graph, show)
     coordinator: Coordinator | None = None
+    hidden: tuple[str, ...] = ()
     started, cpu_s = time.perf_counter(), _cpu_seconds()
     with _signals() as received, closing(UsualRun(make)) as usual:
 
@@ -64,19 +65,18 @@ def explore(
             return bool(received)
 
         def load(address: str) -> NoReturn:
-            serve(address, make)
+            serve(address, make, merge=bounds.merge)
 
         try:
             if means.fork:
                 with Coordinator(graph, means, load) as coordinator:
                     coordinator.explore(is_over)
             else:
-                explore_by_replay(make, graph, is_over)
+                hidden = explore_by_replay(make, graph, is_over, merge=bounds.merge)
             if not received:
                 _check_determinism(graph, usual)
         except DivergedError as error:
             raise explain_difference(make, error) from None
-    hidden: tuple[str, ...] = ()
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:
         hidden = tuple(coordinator.hidden)

@@ -145,6 +145,9 @@ class Graph:
         :returns: the new node, whose edges are open now; None when another run has been in that state.
         """
         del self.open[edge]
+        faults = self.faults_of(edge)
+        if digest:  # states are equal when the bounds leave them the same ways, too
+            digest = b"%b %d %d" % (digest, faults, point.index if self._depth is not None else 0)
         known = self._known.get(digest) if digest else None
         if known is not None:
             self.links[edge] = known
@@ -152,7 +155,6 @@ class Graph:
             self.explored += self._share(edge)
             return None
         number = len(self.nodes)
-        faults = self.faults_of(edge)
         self.nodes.append(Node(point, edge, faults, self._share(edge)))
         self.links[edge] = number
         if digest:
@@ -188,6 +190,43 @@ class Graph:
             return [USUAL]
         left = self._faults - node.faults
         return [option for option, way in enumerate(node.point.ways) if option == USUAL or way.faults <= left]
+
+    def cycles(self) -> list[int]:
+        """Return a node of each part of the graph in which a run can go round without end, by number."""
+        below: dict[int, list[int]] = {}
+        for (number, _), target in self.links.items():
+            below.setdefault(number, []).append(target)
+        left = {number: len(set(targets)) for number, targets in below.items()}
+        above: dict[int, set[int]] = {}
+        for number, targets in below.items():
+            for target in targets:
+                above.setdefault(target, set()).add(number)
+        ends = [number for number in range(len(self.nodes)) if number not in left]
+        while ends:  # what leads to ends only is taken away; what is left lies on cycles, or leads to one
+            for number in above.get(ends.pop(), ()):
+                left[number] -= 1
+                if not left[number]:
+                    ends.append(number)
+        endless = {number for number, count in left.items() if count and number >= 0}
+        return self._entries(endless, below)
+
+    @staticmethod
+    def _entries(endless: set[int], below: dict[int, list[int]]) -> list[int]:
+        """Return a node of each cycle, the first that was found."""
+        found = []
+        done: set[int] = set()
+        for number in sorted(endless):
+            reached: set[int] = set()
+            waiting = [number]
+            while waiting:
+                for target in below.get(waiting.pop(), ()):
+                    if target in endless and target not in reached:
+                        reached.add(target)
+                        waiting.append(target)
+            if number in reached and not done & reached:
+                found.append(number)
+                done |= reached
+        return found
 
     def edges_to(self, edge: Edge) -> list[Edge]:
         """Return the edges of the run that found an edge, from its first choice to this one."""

@@ -6,12 +6,13 @@ from collections.abc import Callable
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import Edge, Graph, Leaf
-from cxbridge.explore.playing import MakeRun, failure
+from cxbridge.explore.playing import ExploredRun, MakeRun, failure
+from cxbridge.explore.state import Digest, state_digest
 from cxbridge.explore.worker import as_point
 from cxbridge.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
-class _MergedError(Exception):
+class _MergedError(BaseException):
     """The run has come to a state in which another one has been."""
 
 
@@ -24,37 +25,49 @@ class _FrontierChooser:
 
     def __init__(self, graph: Graph, edge: Edge, free: int) -> None:
         self.edge = edge
+        self.digest: Digest = lambda _: (b"", "")
+        self.hidden = ""
         self._graph = graph
         self._free = free
 
     def choose(self, index: int, point: ChoicePoint) -> int:
         if index < self._free:
             return USUAL
-        number = self._graph.reached(self.edge, as_point(index, point), b"")
+        digest, self.hidden = self.digest(point)
+        number = self._graph.reached(self.edge, as_point(index, point), digest)
         if number is None:
             raise _MergedError
         self.edge = number, USUAL
         return USUAL
 
 
-def explore_by_replay(make: MakeRun, graph: Graph, is_over: Callable[[], bool]) -> None:
+def explore_by_replay(
+    make: MakeRun, graph: Graph, is_over: Callable[[], bool], *, merge: bool
+) -> tuple[str, ...]:
     """Explore until no edge is open, or ``is_over`` is true, which is asked before each run.
 
     :param make: makes a run.
+    :param merge: whether states are compared.
+    :returns: why some states were not compared.
     :raises CxbridgeError: when the scenario is wrong.
     """
+    hidden: dict[str, None] = {}
     while graph.open and not is_over():
         edge = next(reversed(graph.open))
         number = edge[0]
         chooser = _FrontierChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
-        leaf = _play(make, PathChooser(graph.path_to(edge), chooser))
+        with make(PathChooser(graph.path_to(edge), chooser)) as run:
+            chooser.digest = state_digest(run, merge=merge)
+            leaf = _play(run)
         if leaf is not None:
             graph.ended(chooser.edge, leaf)
+        if chooser.hidden:
+            hidden[chooser.hidden] = None
+    return tuple(hidden)
 
 
-def _play(make: MakeRun, chooser: PathChooser) -> Leaf | None:
+def _play(run: ExploredRun) -> Leaf | None:
     """Play a run; None when it was not played to its end."""
-    run = make(chooser)
     try:
         return run.leaf()
     except _MergedError:
@@ -63,5 +76,3 @@ def _play(make: MakeRun, chooser: PathChooser) -> Leaf | None:
         raise
     except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
         return failure(error)
-    finally:
-        run.close()

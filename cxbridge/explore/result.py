@@ -13,6 +13,9 @@ from cxbridge.properties.monitor import Property
 CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
 """The exit statuses of ``cxbridge explore``."""
 
+_RUN_ENDS = "run-ends"
+"""The built-in property that a run without end does not have."""
+
 
 @dataclass(frozen=True, slots=True)
 class ExploreResult:
@@ -40,7 +43,8 @@ class ExploreResult:
     def outcomes(self) -> dict[str, int]:
         """How many runs ended how."""
         counts = Counter(leaf.outcome for leaf in self.graph.leaves.values())
-        return dict(sorted(counts.items()))
+        counts.update({"endless": len(self.graph.cycles())})
+        return dict(sorted((+counts).items()))
 
     @property
     def violations(self) -> list[dict[str, Any]]:
@@ -57,6 +61,18 @@ class ExploreResult:
                         "recording": None,
                         "test": None,
                     }
+        for number in self.graph.cycles():
+            found.setdefault(
+                _RUN_ENDS,
+                {
+                    "property": _RUN_ENDS,
+                    "message": "the run comes to the same state again and again",
+                    "seconds": self.graph.nodes[number].point.seconds,
+                    "choices": self.graph.choices_to(self.graph.nodes[number].edge),
+                    "recording": None,
+                    "test": None,
+                },
+            )
         return [found[name] for name in sorted(found)]
 
     @property
@@ -68,7 +84,7 @@ class ExploreResult:
     @property
     def status(self) -> int:
         """The exit status."""
-        if any(leaf.violations for leaf in self.graph.leaves.values()):
+        if self.violations:
             return VIOLATED
         return CLEAN if self.is_complete else INCOMPLETE
 
@@ -83,6 +99,7 @@ class ExploreResult:
             "outcomes": self.outcomes,
             "violations": self.violations,
             "vacuous": self.vacuous,
+            "not_merged": list(self.hidden),
             "cpu_seconds": round(self.cpu_seconds, 3),
             "wall_seconds": round(self.wall_seconds, 3),
         }
@@ -98,6 +115,8 @@ class ExploreResult:
             yield f"violated: {each['property']}: {each['message']}"
             for choice in each["choices"]:
                 yield f"  {choice['seconds']:8.2f} s {choice['subject']}: {choice['option']}"
+        for text in self.hidden:
+            yield f"equal states were not merged: {text}"
         if self.vacuous:
             yield f"no run could have violated: {', '.join(self.vacuous)}"
         yield f"{self.wall_seconds:.2f} s, {self.cpu_seconds:.2f} s of processor time"

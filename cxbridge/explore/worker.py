@@ -8,12 +8,12 @@ import random
 import signal
 import sys
 import time
-from collections.abc import Callable
 from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import Edge, Point, Way
 from cxbridge.explore.playing import ExploredRun, MakeRun, failure
+from cxbridge.explore.state import Digest, state_digest
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
 from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
@@ -69,9 +69,7 @@ class ForkingChooser:
     :param digest: what a state is compared by, or empty and why it is not compared.
     """
 
-    def __init__(
-        self, process: Process, free: int, digest: Callable[[ChoicePoint], tuple[bytes, str]]
-    ) -> None:
+    def __init__(self, process: Process, free: int, digest: Digest) -> None:
         self._process = process
         self._free = free
         self._digest = digest
@@ -121,12 +119,13 @@ class _Later:
         return self.chooser.choose(index, point)
 
 
-def serve(address: str, make: MakeRun) -> NoReturn:
+def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
     """Load the scenario, and copy this process for each path that the coordinator wants to be played.
 
     To be called in a process of its own; never returns.
 
     :param make: makes the run.
+    :param merge: whether states are compared.
     """
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the coordinator has got it, too, and ends us
@@ -135,7 +134,7 @@ def serve(address: str, make: MakeRun) -> NoReturn:
     random.seed()  # each such process draws others: an agent that uses it unseeded is found out
     try:
         process = Process(address)
-        _serve(process, make)
+        _serve(process, make, merge=merge)
     except (EOFError, OSError):
         leave(1)  # the coordinator is gone
     except BaseException as error:  # noqa: BLE001 - no copy may go on with what the coordinator does
@@ -143,14 +142,16 @@ def serve(address: str, make: MakeRun) -> NoReturn:
         leave(1)
 
 
-def _serve(process: Process, make: MakeRun) -> NoReturn:
+def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
     later = _Later()
     try:
         run = make(later)
+        run.world.start()
     except CxbridgeError as error:
         # names of files may hold bytes that are not text
         process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
         leave()
+    digest = state_digest(run, merge=merge)
     gc.collect()
     gc.freeze()
     gc.set_threshold(_GENERATION_SIZE, 10, 10)
@@ -160,12 +161,13 @@ def _serve(process: Process, make: MakeRun) -> NoReturn:
         if not isinstance(order, Play):
             leave()
         if process.copy(order.edge):
+            later.chooser = ForkingChooser(process, order.free, digest)
             _play(process, run, later, order)
 
 
 def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoReturn:
     path = {index: Step(subject, option) for index, subject, option in order.choices}
-    later.chooser = PathChooser(path, ForkingChooser(process, order.free, lambda _: (b"", "")))
+    later.chooser = PathChooser(path, later.chooser)
     try:
         leaf = run.leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way

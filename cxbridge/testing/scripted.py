@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from typing import Final
 
 from cxbridge.run.context import RunContext
@@ -41,6 +41,10 @@ class ScriptedSkills(SkillScript):
     def running(self) -> bool:
         """Whether any skill runs."""
         return any(skiller.running for skiller in self._skillers.values())
+
+    def state(self, now_us: int) -> tuple[Hashable, ...]:
+        """Return what the Skillers do next depends on, besides their interfaces; times count from now."""
+        return tuple(skiller.state(now_us) for skiller in self._skillers.values())
 
     def loop(self) -> None:
         """Let each Skiller take its step; for the hook ``skill``."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -63,6 +63,7 @@ class WorldRun(Closing):
 
     def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
         self.options = options
+        self._is_started = False
         self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
         with ExitStack() as stack:
@@ -114,6 +115,18 @@ class WorldRun(Closing):
         """The time since the run began, by its clock."""
         return self._ask.seconds
 
+    def state(self) -> tuple[Hashable, ...] | None:
+        """Return what the Skillers do next depends on, besides their interfaces; times count from now.
+
+        None: nobody knows. Executors of a skill board are programs, and nobody sees how far they are; and a
+        world of its own has more that is under way than Skillers.
+        """
+        agents = self.assembly.agents
+        if self._world != WorldModel() or any(agent.context.skill_board is not None for agent in agents):
+            return None
+        now_us = self.assembly.clock.now_us()
+        return tuple(part.state(now_us) for part in self._parts.values())
+
     @property
     def is_over(self) -> bool:
         """Whether every root goal is over, no skill runs, the agenda is empty and nobody will come back."""
@@ -122,10 +135,16 @@ class WorldRun(Closing):
         )
         return self.assembly.is_over and not waits
 
+    def start(self) -> None:
+        """Load the agents; a second call does nothing. No choice is made meanwhile."""
+        if not self._is_started:
+            self._is_started = True
+            self.assembly.start()
+
     def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
         """Run to the end, or until ``look`` is true after a loop."""
         assembly = self.assembly
-        assembly.start()
+        self.start()
         for part in self._parts.values():
             part.loop()
         end_us = assembly.clock.now_us() + round((self.options.timeout - self.seconds) * MICROSECONDS)
@@ -181,6 +200,10 @@ class AgentWorld(Closing):
     def _note(self, name: str) -> None:
         for absence in self._absences:
             absence.note(name)
+
+    def state(self, now_us: int) -> tuple[Hashable, ...]:
+        """Return what the Skillers do next depends on, besides their interfaces; times count from now."""
+        return self._skills.state(now_us)
 
     @property
     def running(self) -> bool:

@@ -24,7 +24,7 @@ KILLS = 8
 @pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 def test_what_is_killed_is_run_again(tmp_path: Path):
     scenario = write_retrying(tmp_path / "retrying", tries=4)
-    words = [str(scenario), "--faults", "3", "--jobs", "2"]
+    words = [str(scenario), "--faults", "3", "--jobs", "2", "--no-merge"]
     whole = counts(explored(*words))
     assert whole["runs"] > 50
     command = [sys.executable, "-m", "cxbridge", "explore", *words, "--json"]

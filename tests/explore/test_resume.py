@@ -16,6 +16,7 @@ from tests.explore.test_explore import SCENARIO, counts, explored
 from tests.support import ROOT
 
 FAULTS = ("--faults", "3")
+EACH = (*FAULTS, "--no-merge")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
 
@@ -38,17 +39,18 @@ def interrupted(folder: Path, *words: object) -> tuple[int, str]:
 
 
 @LINUX
-def test_it_goes_on_after_ctrl_c(tmp_path: Path):
-    scenario = write_retrying(tmp_path / "retrying", tries=4)
-    whole = counts(explored(scenario, *FAULTS))
-    status, said = interrupted(tmp_path, scenario, *FAULTS)
+@pytest.mark.parametrize("words", [EACH, FAULTS], ids=len)
+def test_it_goes_on_after_ctrl_c(tmp_path: Path, words: tuple[str, ...]):
+    scenario = write_retrying(tmp_path / "retrying", tries=5)
+    whole = counts(explored(scenario, *words))
+    status, said = interrupted(tmp_path, scenario, *words)
     assert status == 3
     assert "--resume explore.resume" in said
     times = 1
     while times < 3 and status == 3:
-        status, said = interrupted(tmp_path, scenario, *FAULTS, "--resume", "explore.resume")
+        status, said = interrupted(tmp_path, scenario, *words, "--resume", "explore.resume")
         times += 1
-    found = explored(scenario, *FAULTS, "--resume", "explore.resume", folder=tmp_path)
+    found = explored(scenario, *words, "--resume", "explore.resume", folder=tmp_path)
     assert counts(found) == whole
 
 

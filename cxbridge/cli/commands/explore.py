@@ -46,6 +46,10 @@ class _Bounds:
         ),
     ] = None
 
+    merge: Annotated[bool, typer.Option("--merge/--no-merge", help="Visit states that are equal once.")] = (
+        True
+    )
+
 
 @dataclass(frozen=True, kw_only=True)
 class _Means:

@@ -6,7 +6,7 @@ What it writes is what Fawkes' skiller-simulator writes; where that is odd, ``mo
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -86,6 +86,19 @@ class SkillerSimulator(SkillerBackend):
     def running(self) -> bool:
         """Whether a skill is being simulated or waits for it."""
         return self._outcome is not None or not self._interface.msgq_empty()
+
+    def state(self, now_us: int) -> tuple[Hashable, ...]:
+        """Return all that it does next depends on, besides its interface; times count from now.
+
+        In the middle of a call that begins, its estimators are asked: what it shows is not published yet.
+        """
+        shows = self._interface
+        shown = shows.skill_string, shows.status, shows.error, bool(shows.exclusive_controller)
+        if self._outcome is None:
+            return self.name, shown, self._enqueued
+        times = self._start_us - now_us, self._end_us - now_us
+        ends = tuple((part.call.name, part.outcome) for part in self._parts)
+        return self.name, shown, self._enqueued, self._outcome, times, ends
 
     def loop(self) -> None:
         """Take the messages, end the skill whose time is up."""

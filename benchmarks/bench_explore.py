@@ -1,0 +1,66 @@
+"""Exploration by fork against a process for each run, by processor time; and what a forked run costs.
+
+Both visit each run, without merging, so that they do the same. The memory is what a forked run has of its
+own: its private pages that were written to, at the moment at which it ends.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+from benchmarks.bench_cold import processor_seconds
+from benchmarks.harness import report
+
+ROOT = Path(__file__).resolve().parent.parent
+SCENARIO = "test-scenario"
+PAIRS = 5
+COMMAND = [sys.executable, "-m", "cxbridge", "explore", SCENARIO, "--faults", "2", "--no-merge", "--json"]
+
+
+def own_kilobytes(pid: int) -> int:
+    """Return the memory that a process shares with no other."""
+    lines = Path(f"/proc/{pid}/smaps_rollup").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty:"))
+
+
+def largest_run() -> int:
+    """Return the most that a run of an exploration has of its own, of those seen, in kilobytes."""
+    most = 0
+    with subprocess.Popen(COMMAND, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True) as process:
+        while process.poll() is None:
+            for folder in Path("/proc").glob("[0-9]*"):
+                try:
+                    fields = (folder / "stat").read_bytes().rpartition(b")")[2].split()
+                    # the runs are copies of the process that has loaded the scenario, a child of the command
+                    is_run = int(fields[3]) == process.pid and int(fields[1]) != process.pid
+                    if is_run and int(folder.name) != process.pid:
+                        most = max(most, own_kilobytes(int(folder.name)))
+                except (OSError, StopIteration):
+                    continue
+            time.sleep(0.005)
+    return most
+
+
+def main() -> None:
+    """Measure and print."""
+    run = [sys.executable, "-m", "cxbridge", "run", SCENARIO, "--skiller", "simulator"]
+    rows = []
+    for _ in range(PAIRS):
+        done = subprocess.run(COMMAND, cwd=ROOT, check=True, capture_output=True, text=True)
+        found = json.loads(done.stdout)
+        rows.append((found["cpu_seconds"] / found["runs"], processor_seconds(run, dict(os.environ))))
+    explored, alone = (statistics.median(column) for column in zip(*rows, strict=True))
+    print(f"  {1000 * explored:.0f} ms of processor time a run, {1000 * alone:.0f} ms alone")
+    print(f"  {1 / explored:.0f} runs a second a core")
+    report("a run of an exploration / a run alone", explored / alone, limit=0.1)
+    report("memory of a run of its own / 5 MB", largest_run() / 5000, limit=1.0)
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,266 @@
+"""The state of a run at a choice point, so that equal states are equal: what the run does next depends on it.
+
+Times count from now, generated names (``gen12``) and ids of messages by their first occurrence. Where a part
+of a run has a state that nobody sees, the run is compared with no other.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Hashable, Mapping
+from hashlib import blake2b
+from typing import TYPE_CHECKING, Final
+
+from clips._clips import lib
+
+from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
+from cxbridge.executive.host.capi import NULL, decode
+from cxbridge.executive.host.values import Symbol
+from cxbridge.explain.rules.environment import rule_texts
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.local import LocalBlackBoard
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
+    from cxbridge.explore.playing import ExploredRun
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.worlds.points import ChoicePoint
+
+_SEEN_FEATURES: Final = frozenset(
+    {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}
+)
+"""The features whose state is in facts and on the blackboard, or does not change."""
+
+_GENERATED: Final = re.compile(r"gen\d+")
+_EPOCH_S: Final = VIRTUAL_EPOCH_US // MICROSECONDS
+_LONGEST_S: Final = 10_000_000
+"""A number that many seconds after the epoch of the virtual clock is a time; a run has an end before that."""
+
+_MESSAGE_IDS: Final = frozenset({"msgid", "msg-id"})
+_CALLED: Final = re.compile(r"\(([^\s()\"]+)")
+
+
+_ASKED_AGAIN_S: Final = 3.0
+"""After so long the core asks a Skiller for control again (``skills.clp``)."""
+
+
+Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
+"""Returns what a state is compared by; empty, and why, when it is not."""
+
+
+def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
+    """Return what digests the states of a run.
+
+    :param merge: whether states are compared at all.
+    """
+    return StateReader(run).digest if merge else lambda _: (b"", "")
+
+
+class HiddenStateError(Exception):
+    """A part of the run has a state that nobody sees."""
+
+
+class StateReader:
+    """Reads the state of a run. For the choices of that run and of its copies.
+
+    :param run: the run.
+    """
+
+    def __init__(self, run: ExploredRun) -> None:
+        self._run = run
+        self._hidden: str | None = None
+
+    def digest(self, point: ChoicePoint) -> tuple[bytes, str]:
+        """Return a digest of the state at a choice point; empty, and why, when it cannot be known."""
+        if self._hidden is None:
+            self._hidden = next((text for agent in self._agents for text in _hidden_parts(agent)), "")
+        if self._hidden:
+            return b"", self._hidden
+        try:
+            state = self._state(point)
+        except HiddenStateError as error:
+            return b"", str(error)
+        return blake2b(repr(state).encode("utf-8", "surrogatepass"), digest_size=16).digest(), ""
+
+    @property
+    def _agents(self) -> tuple[Assembly, ...]:
+        return self._run.world.assembly.agents
+
+    def _state(self, point: ChoicePoint) -> Hashable:
+        world = self._run.world
+        names = _Names(world.assembly.clock.now_us())
+        skills, properties = world.state(), self._run.properties.state()
+        if skills is None:
+            raise HiddenStateError("nobody sees how far the executors of the skill board are")
+        if properties is None:
+            raise HiddenStateError("a property does not say what it remembers")
+        return (
+            names.plain(point.subject),
+            tuple(_agent_state(agent, names) for agent in self._agents),
+            names.plain(skills),
+            names.plain(properties),
+        )
+
+
+class _Names:
+    """Gives things that are only compared with each other names by their order.
+
+    :param now_us: from when times count.
+    """
+
+    def __init__(self, now_us: int) -> None:
+        self._now_us = now_us
+        self._now_s = now_us / MICROSECONDS
+        self._generated: dict[str, str] = {}
+        self._messages: dict[int, int] = {}
+        self._skills: dict[str, str] = {}
+
+    def note_skill(self, skill: str, message: object) -> None:
+        """Note the id of a skill fact, which ends with that of its message."""
+        end = f"-{message}"
+        if isinstance(message, int) and skill.endswith(end):
+            number = self._messages.setdefault(message, len(self._messages))
+            self._skills[skill] = f"{skill.removesuffix(end)}-#{number}"
+
+    def note_old(self, slots: dict[str, Value], seconds: float) -> None:
+        """Forget a time in ``last-try`` that is so long ago: rules ask only whether it is."""
+        last = slots["last-try"]
+        if isinstance(last, tuple) and len(last) == 2 and all(isinstance(each, int) for each in last):  # noqa: PLR2004
+            age_us = self._now_us - sum(
+                int(each) * unit for each, unit in zip(last, (MICROSECONDS, 1), strict=True)
+            )
+            if age_us > seconds * MICROSECONDS:
+                slots["last-try"] = Symbol("long-ago")
+
+    def plain(self, value: object) -> Hashable:
+        """Return a value so that what is equal up to time and names is equal."""
+        if isinstance(value, str):
+            value = self._skills.get(value, value)
+            return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
+        if isinstance(value, int | float):
+            is_time = 0 <= value - _EPOCH_S < _LONGEST_S
+            return ("time", round(value - self._now_s, 6)) if is_time else value
+        if isinstance(value, frozenset | set):
+            return "set", tuple(sorted(repr(self.plain(each)) for each in sorted(value, key=repr)))
+        if isinstance(value, tuple | list):
+            return self._sequence(value)
+        return repr(value)
+
+    def _sequence(self, values: tuple[object, ...] | list[object]) -> Hashable:
+        """Return several values; seconds and microseconds of a time belong together."""
+        found: list[Hashable] = []
+        rest = iter(range(len(values)))
+        for number in rest:
+            value = values[number]
+            following = values[number + 1] if number + 1 < len(values) else None
+            if (
+                isinstance(value, int)
+                and isinstance(following, int)
+                and 0 <= value - _EPOCH_S < _LONGEST_S
+                and 0 <= following < MICROSECONDS
+            ):
+                found.append(("time", value * MICROSECONDS + following - self._now_us))
+                next(rest)
+            else:
+                found.append(self.plain(value))
+        return tuple(found)
+
+    def slots(self, values: Mapping[str, object]) -> Hashable:
+        """Return the slots of a fact, or the fields of an interface."""
+        return tuple(
+            self._messages.setdefault(value, len(self._messages))
+            if name in _MESSAGE_IDS and isinstance(value, int) and value
+            else self.plain(value)
+            for name, value in values.items()
+        )
+
+    def _rename(self, match: re.Match[str]) -> str:
+        return self._generated.setdefault(match[0], f"gen#{len(self._generated)}")
+
+
+def _agent_state(agent: Assembly, names: _Names) -> Hashable:
+    env, goals = agent.executive.env, agent.executive.goals
+    if env.is_firing or env.agenda_size_at_least(1):
+        raise HiddenStateError("a choice was made while rules fired")
+    if any(slots["status"] == "RUNNING" for _, _, slots in env.facts("planner-call")):
+        raise HiddenStateError("a planner was at work")
+    facts = list(env.facts())
+    for _, template, slots in facts:
+        if template == "skill":
+            names.note_skill(str(slots["id"]), slots["msgid"])
+        elif template == "skiller-control":
+            names.note_old(slots, _ASKED_AGAIN_S)
+    return (
+        tuple((template, names.slots(slots)) for _, template, slots in facts),
+        _globals(env, names),
+        (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
+        # what the verdict on the run depends on
+        (bool(goals.outcomes), goals.outcomes.total() > goals.outcomes["COMPLETED"]),
+        _board_state(agent.board, names),
+    )
+
+
+def _globals(env: ClipsEnvironment, names: _Names) -> Hashable:
+    found = []
+    each = lib.GetNextDefglobal(env.env, NULL)
+    while each != NULL:
+        name = decode(lib.DefglobalName(each))
+        found.append((name, names.plain(env.eval(f"?*{name}*"))))
+        each = lib.GetNextDefglobal(env.env, each)
+    return tuple(found)
+
+
+def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
+    found = []
+    for memory in board.memories():
+        info, values = memory.info(), memory.values()
+        being_handled = 1 if memory.type == "SkillerInterface" else 0
+        instances = memory.instances()
+        if any(each.is_writer and each.msgq_size() > being_handled for each in instances):
+            raise HiddenStateError(f"messages to {memory.uid} waited")
+        stamp = names.plain(split_us(info.timestamp_us))
+        unread = tuple(each.version_read != memory.version for each in instances)
+        block: Hashable = stamp, names.slots(values)
+        if being_handled and any(each.is_writer and each.msgq_size() for each in instances):
+            block = None  # its Skiller is about to write all of it, and its own state is known
+        found.append((memory.uid, info.writer, info.readers, unread, block))
+    return tuple(found)
+
+
+def _hidden_parts(agent: Assembly) -> list[str]:
+    """Return the parts of an agent whose state nobody sees."""
+    env = agent.executive.env
+    found = [
+        f"nobody sees the state of the feature {name}"
+        for name in agent.manager.loaded_features(env.name)
+        if name not in _SEEN_FEATURES
+    ]
+    if agent.memory.is_open:
+        found.append("nobody sees the state of the robot memory")
+    if agent.context.additions.features:
+        found.append("nobody sees the state of a program's own features")
+    if lib.GetNextInstance(env.env, NULL) != NULL:
+        found.append("the agent has instances of COOL")
+    drawing = _drawing_functions(env)
+    found += [
+        f"rule {name} draws random numbers"
+        for name, text in rule_texts(env).items()
+        if drawing.intersection(_CALLED.findall(text))
+    ]
+    return found
+
+
+def _drawing_functions(env: ClipsEnvironment) -> set[str]:
+    """Return the functions that draw random numbers, by themselves or by others that they call."""
+    calls: dict[str, set[str]] = {}
+    function = lib.GetNextDeffunction(env.env, NULL)
+    while function != NULL:
+        text = lib.DeffunctionPPForm(function)
+        calls[decode(lib.DeffunctionName(function))] = set(
+            _CALLED.findall("" if text == NULL else decode(text))
+        )
+        function = lib.GetNextDeffunction(env.env, function)
+    drawing = {"random", "seed"}
+    while more := {name for name, called in calls.items() if called & drawing} - drawing:
+        drawing |= more
+    return drawing
