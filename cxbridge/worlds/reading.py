@@ -13,6 +13,7 @@ from cxbridge.worlds.model import (
     Absence,
     Kill,
     MessageFault,
+    PlannerModel,
     SensedValue,
     SkillFailure,
     SkillModel,
@@ -30,7 +31,7 @@ from cxbridge.worlds.values import (
     wrong,
 )
 
-_WORLD: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order")
+_WORLD: Final = ("skills", "otherwise", "sensed", "messages", "skillers", "killed", "order", "planner")
 _OTHERWISE: Final = ("fails", "duration", "hangs", "mute")
 _SKILL: Final = ("name", "args", *_OTHERWISE)
 _FAILURE: Final = ("error", "probability", "after")
@@ -38,6 +39,7 @@ _SENSED: Final = ("interface", "field", "values", "probabilities", "at", "after"
 _MESSAGE: Final = ("interface", "type", "lost", "late", "delay")
 _SKILLER: Final = ("name", "probability", "times", "back")
 _KILLED: Final = ("agent", "probability", "times", "back")
+_PLANNER: Final = ("none", "fails", "late", "delay")
 _SEVERAL: Final = 2
 _EPSILON: Final = 1e-9
 
@@ -71,6 +73,7 @@ def world_of(config: Configuration) -> WorldModel:
         absences=tuple(_absence(config, path) for path in items(config, "/skillers")),
         kills=tuple(_kill(config, path) for path in items(config, "/killed")),
         order=times(config, "/order") if "order" in config.keys("/") else None,
+        planner=_planner(config, "/planner") if "planner" in config.keys("/") else None,
     )
 
 
@@ -168,6 +171,14 @@ def _message(config: Configuration, path: str) -> MessageFault:
         seconds(config, f"{path}/delay", 1.0),
         place_of(config, path),
     )
+
+
+def _planner(config: Configuration, path: str) -> PlannerModel:
+    refuse_unknown(config, path, _PLANNER)
+    none, fails, late = (probability(config, f"{path}/{name}", 0.0) for name in _PLANNER[:3])
+    if none + fails + late > 1 + _EPSILON:
+        raise wrong(config, path, f"has probabilities of {none + fails + late:g} together", "at most 1")
+    return PlannerModel(none, fails, late, seconds(config, f"{path}/delay", 1.0))
 
 
 def _absence(config: Configuration, path: str) -> Absence:

@@ -1,4 +1,4 @@
-"""A run of a shipped scenario depends on nothing but its seed: two runs in processes of their own are equal."""
+"""A run of a shipped scenario depends on its seed only: two runs in processes of their own are equal."""
 
 from __future__ import annotations
 
@@ -45,7 +45,6 @@ def played(name: str, hash_seed: str) -> dict[str, object]:
         ).stdout
     )
     return found
-
 
 
 @pytest.mark.parametrize("name", SCENARIOS)
