@@ -133,7 +133,7 @@ class Assembly(Closing):
         self._thinking.finalize()
 
     def die(self) -> None:
-        """Do nothing any more, as a process that was killed: no rule fires for the shutdown, nobody is told.
+        """Do nothing any more, as a process that was killed: no rule fires for the shutdown, nobody is notified.
 
         What it has is kept until :meth:`close`.
         """

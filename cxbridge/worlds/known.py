@@ -18,7 +18,7 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Assembly | Team) -> None:
-    """Check what a world says of the scenario of a run.
+    """Check what a world says about the scenario of a run.
 
     :raises ConfigError: when it names what is not there.
     """

@@ -14,6 +14,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.worlds.distributions import Distribution, Shape
 from cxbridge.worlds.model import PlannerModel, SkillFailure, Times, WorldModel
 from cxbridge.worlds.reading import find_world, read_world, world_of
+from tests.support import ROOT
 
 WORLD = """
 skills:
@@ -61,6 +62,15 @@ def test_everything_can_be_said():
     assert (world.kills[0].times, world.kills[0].back) == (Times(0.0, 1.0, 10.0), None)
     assert world.order == Times(every=1.0)
     assert world.planner == PlannerModel(none=0.1, late=0.2, delay=3.0)
+
+
+def test_the_example_of_the_manual_is_a_world():
+    page = (ROOT / "docs" / "worlds.md").read_text()
+    world = read(page.partition("```yaml")[2].partition("```")[0])
+    assert world.skills
+    assert world.planner
+    assert world.kills
+    assert world.order
 
 
 def test_an_empty_world_is_the_usual_one():
