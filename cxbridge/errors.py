@@ -27,6 +27,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 
 class CxbridgeError(Exception):
@@ -108,6 +109,10 @@ class BrokenAgentError(CxbridgeError):
         self.mistakes = tuple(mistakes)
         self.started = started
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Let it be pickled: it is made of other things than its text."""
+        return _made_again, (self.mistakes, self.started)
+
     def __str__(self) -> str:
         """Return all mistakes, and how many there are."""
         return "\n".join([*map(str, self.mistakes), self.message])
@@ -147,3 +152,7 @@ class NavGraphError(CxbridgeError):
 
 class TraceError(CxbridgeError):
     """A recorded run cannot be read or written."""
+
+
+def _made_again(mistakes: Sequence[CxbridgeError], started: bool) -> BrokenAgentError:
+    return BrokenAgentError(mistakes, started=started)

@@ -50,7 +50,7 @@ class AgentModel:
     """The files of an agent and the names in them. Nothing is run; broken files are read as far as they go.
 
     :meth:`update` costs what has changed: in a CLIPS file, constructs that are the same are kept. Questions
-    look through all files, by tables that each construct has.
+    look through all files, by a table that each file has.
     """
 
     def __init__(self) -> None:
@@ -93,11 +93,12 @@ class AgentModel:
         """
         wanted = same_as(name)
         for file in self._files.values():
-            for start, piece in file.pieces:
-                for each in wanted:
-                    for mention in piece.by_name.get(each, ()):
-                        if not uses or mention.use in uses:
-                            yield Found(file, mention.moved(start))
+            found = [place for each in wanted for place in file.by_name.get(each, ())]
+            if len(wanted) > 1:
+                found.sort(key=_start_of_piece)
+            for start, mention in found:
+                if not uses or mention.use in uses:
+                    yield Found(file, mention.moved(start))
 
     def calls(self, function: str) -> Iterator[Found]:
         """Yield where a function is called, in ordered facts, too, where a call looks like a slot."""
@@ -132,12 +133,15 @@ class AgentModel:
         return {
             name.text
             for file in self._files.values()
-            for _, piece in file.pieces
-            for name, mentions in piece.by_name.items()
+            for name, places in file.by_name.items()
             if name.kind is kind
             and owner in (None, name.owner)
-            and (not uses or any(mention.use in uses for mention in mentions))
+            and (not uses or any(mention.use in uses for _, mention in places))
         }
+
+
+def _start_of_piece(place: tuple[int, Mention]) -> int:
+    return place[0]
 
 
 def same_as(name: Name) -> tuple[Name, ...]:

@@ -69,8 +69,10 @@ class Name(NamedTuple):
     owner: str = ""
 
 
-class Mention(Struct, frozen=True):
+class Mention(Struct, frozen=True, gc=False):
     """A place where a name is written.
+
+    The garbage collector passes it over: an agent has tens of thousands, and none is part of a cycle.
 
     :param start: offset of its first character; in a :class:`Piece` counted from the start of that.
     :param end: offset behind its last.
@@ -103,14 +105,6 @@ class Piece(Struct, frozen=True, dict=True):
     text: str
     mentions: tuple[Mention, ...]
     closed: bool = True
-
-    @cached_property
-    def by_name(self) -> dict[Name, list[Mention]]:
-        """The mentions by what they mention."""
-        found: dict[Name, list[Mention]] = {}
-        for mention in self.mentions:
-            found.setdefault(mention.name, []).append(mention)
-        return found
 
     @cached_property
     def asserted_slots(self) -> dict[str, list[Mention]]:
@@ -175,6 +169,15 @@ class SourceFile(Struct, frozen=True, dict=True):
     def lines(self) -> Lines:
         """Its lines."""
         return Lines(self.text)
+
+    @cached_property
+    def by_name(self) -> dict[Name, list[tuple[int, Mention]]]:
+        """The mentions by what they mention, each with the start of the piece that it is in."""
+        found: dict[Name, list[tuple[int, Mention]]] = {}
+        for start, piece in self.pieces:
+            for mention in piece.mentions:
+                found.setdefault(mention.name, []).append((start, mention))
+        return found
 
     @property
     def mentions(self) -> tuple[Mention, ...]:

@@ -12,12 +12,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from types import TracebackType
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.agent.model import AgentModel
+from cxbridge.agent.names import Kind
 from cxbridge.check.findings import Place
+from cxbridge.check.usage import Usage
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
+from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
@@ -66,8 +68,11 @@ class ClipsFile:
 
     def place(self, node: SyntaxNode) -> Place:
         """Return where a node of it begins."""
-        begin = self.text.rfind("\n", 0, node.start)
-        return Place(str(self.path), self.lines.at(node.start), node.start - begin)
+        return self.place_at(node.start)
+
+    def place_at(self, offset: int) -> Place:
+        """Return a place by its offset."""
+        return Place(str(self.path), self.lines.at(offset), self.lines.column(offset))
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the lists of the file that begin with one of these words."""
@@ -89,7 +94,7 @@ class AskedFile:
 
 
 @dataclass
-class Agent:
+class Agent(Closing):
     """An agent that is checked. A context manager.
 
     :param options: as those of a run.
@@ -146,6 +151,13 @@ class Agent:
         return model
 
     @cached_property
+    def usage(self) -> Usage:
+        """What the constructs match and make."""
+        values = list(self.config.walk("/"))
+        words = (word for each in values for text in (each.text, *each.items) for word in text.split())
+        return Usage(self.model, frozenset(words), self.deftemplates)
+
+    @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:
         """The constructs that CLIPS drops: file, keyword and name."""
         return frozenset(
@@ -168,6 +180,17 @@ class Agent:
         return frozenset(
             name for name in names if self.env.eval(f"(deftemplate-slot-names {name})") != ("implied",)
         )
+
+    @cached_property
+    def slots(self) -> dict[str, set[str]]:
+        """The slots of all deftemplates: those that CLIPS has, and those that files define."""
+        slots: dict[str, set[str]] = {}
+        for name in self.deftemplates:
+            found = self.env.eval(f"(deftemplate-slot-names {name})")
+            slots[name] = set(map(str, found)) if isinstance(found, tuple) else set()
+        for each in self.model.defined(Kind.SLOT):
+            slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
+        return slots
 
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""
@@ -281,14 +304,6 @@ class Agent:
         self.executive.close()
         self.manager.close()
         self.context.close()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
 
 def place_of(value: ConfigValue) -> Place:

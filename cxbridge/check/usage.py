@@ -11,12 +11,18 @@ from typing import Final
 
 from cxbridge.agent.clips import CONDITIONS, literal
 from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Kind, Name, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
-_NEGATIVE: Final = frozenset({"not", "forall"})
+_COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
+
+OF_PROGRAM: Final = re.compile(
+    r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
+    r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
+)
+"""Templates of facts that the program makes, or a feature of it."""
 
 Slots = Mapping[str, frozenset[str]]
 """The words that a slot can have; a slot that is not in it can have any."""
@@ -86,8 +92,10 @@ class Construct:
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
-        """What it does: of a rule what is behind the arrow, of anything else all."""
+        """What it does: of a rule what is behind the arrow, of anything else, and if it never closes, all."""
         items = self.node.arguments
+        if not self.placed.piece.closed:
+            return items
         if self.keyword == "defrule":
             arrow = next((n for n, item in enumerate(items) if item.text == "=>"), len(items))
             return items[arrow + 1 :]
@@ -106,6 +114,16 @@ class Construct:
         """The words in what it does, and the texts, each as a whole."""
         nodes = (node for action in self.actions for node in action.walk() if node.items is None)
         return frozenset(map(literal, nodes))
+
+    @cached_property
+    def compared(self) -> frozenset[str]:
+        """The words that something is compared with, in conditions, tests and queries."""
+        return frozenset(
+            literal(value)
+            for node in self.node.walk()
+            if node.head in _COMPARISONS
+            for value in node.arguments
+        )
 
     def sets_mode(self, mode: str) -> bool:
         """Whether it may give a goal a mode: that one, or one that is computed."""
@@ -162,10 +180,12 @@ class Usage:
     """All that the files of an agent match and make.
 
     :param others: words that somebody else may hand to rules: values of the configuration.
+    :param deftemplates: those with slots that CLIPS has.
     """
 
     model: AgentModel
     others: frozenset[str] = frozenset()
+    deftemplates: frozenset[str] = frozenset()
     constructs: list[Construct] = field(init=False)
 
     def __post_init__(self) -> None:
@@ -211,6 +231,23 @@ class Usage:
             for action in construct.actions
             for node in action.walk()
         )
+
+    def is_made_elsewhere(self, template: str) -> bool:
+        """Whether anybody may make a fact of a template in a way that is no assertion of a construct."""
+        if template in self.templates_in_texts or OF_PROGRAM.fullmatch(template):
+            return True
+        is_defined = self.model.is_defined(Name(Kind.TEMPLATE, template))
+        # a template that no file defines and that has slots is one of an interface or of a feature
+        return (not is_defined and template in self.deftemplates) or self.changed(template)
+
+    def find(self, file: str, keyword: str, name: str) -> Construct | None:
+        """Return the last construct of this name in a file."""
+        found = [
+            each
+            for each in self.constructs
+            if (each.file.path, each.keyword, each.name) == (file, keyword, name)
+        ]
+        return found[-1] if found else None
 
     def read_templates(self) -> set[str]:
         """Return the templates that a pattern or a query asks for."""

@@ -19,10 +19,15 @@ class CommandLines:
     """
 
     def __init__(self, stream: TextIO | None = None) -> None:
-        self._fd = (sys.stdin if stream is None else stream).fileno()
-        self.on_terminal = os.isatty(self._fd)
+        found: TextIO | None = sys.stdin if stream is None else stream
+        self._stream = found
         self._left = b""
-        self._ended = False
+        self._ended = found is None  # stdin is closed
+
+    @property
+    def on_terminal(self) -> bool:
+        """Whether somebody types them."""
+        return self._stream is not None and self._stream.isatty()
 
     def next(self, enough: Callable[[], bool]) -> str | None:
         """Return the next line without its end; None when no other comes, or it is enough."""
@@ -31,11 +36,11 @@ class CommandLines:
             if end or (self._ended and line) or len(line) > _MOST_BYTES:
                 self._left = rest
                 return line.decode("utf-8", "replace").strip()
-            if self._ended:
+            if self._ended or self._stream is None:
                 return None
-            ready, _, _ = select.select([self._fd], [], [], _SLICE_S)
+            ready, _, _ = select.select([self._stream], [], [], _SLICE_S)
             if ready:
-                data = os.read(self._fd, 4096)
+                data = os.read(self._stream.fileno(), 4096)
                 self._left += data
                 self._ended = not data
         return None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from cxbridge.cli.console import say
 from cxbridge.process.options import CONNECT, INTERFACE_DIR
 from cxbridge.resources import DAEMON_URL
 
@@ -38,6 +39,23 @@ def connect(url: str, interface_dirs: Sequence[Path] | None) -> BlackBoard:
     from cxbridge.interfaces.registry import InterfaceRegistry
 
     return open_blackboard(url, InterfaceRegistry(interface_dirs or ()), RealClock())
+
+
+def say_unmatched(board: BlackBoard, globs: Sequence[str]) -> None:
+    """Say on stderr which patterns match no interface yet, and what was probably meant."""
+    for glob in globs:
+        if not list(board.list(*split_glob(glob))):
+            say(f"nothing matches {glob} yet{or_similar_interface(board, glob)}", err=True)
+
+
+def or_similar_interface(board: BlackBoard, glob: str) -> str:
+    """Return which interfaces of a blackboard a pattern that matches none probably means; or nothing."""
+    from cxbridge.suggestions import or_similar
+
+    uids = [info.uid for info in board.list()]
+    types = {uid.partition("::")[0] for uid in uids}
+    names = uids if "::" in glob else types | {name.removesuffix("Interface") for name in types}
+    return or_similar(glob.strip("*"), names)
 
 
 def split_glob(text: str) -> tuple[str, str]:

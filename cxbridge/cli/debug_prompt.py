@@ -10,14 +10,16 @@ from typing import TYPE_CHECKING, Any, Final, TextIO
 from cxbridge.cli.command_lines import CommandLines
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import CxbridgeError, ExecutiveError
 from cxbridge.events import InterfaceWrite, LogLine, PlannerCall
-from cxbridge.executive.breakpoints import Stop, parse_breakpoint
+from cxbridge.executive.breakpoint_names import MetNames, Mistakes
+from cxbridge.executive.breakpoints import Breakpoint, Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.explain.answer import explain
 from cxbridge.explain.evidence import History
-from cxbridge.explain.rules.environment import fact_slots
+from cxbridge.explain.rules.environment import fact_slots, rulebook
+from cxbridge.explain.rules.locations import why_missing
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext
@@ -62,6 +64,8 @@ class DebugPrompt:
         self._commands = commands
         self._out = out
         self._agents: list[_Agent] = []
+        self._mistakes: list[dict[str, ExecutiveError]] = []
+        self._is_quit = False
 
     def attach(self, assembly: Assembly) -> None:
         """Debug an agent, that is made and not started."""
@@ -70,6 +74,31 @@ class DebugPrompt:
         for item in self._specs:
             agent.debugger.add(item)
         agent.debugger.on_stop = lambda stop: self._stopped(agent, stop)
+        agent.debugger.names.on_mistakes = lambda mistakes: self._take_mistakes(agent, mistakes)
+
+    def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
+        """Take what is wrong with the breakpoints of an agent that is initialised.
+
+        :raises ExecutiveError: when no agent has anything that one of them could mean.
+        """
+        self._mistakes.append({str(item): agent.with_cause(item, error) for item, error in mistakes})
+        if len(self._mistakes) < len(self._agents):
+            return
+        for spec, error in self._mistakes[0].items():
+            if all(spec in each for each in self._mistakes):
+                raise error
+
+    def finish(self) -> None:
+        """Report the breakpoints that the run has not reached, when it is over."""
+        if self._is_quit:
+            return
+        for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):
+            counts = [agent.debugger.counts(item.number) for agent in self._agents]
+            why = _unreached(item, sum(met for met, _ in counts), sum(reached for _, reached in counts))
+            lacks = [agent.met.lacks(item) for agent in self._agents]
+            if why:
+                self._say(f"breakpoint {item.number} ({item}) {why}{f': {lacks[0]}' if all(lacks) else ''}")
+        self._out.flush()
 
     def _stopped(self, agent: _Agent, stop: Stop) -> None:
         """Take commands until one continues the run, or the run is interrupted.
@@ -78,6 +107,7 @@ class DebugPrompt:
         """
         agent.tell(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
+        self._is_quit = True  # unless it goes on
         while agent.debugger.stopped is not None:
             if self._commands.on_terminal:
                 self._out.write("(cxbridge) ")
@@ -92,6 +122,7 @@ class DebugPrompt:
                     agent.do(line)
                 except CxbridgeError as error:
                     self._say(f"error: {error}")
+        self._is_quit = False
         self._out.flush()
 
     def _detach(self, agent: _Agent) -> None:
@@ -117,6 +148,8 @@ class _Agent:
         self._start_us = assembly.clock.now_us()
         self._with_name = False
         env = assembly.executive.env
+        self.met = MetNames()
+        assembly.bus.subscribe(self.met.take, *TRANSITION_TYPES)
         self._history = History(env.name, facts_of=partial(fact_slots, env))
         assembly.bus.subscribe(self._history.take, *TRANSITION_TYPES, PlannerCall, LogLine, InterfaceWrite)
         self._commands: dict[str, Callable[[str], None]] = {
@@ -178,6 +211,12 @@ class _Agent:
             f"{name}{seconds:.3f} s: stopped {stop.reason}{number}",
             f"  fired last: {stop.rule or '-'}; next: {stop.next_rule or '-'}",
         )
+
+    def with_cause(self, item: Breakpoint, error: ExecutiveError) -> ExecutiveError:
+        """Return the error about a breakpoint, with the reason why there is no such rule, if there is one."""
+        book = rulebook(self.assembly.executive.env, self.assembly.paths.clips_dirs)
+        cause = why_missing(item.name, book) if item.is_of_rules else ""
+        return ExecutiveError(error.message, hint=cause) if cause else error
 
     def _quit(self) -> None:
         """End the run where it is: no rule fires any more.
@@ -245,6 +284,21 @@ class _Agent:
                 hint="modify INDEX (SLOT VALUE)..., e.g. modify 12 (mode FINISHED)",
             ) from None
         self._say(f"f-{self._ask('modify', index=_index(word), slots=values)}")
+
+
+def _unreached(item: Breakpoint, met: int, reached: int) -> str:
+    """Return that a breakpoint has not stopped the run, and why; empty when it may have."""
+    if not met:
+        return "was never reached"
+    if not reached:
+        return f"was reached {_times(met)}, its condition was never true"
+    if not any(item.is_due(count) for count in range(1, reached + 1)):
+        return f"was reached {_times(reached)}, not as often as it wants"
+    return ""
+
+
+def _times(count: int) -> str:
+    return "once" if count == 1 else f"{count} times"
 
 
 def _index(word: str) -> int:

@@ -30,11 +30,16 @@ _SHORT_S: Final = 0.05
 _LEAST_REASON: Final = 24
 """Characters of a reason that are shown on the narrowest terminal."""
 
-_STACK: Final = "\nstack traceback:"
-"""How the part of an error of Lua begins that is in the log only."""
+_STACK: Final = "stack traceback:"
+"""How the lines of an error of Lua begin that are in the log only; an interface may have cut them off."""
 
 _OF_CLIPS: Final = re.compile(r"\[[A-Z]+\d+\] ")
 """How CLIPS begins its own messages of errors."""
+
+
+def _without_stack(why: str) -> str:
+    text, _, more = why.partition("\n")
+    return text if _STACK.startswith(more[: len(_STACK)]) else why
 
 
 class RunLog(ConsoleLog):
@@ -109,7 +114,7 @@ class RunStory:
         name = f"{agent}  " if self._agents > 1 else ""
         title = one_line(f"{goal_title(goal.goal, goal.goal_class)}{took}")
         time = f"{seconds:7.1f} s"
-        reason = one_line(f": {why.partition(_STACK)[0]}" if why else "")
+        reason = one_line(f": {_without_stack(why)}" if why else "")
         room = self._width - sum(map(len, (time, name, self._plain_mark(outcome), title))) - 2 * len("  ")
         if self._width and len(reason) > max(room, _LEAST_REASON):
             reason = reason[: max(room, _LEAST_REASON) - 1] + "…"

@@ -76,7 +76,7 @@ class DebuggedAgent:
         for own in self._groups.pop(group, ()):
             self.debugger.remove(own)
             self.ids.pop(own)
-        made = {self.debugger.add(each).number: number for number, each in wanted.items()}
+        made = {self.debugger.add(each, checked=False).number: number for number, each in wanted.items()}
         self.ids |= made
         self._groups[group] = list(made)
 

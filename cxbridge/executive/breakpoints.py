@@ -13,11 +13,14 @@ from cxbridge.errors import ExecutiveError
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
-_ANY: Final = "*"
+ANY: Final = "*"
+"""What a part of a breakpoint is that was left out."""
+
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")
 _HITS = re.compile(r"\s+hit\s+(\S+)\Z")
 _LOG = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
+_ARGUMENTS = re.compile(r"[\s({]")
 _EXPRESSION = re.compile(r"\{([^{}]*)\}")
 _COUNT = re.compile(r"(<=|>=|==|=|<|>|%)?\s*(\d{1,9})")
 _COMPARED: Final[Mapping[str, Callable[[int, int], bool]]] = {
@@ -44,7 +47,7 @@ class Breakpoint:
     :param number: given when it is added; 0 before.
     :param kind: ``before`` or ``after`` a rule, at a ``goal``, an ``action`` or a ``skill``; at a ``line`` of
         a rule's right-hand side, see :meth:`Debugger.at_line`: that one has no text.
-    :param name: the rule; id or class of the goal; the action; the skill string.
+    :param name: the rule; id or class of the goal; the action; the skill string, or the skill alone.
     :param state: the goal's mode, the action's state, the skill's status; the number of the line.
     :param outcome: of the goal.
     :param condition: a CLIPS expression that must not be FALSE; empty: always.
@@ -55,8 +58,8 @@ class Breakpoint:
     number: int
     kind: str
     name: str
-    state: str = _ANY
-    outcome: str = _ANY
+    state: str = ANY
+    outcome: str = ANY
     condition: str = ""
     hits: str = ""
     log: str = ""
@@ -101,7 +104,10 @@ class Breakpoint:
             )
         return (
             self.kind == "skill"
-            and fnmatchcase(event.skill_string, self.name)
+            and (
+                fnmatchcase(event.skill_string, self.name)
+                or fnmatchcase(skill_name(event.skill_string), self.name)
+            )
             and fnmatchcase(event.status, self.state)
         )
 
@@ -115,9 +121,9 @@ class Breakpoint:
     def __str__(self) -> str:
         """Return it as :func:`parse_breakpoint` takes it."""
         parts = ["rule" if self.kind == "before" else self.kind, self.name]
-        if self.outcome != _ANY:
+        if self.outcome != ANY:
             parts += [self.state, self.outcome]
-        elif self.state != _ANY:
+        elif self.state != ANY:
             parts.append(self.state)
         text = ":".join(parts) + (f" hit {self.hits}" if self.hits else "")
         text += f" if {self.condition}" if self.condition else ""
@@ -151,8 +157,13 @@ def parse_breakpoint(spec: str) -> Breakpoint:
             raise ExecutiveError(
                 f"'{spec}' has too many parts for a breakpoint", hint=f"use one of: {_FORMS}"
             )
-    name, state, outcome = [part or _ANY for part in (*parts, "", "")][:3]
+    name, state, outcome = [part or ANY for part in (*parts, "", "")][:3]
     return Breakpoint(0, known, name, state, outcome, "".join(condition), "".join(hits[:1]), "".join(log[:1]))
+
+
+def skill_name(skill_string: str) -> str:
+    """Return the name of the skill, without its arguments."""
+    return _ARGUMENTS.split(skill_string.strip(), maxsplit=1)[0]
 
 
 def check_hits(hits: str) -> None:

@@ -15,6 +15,7 @@ from clips._clips import lib
 
 from cxbridge.errors import ClipsError, ExecutiveError
 from cxbridge.events import Event, SkillStatus
+from cxbridge.executive.breakpoint_names import AgentNames
 from cxbridge.executive.breakpoints import Breakpoint, Stop, describe, parse_breakpoint
 from cxbridge.executive.host.agenda import agenda, next_rule
 from cxbridge.executive.host.capi import CData, callback, decode
@@ -37,10 +38,14 @@ class Debugger:
     Its methods wait for the environment's lock: from other threads they are done when the rules rest.
 
     :param env: the executive's environment.
+    :param names: what is known about the agent's names; that of the environment without it.
     """
 
-    def __init__(self, env: ClipsEnvironment) -> None:
+    def __init__(self, env: ClipsEnvironment, names: AgentNames | None = None) -> None:
         self._env = env
+        self.names = names or AgentNames(env)
+        """Knows which breakpoints nothing can ever reach."""
+        self._log = env.bus.logger("Debugger")
         self.on_stop: Callable[[Stop], None] | None = None
         """Called at each stop, in the thread of the rules, with the environment's lock held."""
         self.expand: Callable[[str, Stop], str] = lambda text, _stop: text
@@ -50,6 +55,7 @@ class Debugger:
         self._breakpoints: dict[int, Breakpoint] = {}
         self._last_number = 0
         self._reached_count: Counter[int] = Counter()
+        self._met_count: Counter[int] = Counter()
         self._stopped: Stop | None = None
         self._step = ""
         self._asked = False
@@ -74,13 +80,17 @@ class Debugger:
         with self._env.lock:
             return tuple(self._breakpoints.values())
 
-    def add(self, spec: str | Breakpoint) -> Breakpoint:
+    def add(self, spec: str | Breakpoint, *, checked: bool = True) -> Breakpoint:
         """Stop there from now on; returns the breakpoint with its number.
 
-        :raises ExecutiveError: when the text is not a breakpoint.
+        :param checked: whether it must be one that can be reached; see
+            :meth:`AgentNames.check`.
+        :raises ExecutiveError: when the text is not a breakpoint, or nothing can ever reach it.
         """
         made = parse_breakpoint(spec) if isinstance(spec, str) else spec
         with self._env.lock:
+            if checked:
+                self.names.check(made)
             self._last_number += 1
             made = replace(made, number=self._last_number)
             self._breakpoints[made.number] = made
@@ -104,6 +114,10 @@ class Debugger:
         with self._env.lock:
             self._breakpoints.clear()
             self._set_hooks()
+
+    def counts(self, number: int) -> tuple[int, int]:
+        """Return how often a breakpoint was met, and how often with its condition."""
+        return self._met_count[number], self._reached_count[number]
 
     # -- how it stands, and going on
 
@@ -162,6 +176,7 @@ class Debugger:
             before = self._fired
             stop = self._go()
             fired += self._fired - before
+            self.names.check_once(self._breakpoints.values())
             if not self._within and stop is None:
                 break
             if stop is not None:
@@ -173,7 +188,7 @@ class Debugger:
     def _halt(self, stop: Stop) -> None:
         """Stop, and say so."""
         self._stopped, self._step, self._asked = stop, "", False
-        self._env.bus.logger("Debugger").info(f"Stopped {stop.reason}")
+        self._log.info(f"Stopped {stop.reason}")
         if self.on_stop is not None:
             self.on_stop(stop)
 
@@ -289,6 +304,7 @@ class Debugger:
     ) -> Stop | None:
         """Return the stop at a breakpoint, unless it does not stop this time."""
         kind = "transition" if event is not None else item.kind
+        self._met_count[item.number] += 1
         stop = self._make(kind, where, item.number, event, line)
         if item.condition:
             try:
@@ -302,7 +318,7 @@ class Debugger:
             return None
         if item.log:
             text = item.logged(lambda expression: self._value(expression, stop))
-            self._env.bus.logger("Debugger").info(text)
+            self._log.info(text)
             return None
         return stop
 
@@ -349,7 +365,7 @@ class Debugger:
         if not isinstance(event, TRANSITION_TYPES) or event.env != self._env.name:
             return
         if isinstance(event, SkillStatus):
-            # each fact is told, and the first one only says how things stand
+            # each fact is an event, and the first one only says how things stand
             status = event.skill_string, event.status
             before = self._statuses.get(event.skiller, status)
             self._statuses[event.skiller] = status

@@ -6,7 +6,7 @@ Source of the order of things: compat cx-behaviour, section 1.1.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -111,7 +111,12 @@ class Executive:
         self.env: ClipsEnvironment = manager.create(name)
         self.goals = GoalWatch(self.env)
         self.skills = SkillWatch(self.env)
+        self.known_skills: Callable[[], Collection[str] | None] = lambda: None
+        """Returns the existing skills; None when others have them, or nobody says."""
+        self._initial_files: frozenset[Path] = frozenset()
         self._debugger: Debugger | None = None
+        self.place_of_action: Callable[[str], str] = lambda _action: ""
+        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when nobody knows."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -149,6 +154,7 @@ class Executive:
                 raise ExecutiveError(
                     f"Failed to initialize CLIPS environment, batch file '{self._files.cx / file}' failed."
                 )
+        self._initial_files = frozenset(env.loader.files)
 
     def _check_stage(self) -> None:
         """Raise when the initialisation has failed by now."""
@@ -181,10 +187,14 @@ class Executive:
     def debugger(self) -> Debugger:
         """The debugger of its rules, made when somebody asks for it."""
         if self._debugger is None:
-            from cxbridge.executive.debugger import Debugger  # noqa: PLC0415 - start-up time is a feature
+            from cxbridge.executive.breakpoint_names import (  # noqa: PLC0415 - start-up time is a feature
+                AgentNames,
+            )
+            from cxbridge.executive.debugger import Debugger  # noqa: PLC0415
 
+            names = AgentNames(self.env, self.known_skills, lambda file: file in self._initial_files)
             with self.env.lock:
-                self._debugger = self._debugger or Debugger(self.env)
+                self._debugger = self._debugger or Debugger(self.env, names)
         return self._debugger
 
     @property
@@ -255,7 +265,9 @@ class Executive:
             self.log.warn(f"No mapping for action '{action}' known")
             return ""
         if len(names) != len(values):
-            self.log.warn(f"Number of parameter names and values do not match for action '{action}'")
+            place = self.place_of_action(action)
+            text = f"Number of parameter names and values do not match for action '{action}'"
+            self.log.warn(f"{place}: {text}: {len(names)} and {len(values)}" if place else text)
             return ""
         params = {}
         for name, value in zip(names, values, strict=True):

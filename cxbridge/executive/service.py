@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.agenda import agenda_size
+from cxbridge.executive.host.constructs import rule_names, template_names
 from cxbridge.executive.host.evaluating import Evaluation, evaluate
 from cxbridge.executive.host.facts.editing import count_facts
 from cxbridge.executive.host.loading import is_readable_file
 from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
 from cxbridge.executive.host.values import FALSE
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -175,6 +177,14 @@ class EnvironmentService:
         """
         env = self.find(name)
         with env.lock:
+            known = {"facts": template_names, "rules": rule_names}.get(item)
+            unknown = [each for each in names if known is not None and each not in known(env)]
+            if known is not None and unknown:
+                what = "deftemplate" if item == "facts" else "defrule"
+                raise ClipsError(
+                    f"Unable to find {what} '{unknown[0]}'.",
+                    hint=did_you_mean(unknown[0], known(env)) or None,
+                )
             env.watch(item, names, on=on)
 
     def set_log_level(self, name: str, level: str) -> None:

@@ -75,13 +75,13 @@ class Preconditions:
                 yield from self._blame_parts(formula.get("id", ""), arguments, wanted=inner, depth=depth + 1)
         for predicate in self._predicates:
             if predicate.get("part-of") == parent:
-                atom = _ground(predicate, arguments)
+                atom = ground(predicate, arguments)
                 if self._is_true(atom) != wanted:
                     yield self._told(atom, wanted=wanted)
 
     def _holds(self, formula: Mapping[str, str], arguments: Mapping[str, str], depth: int) -> bool:
         name = formula.get("id", "")
-        parts = [self._is_true(_ground(p, arguments)) for p in self._predicates if p.get("part-of") == name]
+        parts = [self._is_true(ground(p, arguments)) for p in self._predicates if p.get("part-of") == name]
         if depth < _DEEPEST:
             inner = (f for f in self._formulas if f.get("part-of") == name)
             parts += [self._holds(each, arguments, depth + 1) for each in inner]
@@ -109,7 +109,7 @@ class Preconditions:
         return f"{atom_text(atom)} is false{also}"
 
 
-def _ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
+def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
     """Return an atom with the values of parameters in it; ``?NAME`` for one that has no value."""
     name = predicate.get("predicate", "")
     constants = fields(predicate.get("param-constants", ""))

@@ -21,7 +21,7 @@ from typing import Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.bounds import Means
-from cxbridge.explore.graph import BAD_INPUT, Edge, Graph, Leaf
+from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
 from cxbridge.explore.wire import (
     Ended,
     Fork,
@@ -36,7 +36,7 @@ from cxbridge.explore.wire import (
     Reports,
     frame,
 )
-from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import DivergedError
 
 _LOOK_S: Final = 0.25
 _ATTEMPTS: Final = 3
@@ -87,20 +87,17 @@ class _Peer:
 class Coordinator(Closing):
     """Explores with processes, as long as there is something left to do. A context manager.
 
-    :param options: as for ``cxbridge run``.
     :param graph: what is known already; its open edges are explored.
     :param serve: what a process does that loads the scenario, given the address of our socket.
     """
 
-    def __init__(
-        self, options: RunOptions, graph: Graph, means: Means, serve: Callable[[str, RunOptions], object]
-    ) -> None:
+    def __init__(self, graph: Graph, means: Means, serve: Callable[[str], object]) -> None:
         self.graph = graph
         self.hidden: dict[str, None] = {}
         """Why states were not compared."""
         self.cpu_seconds = 0.0
         """Processor time of all processes but this one and the one that has loaded the scenario."""
-        self._options, self._means, self._serve = options, means, serve
+        self._means, self._serve = means, serve
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
         self._address = str(Path(self._folder.name) / "socket")
         self._listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
@@ -141,7 +138,7 @@ class Coordinator(Closing):
         pid = os.fork()
         if not pid:
             self._listening.close()
-            self._serve(self._address, self._options)
+            self._serve(self._address)
             os._exit(1)
         self._loader_pid = pid
 
@@ -198,7 +195,8 @@ class Coordinator(Closing):
         except OSError:
             data = b""
         for report in peer.reports.feed(data):
-            self._take(peer, report)
+            if peer.connection in self._peers:
+                self._take(peer, report)
         if not data:
             self._lose(peer)
 
@@ -212,6 +210,8 @@ class Coordinator(Closing):
                 peer.used_s = report.cpu_s
                 if report.leaf.outcome == BAD_INPUT:
                     raise CxbridgeError(report.leaf.reason)
+                if report.leaf.outcome == DIVERGED:
+                    raise DivergedError(report.leaf.reason)
                 self.graph.ended(peer.release(), report.leaf)
             case Refused():
                 raise CxbridgeError(report.text)
@@ -224,10 +224,12 @@ class Coordinator(Closing):
             peer.pid = hello.pid
             peer.mark()
         else:  # who will be copied has made the connection of the copy
-            for other in self._peers.values():
-                if hello.edge in other.ordered:
-                    other.ordered.remove(hello.edge)
-            peer.take(hello.edge)
+            orderer = next((each for each in self._peers.values() if hello.edge in each.ordered), None)
+            if orderer is None:
+                self._drop(peer)  # who was to make the copy has died, and its edge is waiting again
+            else:
+                orderer.ordered.remove(hello.edge)
+                peer.take(hello.edge)
 
     def _reached(self, peer: _Peer, report: Reached) -> None:
         peer.used_s = report.cpu_s
@@ -244,23 +246,27 @@ class Coordinator(Closing):
 
     # ---- processes that die
 
-    def _lose(self, peer: _Peer) -> None:
-        """Take back what a process had that is gone."""
+    def _drop(self, peer: _Peer) -> None:
+        """Have no more to do with a process; it ends as soon as it notices."""
         self._selector.unregister(peer.connection)
         peer.connection.close()
         del self._peers[peer.connection]
         self.cpu_seconds += peer.used_s
+
+    def _lose(self, peer: _Peer) -> None:
+        """Take back what a process had that is gone."""
+        if peer.connection not in self._peers:
+            return
+        self._drop(peer)
         if peer in self._holders:
             self._holders.remove(peer)
         if peer is self._loader:
             self._loader, self._is_ready = None, False
-        self._waiting += peer.held
-        for edge in (*peer.ordered, *([peer.edge] if peer.edge is not None else ())):
-            self._try_again(edge)
+        self._waiting += [*peer.held, *peer.ordered]
+        if peer.edge is not None:
+            self._try_again(peer.edge)
 
     def _try_again(self, edge: Edge) -> None:
-        if edge not in self.graph.open:
-            return
         self._attempts[edge] = self._attempts.get(edge, 0) + 1
         if self._attempts[edge] < _ATTEMPTS:
             self._waiting.append(edge)
@@ -286,7 +292,7 @@ class Coordinator(Closing):
             if _cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
                 reason = f"no end of a loop within {self._means.patience_s:g} s of processor time"
                 self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0))
-                peer.edge = None
+                self._drop(peer)
                 os.kill(peer.pid, signal.SIGKILL)
 
     def close(self) -> None:

@@ -5,44 +5,93 @@ from __future__ import annotations
 import os
 import signal
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from functools import partial
+from pathlib import Path
+from typing import NoReturn
 
 from cxbridge.explore.bounds import Bounds, Means
+from cxbridge.explore.checkpoint import read_checkpoint
 from cxbridge.explore.coordinator import Coordinator
+from cxbridge.explore.determinism import UsualRun, explain_difference, usual_moments
 from cxbridge.explore.graph import Graph
+from cxbridge.explore.playing import ExploredRun
+from cxbridge.explore.progress import Progress
 from cxbridge.explore.replaying import explore_by_replay
 from cxbridge.explore.result import ExploreResult
 from cxbridge.explore.worker import serve
+from cxbridge.properties.builtin.table import builtin_properties
+from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import DivergedError
 
 
-def explore(options: RunOptions, bounds: Bounds, means: Means) -> ExploreResult:
+def explore(
+    options: RunOptions,
+    bounds: Bounds,
+    means: Means,
+    *,
+    properties: Sequence[Property] | None = None,
+    resume: Path | None = None,
+    show: Callable[[str], None] | None = None,
+) -> ExploreResult:
     """Explore until nothing is left, or a signal asks for the end.
 
     No thread may be alive: processes are forked from this one.
 
     :param options: as for ``cxbridge run``.
+    :param properties: what every run is to have; None: the built-in ones.
+    :param resume: an exploration that was interrupted, which goes on.
+    :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
     """
+    properties = builtin_properties() if properties is None else properties
     options.check()
     bounds.check()
     means.check()
+    make = partial(ExploredRun, options, properties)
     graph = Graph(bounds.faults, bounds.depth)
-    started, cpu_s = time.perf_counter(), _cpu_seconds()
+    if resume is not None:
+        read_checkpoint(resume, graph, options, bounds)
+    progress = Progress(graph, show)
     coordinator: Coordinator | None = None
-    with _signals() as received:
-        if means.fork:
-            with Coordinator(options, graph, means, serve) as coordinator:
-                coordinator.explore(lambda: bool(received))
-        else:
-            explore_by_replay(options, graph, lambda: bool(received))
+    started, cpu_s = time.perf_counter(), _cpu_seconds()
+    with _signals() as received, closing(UsualRun(make)) as usual:
+
+        def is_over() -> bool:
+            progress.tick()
+            return bool(received)
+
+        def load(address: str) -> NoReturn:
+            serve(address, make)
+
+        try:
+            if means.fork:
+                with Coordinator(graph, means, load) as coordinator:
+                    coordinator.explore(is_over)
+            else:
+                explore_by_replay(make, graph, is_over)
+            if not received:
+                _check_determinism(graph, usual)
+        except DivergedError as error:
+            raise explain_difference(make, error) from None
     hidden: tuple[str, ...] = ()
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:
         hidden = tuple(coordinator.hidden)
         cpu_s += coordinator.cpu_seconds
-    return ExploreResult(graph, hidden, cpu_s, time.perf_counter() - started)
+    return ExploreResult(graph, tuple(properties), hidden, cpu_s, time.perf_counter() - started)
+
+
+def _check_determinism(graph: Graph, usual: UsualRun) -> None:
+    """Compare the usual run of the exploration with another one.
+
+    :raises DivergedError: when they are not the same.
+    """
+    explored = usual_moments(graph)
+    if explored is not None and usual.moments() not in (None, explored):
+        raise DivergedError("the usual run went in two ways")
 
 
 def _cpu_seconds() -> float:

@@ -12,6 +12,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from cxbridge.properties.monitor import Violation
 from cxbridge.worlds.points import USUAL, ChoicePath, Step
 
 ROOT: Final = (-1, USUAL)
@@ -19,6 +20,9 @@ ROOT: Final = (-1, USUAL)
 
 BAD_INPUT: Final = "bad input"
 """The outcome of a run whose scenario is wrong: it ends the exploration."""
+
+DIVERGED: Final = "diverged"
+"""The outcome of a run that had other choice points than the run before on the same path."""
 
 Edge = tuple[int, int]
 """A node's number, and the option that is taken there."""
@@ -52,17 +56,6 @@ class Point(Struct, frozen=True):
     ways: tuple[Way, ...]
 
 
-class Violation(Struct, frozen=True):
-    """A property that a run does not have.
-
-    :param property: its name.
-    :param message: what is wrong, in a sentence.
-    """
-
-    property: str
-    message: str
-
-
 class Leaf(Struct, frozen=True):
     """How a run ended.
 
@@ -70,12 +63,14 @@ class Leaf(Struct, frozen=True):
     :param reason: why, in a sentence.
     :param seconds: how long it took, by its clock.
     :param violations: the properties that it does not have.
+    :param evaluated: the names of the properties that it could have violated.
     """
 
     outcome: str
     reason: str
     seconds: float
     violations: tuple[Violation, ...] = ()
+    evaluated: tuple[str, ...] = ()
 
 
 class Node(Struct):
@@ -84,11 +79,23 @@ class Node(Struct):
     :param point: as the first run that came here has seen it.
     :param edge: by which that run came.
     :param faults: how many faults it had met.
+    :param share: of the whole tree of runs, what is below, if all options of a node lead to equally much.
     """
 
     point: Point
     edge: Edge
     faults: int
+    share: float
+
+
+class SavedGraph(Struct, frozen=True):
+    """A graph as a file can have it; see :class:`Graph`."""
+
+    nodes: list[Node]
+    leaves: list[tuple[Edge, Leaf]]
+    links: list[tuple[Edge, int]]
+    open: list[Edge]
+    known: dict[bytes, int]
 
 
 class Graph:
@@ -107,9 +114,27 @@ class Graph:
         """The edges of which it is not known where they lead, in the order in which they were found."""
         self.merged = 0
         """How many runs have come to a node where another one had been."""
+        self.explored = 0.0
+        """The share of the tree of runs whose end is known: Knuth's estimate."""
         self._faults = faults
         self._depth = depth
         self._known: dict[bytes, int] = {}
+
+    def save(self) -> SavedGraph:
+        """Return it as a file can have it."""
+        return SavedGraph(
+            self.nodes, list(self.leaves.items()), list(self.links.items()), list(self.open), self._known
+        )
+
+    def load(self, saved: SavedGraph) -> None:
+        """Take over what another graph with the same bounds has had."""
+        self.nodes = saved.nodes
+        self.leaves = dict(saved.leaves)
+        self.links = dict(saved.links)
+        self.open = dict.fromkeys(saved.open)
+        self._known = saved.known
+        self.merged = len(self.links) - len(self.nodes)
+        self.explored = 1.0 - sum(map(self._share, self.open))
 
     # ---- what runs report
 
@@ -124,10 +149,11 @@ class Graph:
         if known is not None:
             self.links[edge] = known
             self.merged += 1
+            self.explored += self._share(edge)
             return None
         number = len(self.nodes)
         faults = self.faults_of(edge)
-        self.nodes.append(Node(point, edge, faults))
+        self.nodes.append(Node(point, edge, faults, self._share(edge)))
         self.links[edge] = number
         if digest:
             self._known[digest] = number
@@ -139,6 +165,7 @@ class Graph:
         """Note that the run on an open edge has come to its end."""
         del self.open[edge]
         self.leaves[edge] = leaf
+        self.explored += self._share(edge)
 
     # ---- what follows
 
@@ -149,6 +176,10 @@ class Graph:
             return 0
         node = self.nodes[number]
         return node.faults + node.point.ways[option].faults
+
+    def _share(self, edge: Edge) -> float:
+        number = edge[0]
+        return 1.0 if number < 0 else self.nodes[number].share / len(self.options(number))
 
     def options(self, number: int) -> list[int]:
         """Return the options that are to be taken at a node; the usual one is the first."""

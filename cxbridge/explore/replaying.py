@@ -6,9 +6,8 @@ from collections.abc import Callable
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import Edge, Graph, Leaf
-from cxbridge.explore.playing import ExploredRun, failure
+from cxbridge.explore.playing import MakeRun, failure
 from cxbridge.explore.worker import as_point
-from cxbridge.run.options import RunOptions
 from cxbridge.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
@@ -38,25 +37,26 @@ class _FrontierChooser:
         return USUAL
 
 
-def explore_by_replay(options: RunOptions, graph: Graph, is_over: Callable[[], bool]) -> None:
+def explore_by_replay(make: MakeRun, graph: Graph, is_over: Callable[[], bool]) -> None:
     """Explore until no edge is open, or ``is_over`` is true, which is asked before each run.
 
+    :param make: makes a run.
     :raises CxbridgeError: when the scenario is wrong.
     """
     while graph.open and not is_over():
         edge = next(reversed(graph.open))
         number = edge[0]
         chooser = _FrontierChooser(graph, edge, 0 if number < 0 else graph.nodes[number].point.index + 1)
-        leaf = _play(options, PathChooser(graph.path_to(edge), chooser))
+        leaf = _play(make, PathChooser(graph.path_to(edge), chooser))
         if leaf is not None:
             graph.ended(chooser.edge, leaf)
 
 
-def _play(options: RunOptions, chooser: PathChooser) -> Leaf | None:
+def _play(make: MakeRun, chooser: PathChooser) -> Leaf | None:
     """Play a run; None when it was not played to its end."""
-    run = ExploredRun(options, chooser)
+    run = make(chooser)
     try:
-        return run.play()
+        return run.leaf()
     except _MergedError:
         return None
     except CxbridgeError:

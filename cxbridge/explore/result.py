@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from cxbridge.explore.graph import Graph
+from cxbridge.properties.monitor import Property
 
 CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
 """The exit statuses of ``cxbridge explore``."""
@@ -18,12 +19,14 @@ class ExploreResult:
     """What an exploration has found.
 
     :param graph: of all that was visited.
+    :param properties: what every run was to have.
     :param hidden: why states were not compared.
     :param cpu_seconds: of all processes.
     :param wall_seconds: from the first to the last.
     """
 
     graph: Graph
+    properties: tuple[Property, ...]
     hidden: tuple[str, ...]
     cpu_seconds: float
     wall_seconds: float
@@ -49,13 +52,18 @@ class ExploreResult:
                 known = found.get(each.property)
                 if known is None or len(choices) < len(known["choices"]):
                     found[each.property] = {
-                        "property": each.property,
-                        "message": each.message,
+                        **each.as_dict(),
                         "choices": choices,
                         "recording": None,
                         "test": None,
                     }
         return [found[name] for name in sorted(found)]
+
+    @property
+    def vacuous(self) -> list[str]:
+        """The properties that no run could have violated: they say nothing."""
+        evaluated = {name for leaf in self.graph.leaves.values() for name in leaf.evaluated}
+        return [each.name for each in self.properties if each.name not in evaluated]
 
     @property
     def status(self) -> int:
@@ -74,6 +82,7 @@ class ExploreResult:
             "merged": graph.merged,
             "outcomes": self.outcomes,
             "violations": self.violations,
+            "vacuous": self.vacuous,
             "cpu_seconds": round(self.cpu_seconds, 3),
             "wall_seconds": round(self.wall_seconds, 3),
         }
@@ -89,4 +98,6 @@ class ExploreResult:
             yield f"violated: {each['property']}: {each['message']}"
             for choice in each["choices"]:
                 yield f"  {choice['seconds']:8.2f} s {choice['subject']}: {choice['option']}"
+        if self.vacuous:
+            yield f"no run could have violated: {', '.join(self.vacuous)}"
         yield f"{self.wall_seconds:.2f} s, {self.cpu_seconds:.2f} s of processor time"

@@ -13,9 +13,8 @@ from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import Edge, Point, Way
-from cxbridge.explore.playing import ExploredRun, failure
+from cxbridge.explore.playing import ExploredRun, MakeRun, failure
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
-from cxbridge.run.options import RunOptions
 from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
@@ -42,7 +41,11 @@ class Process:
         self._bury()
         link = Link(self._address)
         link.send(Hello(0, edge))
-        pid = os.fork()
+        try:
+            pid = os.fork()
+        except OSError as error:
+            self.link.send(Refused(f"the system cannot make another process: {error.strerror}"))
+            leave(1)
         if pid:
             self._copies.append(pid)
             link.close()
@@ -118,10 +121,12 @@ class _Later:
         return self.chooser.choose(index, point)
 
 
-def serve(address: str, options: RunOptions) -> NoReturn:
+def serve(address: str, make: MakeRun) -> NoReturn:
     """Load the scenario, and copy this process for each path that the coordinator wants to be played.
 
     To be called in a process of its own; never returns.
+
+    :param make: makes the run.
     """
     signal.set_wakeup_fd(-1)
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the coordinator has got it, too, and ends us
@@ -130,7 +135,7 @@ def serve(address: str, options: RunOptions) -> NoReturn:
     random.seed()  # each such process draws others: an agent that uses it unseeded is found out
     try:
         process = Process(address)
-        _serve(process, options)
+        _serve(process, make)
     except (EOFError, OSError):
         leave(1)  # the coordinator is gone
     except BaseException as error:  # noqa: BLE001 - no copy may go on with what the coordinator does
@@ -138,12 +143,13 @@ def serve(address: str, options: RunOptions) -> NoReturn:
         leave(1)
 
 
-def _serve(process: Process, options: RunOptions) -> NoReturn:
+def _serve(process: Process, make: MakeRun) -> NoReturn:
     later = _Later()
     try:
-        run = ExploredRun(options, later)
+        run = make(later)
     except CxbridgeError as error:
-        process.link.send(Refused(str(error)))
+        # names of files may hold bytes that are not text
+        process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))
         leave()
     gc.collect()
     gc.freeze()
@@ -161,7 +167,7 @@ def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoR
     path = {index: Step(subject, option) for index, subject, option in order.choices}
     later.chooser = PathChooser(path, ForkingChooser(process, order.free, lambda _: (b"", "")))
     try:
-        leaf = run.play()
+        leaf = run.leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
         leaf = failure(error)
     process.link.send(Ended(leaf, time.process_time()))

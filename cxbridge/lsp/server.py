@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -21,9 +22,6 @@ from cxbridge.lsp.session import Session, files_below, find_scenario, last_recor
 
 if TYPE_CHECKING:
     from cxbridge.lsp.agent_files import AgentFiles
-
-_SLICE: Final = 4
-"""Files that are read before questions are answered again."""
 
 _FALLBACK: Final = {"scenario": "test-scenario"}
 """The agent whose core and functions are known where no scenario is found."""
@@ -82,13 +80,25 @@ class AgentServer(LanguageServer):
 
     def start(self) -> None:
         """Read the agent's files and examine it, while questions are answered already."""
-        self._index_task = asyncio.get_running_loop().create_task(self._index())
+        self._index_task = asyncio.get_running_loop().create_task(self._read_all())
 
     async def end(self) -> None:
         """Stop what goes on."""
         if self._index_task is not None:
             self._index_task.cancel()
         await self.examinations.close()
+
+    async def _read_all(self) -> None:
+        """Read all files, without collections of garbage: each would hold up answers for 0.1 s.
+
+        What has been read stays, and no later collection looks through it.
+        """
+        gc.disable()
+        try:
+            await self._index()
+        finally:
+            gc.freeze()
+            gc.enable()
 
     async def _index(self) -> None:
         root = self.session.root
@@ -121,15 +131,14 @@ class AgentServer(LanguageServer):
         self.publish()
 
     async def _read(self, paths: Iterable[Path]) -> None:
-        """Read files that are not known yet, some at a time."""
-        count = 0
+        """Read files that are not known yet, and answer questions in between."""
         for path in paths:
             resolved = path.resolve()
             if self.session.model.file(str(resolved)) is None:
-                self.session.read(resolved)
-                count += 1
-                if count % _SLICE == 0:
-                    await asyncio.sleep(0)
+                file = self.session.read(resolved)
+                if file is not None:
+                    _ = file.by_name  # made here: the first question does not wait for it
+                await asyncio.sleep(0)
 
     def _tell(self, text: str) -> None:
         self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))

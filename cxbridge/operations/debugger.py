@@ -115,21 +115,30 @@ def _where(context: OperationContext, _given: NoParameters) -> dict[str, Any] | 
         "Breakpoint",
         check=_check_there,
         body="BreakpointSpec",
-        errors={400: "That is no breakpoint"},
+        errors={400: "That is not a breakpoint, or nothing can ever reach it"},
     ),
     is_verb=False,
 )
 def _add(context: OperationContext, given: _Spec) -> dict[str, Any]:
-    debugger = context.debugger
-    made = parse_breakpoint(given.spec)
+    return _row(context.debugger.add(_checked(context, given.spec)))
+
+
+def _checked(context: OperationContext, spec: str) -> Breakpoint:
+    """Return the breakpoint of a text.
+
+    :raises CxbridgeError: when it is none, nothing can ever reach it, or the client may not set it.
+    """
+    made = parse_breakpoint(spec)
     if made.condition or "{" in made.log:
         context.rights.check(Right.PROGRAMS, "an expression in a breakpoint")
-    return _row(debugger.add(given.spec))
+    context.debugger.names.check(made)
+    return made
 
 
 @OPERATIONS.add("break-add", Right.CONTROL, _Specs)
 def _add_all(context: OperationContext, given: _Specs) -> list[object]:
-    return [_add(context, _Spec(spec)) for spec in given.specs]
+    made = [_checked(context, spec) for spec in given.specs]  # all of them, or none
+    return [_row(context.debugger.add(item)) for item in made]
 
 
 @OPERATIONS.add("break-remove", Right.CONTROL, _Numbers)

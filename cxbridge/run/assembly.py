@@ -133,7 +133,7 @@ class Assembly(Closing):
         self._thinking.finalize()
 
     def die(self) -> None:
-        """Do nothing any more, as a process that was killed: no rule fires for the shutdown, nobody is notified.
+        """Do nothing any more, as a process that was killed: no rule fires for the shutdown.
 
         What it has is kept until :meth:`close`.
         """

@@ -5,10 +5,12 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard import BlackBoard, parse_uid
+from cxbridge.executive.host.constructs import template_names
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface
+from cxbridge.suggestions import or_similar
 
 OWNER = "test"
 """Who opens the interfaces that a test writes and reads."""
@@ -36,7 +38,9 @@ class World:
         if not self._env.has_template(template):
             template = template.replace("_", "-")
         if not self._env.has_template(template):
-            raise AssertionError(f"there is no deftemplate '{template}'")
+            raise AssertionError(
+                f"there is no deftemplate '{template}'{or_similar(template, template_names(self._env))}"
+            )
         wanted = {name.replace("_", "-"): _plain(value) for name, value in slots.items()}
         matching = []
         for index, _, found in self._env.facts(template):

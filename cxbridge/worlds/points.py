@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
@@ -178,18 +179,25 @@ class PathChooser:
 class RandomChooser:
     """Draws: options by their weights, durations from their distributions.
 
+    What is drawn depends on the seed, on what the choice is about, and on how often that came before. So two
+    versions of an agent meet the same world with one seed, even when one of them does something in between.
+
     :param seed: runs of one seed are equal.
     """
 
     def __init__(self, seed: int) -> None:
-        self._rng = random.Random(seed)  # noqa: S311 - a simulation repeats
+        self._seed = seed
+        self._before: Counter[str] = Counter()
 
-    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - the order is enough
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - other choosers count
         """Return what is drawn."""
+        subject = f"{point.kind}/{point.subject}"
+        rng = random.Random(f"{self._seed}/{subject}/{self._before[subject]}")  # noqa: S311 - a simulation repeats
+        self._before[subject] += 1
         if point.draw is not None:
-            return point.draw.draw(self._rng)
+            return point.draw.draw(rng)
         weights = [option.weight for option in point.options]
-        drawn, *_ = self._rng.choices(range(len(weights)), weights)
+        drawn, *_ = rng.choices(range(len(weights)), weights)
         return drawn
 
 

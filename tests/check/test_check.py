@@ -84,7 +84,7 @@ def test_the_shipped_scenarios_are_fine(name):
             20,
             "single field slot 'a'",
         ),
-        ("(defrule r (thing (a ?x) => (halt))", "CX201", 1, "defrule r never closes"),
+        ("(defrule r (thing (a ?x) => (halt))", "CX201", 12, "defrule r never closes"),
     ],
     ids=lambda value: value if isinstance(value, str) and value.startswith("(") else "",
 )
@@ -100,8 +100,8 @@ def test_a_parenthesis_that_never_closes_is_one_finding_that_names_what_is_lost(
     )
     (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
     assert (one.code.name, one.place.line) == ("CX201", 2)
-    assert one.message == "defrule one never closes: lost with it are two, three"
-    assert one.hint == "a ) is missing before line 4"
+    assert one.message == ("defrule one never closes: its list (thing is open; lost with it: two, three")
+    assert one.hint == "a ) is missing before line 4; defrule begins in line 2"
 
 
 def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
@@ -110,7 +110,7 @@ def test_what_follows_from_a_mistake_is_no_second_finding(tmp_path):
     assert (one.code.name, one.place.line, one.message) == (
         "CX204",
         2,
-        "deffunction two: there is no function 'fooo'",
+        "deffunction two: there is no function 'fooo'; lost with it: three",
     )
 
 
@@ -204,3 +204,28 @@ def test_the_formats(tmp_path):
         f"::error file={file},line=2,col=20,title=CX203::defrule r%3A"[:40]
     )
     assert FORMATS["text"](findings).splitlines()[-1] == "1 error"
+
+
+GOAL = """
+(defrule make (thing) => (assert (goal (id G) (class WALK))))
+(defrule select ?g <- (goal (id G) (mode FORMULATED)) => (modify ?g (mode SELECTED)))
+(deffunction plan-it (?id) (assert (plan (id p) (goal-id ?id))))
+"""
+
+
+@pytest.mark.parametrize(
+    ("rule", "is_expanded"),
+    [
+        ("(defrule x ?g <- (goal (class WALK) (mode SELECTED)) => (modify ?g (mode EXPANDED)))", True),
+        ("(defrule x (goal (id ?id) (class WALK) (mode SELECTED)) => (plan-it ?id))", True),
+        ("(defrule x (goal (id ?id) (mode SELECTED)) => (assert (plan (id p) (goal-id ?id))))", True),
+        ("(defrule x ?g <- (goal (mode ?m&SELECTED|EXPANDED)) => (modify ?g (mode COMMITTED)))", True),
+        ("(defrule x ?g <- (goal (class ?c&:(eq ?c WALK)) (mode SELECTED)) => (retract ?g))", True),
+        ('(defrule x (goal (class WALK) (mode SELECTED)) => (printout t "walk"))', False),
+        ("(defrule x ?g <- (goal (class RUN) (mode SELECTED)) => (modify ?g (mode EXPANDED)))", False),
+        ("(defrule x ?g <- (goal (class WALK) (mode EXPANDED)) => (modify ?g (mode COMMITTED)))", False),
+    ],
+)
+def test_a_goal_class_that_a_rule_expands_or_not(tmp_path, rule, is_expanded):
+    codes = [each[0] for each in found(agent(tmp_path, GOAL + rule))]
+    assert ("CX505" in codes) is not is_expanded

@@ -11,6 +11,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.daemon import requests as daemon_requests
 from cxbridge.daemon.client import NoAnswerError, command, read_status, request, step
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import LogLine
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.run.mini import write_scenario
 
@@ -103,6 +104,17 @@ def test_breakpoints_survive_a_reset(board, ask):
     assert ask("break-list") == []
 
 
+def test_breakpoints_that_a_reset_makes_wrong_are_in_the_log(daemon, board, ask, tmp_path):
+    ask("break-add", specs=["rule:pong", "goal:X:FINISHED"])
+    write_scenario(tmp_path / "mini", agent=PING.replace("pong", "pang"))
+    lines = []
+    daemon.bus.subscribe(lambda event: lines.append(event.text), LogLine)
+    assert command(board, "Reset", WAIT_S)
+    said = "breakpoint rule:pong: there is no rule 'pong' hint: did you mean pang"
+    assert until(lambda: any(line.startswith(said) for line in lines))
+    assert [item["spec"] for item in ask("break-list")] == ["rule:pong", "goal:X:FINISHED"]
+
+
 def test_bytes_that_are_no_text_do_no_harm(daemon, ask, capsys):
     ask("break-add", specs=["goal:*"])
     ask("assert", env="executive", fact='(make "bad\udcff")')
@@ -148,6 +160,9 @@ def test_what_cannot_be_done_is_one_clear_error(ask):
         ("no CLIPS environment 'x'", "facts", {"env": "x"}),
         ("no deftemplate 'x'", "facts", {"env": "executive", "template": "x"}),
         ("is not a breakpoint", "break-add", {"specs": ["fly"]}),
+        ("no rule 'pon'", "break-add", {"specs": ["rule:pong", "rule:pon"]}),  # none of them then
+        ("no mode 'FINISHD'", "break-add", {"specs": ["goal:MADE:FINISHD"]}),
+        ("no skill 'sya'", "break-add", {"specs": ["skill:sya"]}),
         ("does not assert", "assert", {"env": "executive", "fact": "x"}),
         ("are too long", "assert", {"env": "executive", "fact": "x" * 9000}),
     ):

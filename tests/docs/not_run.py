@@ -22,6 +22,8 @@ THESIS = "needs a checkout of ros2-clips-executive; tests/ros2cx does the same"
 WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
+DASK = "needs a cluster; tests/sweep/test_engines.py does the same with one on this machine"
+SWEEP = "is what tests/sweep/test_command.py does with fewer runs"
 
 NOT_RUN: dict[str, dict[str, str]] = {
     "README.md": {
@@ -31,6 +33,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         ".venv/bin/cxbridge run test-scenario --web": WEB,
     },
     "dependencies.md": {"make lock": INDEX},
+    "explore.md": {"cxbridge explore test-scenario --faults 2": "is what tests/explore/test_explore.py does"},
     "features.md": {
         "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
         "--clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,
@@ -120,6 +123,12 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "several-agents.md": {
         "cxbridge run scenarios/two-agents --agent robot1 --clock real --config fleet.yaml": MONGODB,
         "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
+    },
+    "sweep.md": {
+        "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
+        "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
+        "pip install 'cxbridge[dask]'": INDEX,
+        "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
     },
     "tutorial-agent.md": {". .venv/bin/activate": SAME, "mkdir ~/cup && cd ~/cup": SAME},
 }

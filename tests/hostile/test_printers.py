@@ -239,6 +239,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("{tmp}/x", "--from-fawkes", "{text}", "--fawkes-dir", "{tmp}"),
     ],
     ("explore",): [("{scenario}", "--faults", "0"), ("{scenario}", "--json"), ("{text}",)],
+    ("sweep",): [("{scenario}", "--runs", "2"), ("{scenario}", "--runs", "2", "--json"), ("{text}",)],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
     ("format",): [("{text}",), ("{definition}",)],

@@ -53,6 +53,10 @@ def test_breakpoints_are_added_listed_and_removed(client):
         assert client.ask("DELETE", f"{DEBUGGER}/breakpoints/{number}").status == status
     answer = client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": "nonsense"})
     assert (answer.status, "use one of: rule:NAME" in answer.text) == (400, True)
+    for spec, hint in (("rule:mini-lw", "mini-low"), ("goal:G:FINISHD", "FINISHED"), ("skill:sya", "say")):
+        answer = client.ask("POST", f"{DEBUGGER}/breakpoints", {"spec": spec})
+        assert (answer.status, f"did you mean {hint}?" in answer.text) == (400, True), answer.text
+    assert client.get(DEBUGGER).json["breakpoints"] == listed[1:]
 
 
 def test_it_stops_at_a_breakpoint_steps_and_goes_on(client):

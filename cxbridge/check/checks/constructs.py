@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final
 
+from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
+from cxbridge.check.lost import Losses
+from cxbridge.clipstext.parts import parts
+from cxbridge.clipstext.syntax import HIDDEN, Definition, SyntaxNode, read, without_module
+from cxbridge.clipstext.unclosed import unclosed_lists
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 
@@ -79,9 +83,8 @@ _OF_CLIPS: Final = {
     "ANALYSIS4": VARIABLE,
     "UNCLOSED": UNCLOSED,
 }
-_LISTED: Final = 5
-"""How many lost constructs a message names."""
 
+_BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 _CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
@@ -108,7 +111,7 @@ class _Known:
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each construct that CLIPS drops of itself, not because another one was dropped."""
-    known = _Known.of(agent.files)
+    known, losses = _Known.of(agent.files), Losses(agent.usage, agent.is_of_core)
     dropped = {
         d.construct.partition(" ")[2] for file in agent.files for d in file.diagnostics if d.construct
     } | {name for file in agent.files for name in _lost(file)}
@@ -117,14 +120,25 @@ def check(agent: Agent) -> Iterator[Finding]:
         for diagnostic in file.diagnostics:
             if unclosed and diagnostic.code != "UNCLOSED" and _last_of(file, diagnostic):
                 continue  # CLIPS' own words for the same parenthesis
+            if diagnostic.code == "UNCLOSED":
+                yield from _unclosed(agent, file, diagnostic, losses)
+                continue
             finding = _finding(agent, file, diagnostic, known)
             if finding is not None and not _follows(finding, diagnostic, dropped, known):
-                yield finding
+                yield _with_lost(agent, file, diagnostic, finding, losses)
+
+
+def _with_lost(
+    agent: Agent, file: ClipsFile, diagnostic: Diagnostic, finding: Finding, losses: Losses
+) -> Finding:
+    """Return a finding that names what dies with its construct, too."""
+    kind, _, name = diagnostic.construct.partition(" ")
+    construct = agent.usage.find(str(file.path), kind, without_module(name))
+    lost = losses.of([construct]) if construct is not None else None
+    return replace(finding, message=f"{finding.message}; {lost}") if lost else finding
 
 
 def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Known) -> Finding | None:
-    if diagnostic.code == "UNCLOSED":
-        return _unclosed(file, diagnostic)
     construct = _construct(file, diagnostic)
     code = _OF_CLIPS.get(diagnostic.code, CONSTRUCT)
     what = f"{diagnostic.construct}: " if diagnostic.construct else ""
@@ -133,7 +147,9 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
         name = unknown.head
         hint = did_you_mean(name, known.names("deftemplate"))
         return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
-    word = _word(code, construct, diagnostic)
+    word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
+    if code is VARIABLE and word is not None and word.text.startswith("?*"):
+        code = GLOBAL
     place = Place(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
     if code is FUNCTION:
@@ -141,7 +157,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
             code, place, f"{what}there is no function '{text}'", _function_hint(agent, text, known)
         )
     if code is GLOBAL:
-        return Finding(code, place, f"{what}there is no global variable {text}", "")
+        return Finding(code, place, f"{what}there is no global variable {text}", _global_hint(agent, text))
     if code is SLOT:
         return Finding(code, place, f"{what}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
     return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
@@ -158,14 +174,15 @@ def _construct(file: ClipsFile, diagnostic: Diagnostic) -> Definition | None:
     return found[-1] if found else None
 
 
-def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
+def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | None:
     """Return the node that a message is about; the construct itself when it names none."""
     if construct is None:
         return None
-    if code is GLOBAL:
-        return next((n for n in construct.node.walk() if n.text.startswith("?*")), construct.node)
     quoted = _QUOTED.findall(diagnostic.message)
     wanted = quoted[:1] or _VARIABLE.findall(diagnostic.message)[:1]
+    wanted += [
+        f"?*{name[1:]}*" for name in wanted if name.startswith("?")
+    ]  # CLIPS' name of it in a condition
     for node in construct.node.walk():
         if node.items is None and node.start > construct.node.start and node.text in wanted:
             return node
@@ -175,18 +192,26 @@ def _word(code: Code, construct: Definition | None, diagnostic: Diagnostic) -> S
 # ---- parentheses
 
 
-def _unclosed(file: ClipsFile, diagnostic: Diagnostic) -> Finding:
-    """Return the finding for a construct that never closes: before the next one begins, it should have."""
-    line = diagnostic.line or 1
-    lost = list(_lost(file))[1:]
+def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Losses) -> Iterator[Finding]:
+    """Yield a finding for each construct that never closes, at the list in it that is open."""
     rows = file.text.splitlines()
-    after = next((n for n, row in enumerate(rows[line:], line + 1) if row.startswith("(def")), None)
-    message = f"{diagnostic.construct or 'this'} never closes"
-    if lost:
-        more = f" and {len(lost) - _LISTED} more" if len(lost) > _LISTED else ""
-        message += f": lost with it are {', '.join(lost[:_LISTED])}{more}"
-    hint = f"a ) is missing before line {after}" if after else "a ) is missing before the end of the file"
-    return Finding(UNCLOSED, Place(str(file.path), line, 1), message, hint)
+    for part in parts(file.text):
+        if part.closed:
+            continue
+        start, line = part.start, file.lines.at(part.start)
+        what = _BEGINNING.match(part.text)
+        message = f"{' '.join(what.groups()) if what else 'this'} never closes"
+        after = next((n for n, row in enumerate(rows[line:], line + 1) if row.lstrip().startswith("(def")), 0)
+        hint = f"a ) is missing before {f'line {after}' if after else 'the end of the file'}"
+        if any(match["unclosed"] for match in HIDDEN.finditer(part.text)):
+            hint = "a string in it never closes"
+        elif inner := next(iter(unclosed_lists(part.text, agent.slots)), 0):
+            start += inner
+            head = read(part.text[inner:], close=True)[0].head
+            message += f": its list ({head} is open" if head else ": a list in it is open"
+            hint += f"; {what[1] if what else 'the construct'} begins in line {line}"
+        lost = losses.swallowed(str(file.path), part.start) if line == diagnostic.line else None
+        yield Finding(UNCLOSED, file.place_at(start), message + (f"; {lost}" if lost else ""), hint)
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:
@@ -224,8 +249,6 @@ def _last_of(file: ClipsFile, diagnostic: Diagnostic) -> bool:
 
 def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known: _Known) -> bool:
     """Whether it is wrong only because a construct that it needs was dropped."""
-    if finding.code is UNCLOSED:
-        return False
     names = _QUOTED.findall(finding.message) + _QUOTED.findall(diagnostic.message)
     return any(name in dropped and name in known.names("deftemplate", "deffunction") for name in names)
 
@@ -273,6 +296,22 @@ def _function_hint(agent: Agent, name: str, known: _Known) -> str:
     if feature:
         return f"it is a function of the feature {feature}: request it in stage-1 of the spec"
     return did_you_mean(name, known.names("deffunction", "defgeneric", "defmethod"))
+
+
+def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | None:
+    """Return the first global variable that CLIPS does not have: its message does not name it."""
+    found = agent.env.eval("(get-defglobal-list *)")
+    known = {without_module(str(name)) for name in (found if isinstance(found, tuple) else ())}
+    for node in () if construct is None else construct.node.walk():
+        if node.text.startswith(("?*", "$?*")) and node.text.strip("$?*") not in known:
+            return node
+    return None if construct is None else construct.node
+
+
+def _global_hint(agent: Agent, text: str) -> str:
+    known = agent.model.names(Kind.GLOBAL, Use.DEFINED)
+    hint = did_you_mean(text.strip("$?*"), known)
+    return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)
 
 
 def _slot_message(diagnostic: Diagnostic) -> str:

@@ -5,14 +5,13 @@ Only the agent's own files are judged: a core is a library, and no agent uses al
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.agent.names import Kind, Name, Use
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.usage import Construct, Fact, Usage
+from cxbridge.check.usage import OF_PROGRAM, Construct, Fact, Usage
 from cxbridge.suggestions import did_you_mean
 
 RULE: Final = Code(
@@ -41,6 +40,13 @@ NOT_SELECTED: Final = Code(
     "a goal class that nothing selects",
     "No rule that matches goals of this class selects them: they stay FORMULATED.",
 )
+NOT_EXPANDED: Final = Code(
+    "CX505",
+    Severity.WARNING,
+    "a goal class that nothing expands",
+    "Goals of this class are made, and no rule takes one that is SELECTED: none gives it a plan or another "
+    "mode, asks a planner, or calls a function. The goal waits there without end.",
+)
 FUNCTION: Final = Code(
     "CX506",
     Severity.WARNING,
@@ -48,33 +54,25 @@ FUNCTION: Final = Code(
     "No file calls the function, and no text or list of words has its name.",
 )
 
-CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, FUNCTION)
+CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION)
 
-_OF_PROGRAM: Final = re.compile(
-    r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
-    r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
-)
-"""Templates of facts that the program makes, or a feature of it."""
 _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
 _GOAL: Final = "goal"
-_SORTS: Final = ("class", "type", "sub-type")
+_SORTS: Final = frozenset({"class", "type", "sub-type"})
+_QUIET: Final = frozenset({"printout", "format", "println", "bind", "str-cat", "sym-cat", "create$"})
+"""Functions that do nothing to a goal."""
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each name that is dead."""
-    usage = Usage(agent.model, _configured_words(agent))
+    usage = agent.usage
     own = [each for each in usage.constructs if _is_own(agent, each)]
-    yield from _rules(agent, usage, own)
+    yield from _rules(usage, own)
     yield from _facts(agent, usage, own)
-    yield from _goals(usage, own)
+    yield from _goals(agent, usage, own)
     yield from _functions(usage, own)
-
-
-def _configured_words(agent: Agent) -> frozenset[str]:
-    values = list(agent.config.walk("/"))
-    return frozenset(word for value in values for text in (value.text, *value.items) for word in text.split())
 
 
 def _is_own(agent: Agent, construct: Construct) -> bool:
@@ -94,10 +92,10 @@ def _finding(code: Code, construct: Construct, start: int, message: str, hint: s
 # ---- rules and facts
 
 
-def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _rules(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     for construct in own:
         for pattern in construct.patterns:
-            if _can_be(agent, usage, pattern.template):
+            if pattern.template in usage.made or usage.is_made_elsewhere(pattern.template):
                 continue
             yield _finding(
                 RULE,
@@ -109,22 +107,13 @@ def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
             break  # one fact that is not there is enough
 
 
-def _can_be(agent: Agent, usage: Usage, template: str) -> bool:
-    """Whether anybody may make a fact of a template."""
-    if template in usage.made or template in usage.templates_in_texts or _OF_PROGRAM.fullmatch(template):
-        return True
-    is_defined = agent.model.is_defined(Name(Kind.TEMPLATE, template))
-    # a template that no file defines and that has slots is one of an interface or of a feature
-    return (not is_defined and template in agent.deftemplates) or usage.changed(template)
-
-
 def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     read = usage.read_templates()
     told: set[str] = set()
     for construct in own:
         for fact in construct.facts:
             name = fact.template
-            if name in told | read or name in usage.templates_in_texts or _OF_PROGRAM.fullmatch(name):
+            if name in told | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
             if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it
@@ -148,7 +137,7 @@ def _asserts(usage: Usage, template: str) -> int:
 # ---- goals
 
 
-def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     made = {word for construct in usage.constructs for word in construct.words} | usage.others
     told: set[str] = set()
     for construct in own:
@@ -165,14 +154,14 @@ def _goals(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
             name = next(iter(fact.slots.get(_CLASS, ())), "")
             if fact.template == _GOAL and name and name not in told:
                 told.add(name)
-                yield from _way(usage, construct, fact, name)
+                yield from _way(agent, usage, construct, fact, name)
 
 
 def _classes(usage: Usage) -> set[str]:
     return {name for _, fact in usage.made.get(_GOAL, ()) for name in fact.slots.get(_CLASS, ())}
 
 
-def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
+def _way(agent: Agent, usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
     """Yield a finding when a goal that is made is never selected."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
@@ -180,6 +169,27 @@ def _way(usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[
     setters = {each.name for each in functions if each.sets_mode("SELECTED")}
     if not any(_leads(each, fact, "FORMULATED", "SELECTED", setters) for each in usage.constructs):
         yield _finding(NOT_SELECTED, construct, fact.start, f"nothing selects goals of class {name}")
+    elif not any(_expands(agent, each, fact, name) for each in usage.constructs):
+        yield _finding(NOT_EXPANDED, construct, fact.start, f"nothing expands goals of class {name}")
+
+
+def _expands(agent: Agent, construct: Construct, goal: Fact, name: str) -> bool:
+    """Whether a construct may do something with such a goal when it is selected.
+
+    A rule of the core for goals of any class (that of the planner) waits for what a rule of the agent does.
+    """
+    if name in construct.compared:
+        return True
+    if not any(
+        node.head and node.head not in _QUIET for action in construct.actions for node in action.walk()
+    ):
+        return False
+    is_of_core = agent.is_of_core(construct.file.path)
+    return any(
+        _fits(pattern, goal, "SELECTED")
+        for pattern in construct.patterns
+        if not is_of_core or pattern.slots.keys() & _SORTS
+    )
 
 
 def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[str]) -> bool:
@@ -189,14 +199,16 @@ def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[st
     """
     if not rule.sets_mode(after) and not rule.symbols & setters:
         return False
+    return any(_fits(pattern, goal, before) for pattern in rule.patterns)
+
+
+def _fits(pattern: Fact, goal: Fact, mode: str) -> bool:
+    """Whether a pattern matches such a goal in a mode."""
+    if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
+        return False
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
-    for pattern in rule.patterns:
-        modes = pattern.slots.get("mode")
-        if pattern.template == _GOAL and (modes is None or before in modes):
-            kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
-            if Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults):
-                return True
-    return False
+    kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
+    return Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
 
 
 # ---- functions

@@ -10,7 +10,6 @@ from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.usage import Usage
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
@@ -183,7 +182,7 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
     if agent.context.paths.ros2cx is not None or agent.context.skill_board is not None:
         return  # executors say themselves which actions they take
     mapped = set(action_mapping(agent.config, agent.spec))
-    usage = Usage(agent.model)
+    usage = agent.usage
     if not mapped:
         return  # everything is executed by rules
     named = {

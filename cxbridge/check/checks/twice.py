@@ -8,7 +8,8 @@ from typing import Final
 
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.usage import Construct, Usage
+from cxbridge.check.lost import Losses
+from cxbridge.check.usage import Construct
 
 TWICE: Final = Code(
     "CX208",
@@ -25,8 +26,9 @@ _KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each construct of the agent that replaces another one."""
+    losses = Losses(agent.usage, agent.is_of_core)
     first: dict[tuple[str, str], Construct] = {}
-    for construct in Usage(agent.model).constructs:
+    for construct in agent.usage.constructs:
         key = construct.keyword, construct.name
         if construct.keyword not in _KINDS or not construct.name:
             continue
@@ -38,5 +40,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         line = before.file.lines.at(before.placed.start)
         where = "line" if before.file is here else f"{Path(before.file.path).name}, line"
         place = Place(here.path, here.lines.at(start), here.lines.column(start))
+        lost = losses.of([before])
         message = f"{construct.keyword} {construct.name} replaces the one in {where} {line}"
+        message += f"; {lost}" if lost else ""
         yield Finding(TWICE, place, message, "rename or remove one")

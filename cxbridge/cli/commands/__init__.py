@@ -11,6 +11,7 @@ HELP_SECTIONS: Final = {
     "Explore": ("explore",),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
+    "Test": ("sweep",),
     "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),

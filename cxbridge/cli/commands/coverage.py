@@ -117,12 +117,14 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
 
     opened = [open_run(path) for path in runs]
     agent, use = AgentSources(), RecordedUse()
+    if named.spec is not None and not named.is_named:
+        raise CxbridgeError("--spec goes with a scenario only", hint="name it with --scenario")
     if named.is_named:
         _add_scenario(agent, RunOptions(**vars(named)), core=core)
     for run in opened:
+        use.add(run, env)
         if not named.is_named and not add_recorded_agent(agent, run, env, core=core):
             _refuse(run)
-        use.add(run, env)
     return agent, use
 
 

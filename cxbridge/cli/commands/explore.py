@@ -2,15 +2,25 @@
 
 from __future__ import annotations
 
+import sys
 from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
+from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
+
+if TYPE_CHECKING:
+    from cxbridge.explore.bounds import Bounds
+    from cxbridge.explore.result import ExploreResult
+
+RESUME: Final = "explore.resume"
+"""Where an exploration goes that was interrupted."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -64,7 +74,21 @@ class _Means:
 
 
 @option_groups
-def explore(agent: _Agent, bounds: _Bounds, means: _Means, *, as_json: AsJson = False) -> int:
+def explore(
+    agent: _Agent,
+    bounds: _Bounds,
+    means: _Means,
+    *,
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help=f"Go on with an exploration that was interrupted; Ctrl-C writes {RESUME}.",
+            show_default=False,
+        ),
+    ] = None,
+    as_json: AsJson = False,
+) -> int:
     """Run a scenario in every way that its world can go, with at most K faults.
 
     Exit status: 0 no property is violated; 1 some are; 2 bad input; 3 not complete.
@@ -75,11 +99,35 @@ def explore(agent: _Agent, bounds: _Bounds, means: _Means, *, as_json: AsJson = 
     from cxbridge.explore.explore import explore as explore_scenario
 
     options = RunOptions(**vars(agent), skiller="none")
-    how = {name: value for name, value in vars(means).items() if value is not None}
-    result = explore_scenario(options, Bounds(**vars(bounds)), Means(**how))
+    limits = Bounds(**vars(bounds))
+    how = Means(**{name: value for name, value in vars(means).items() if value is not None})
+    show = _show_line if sys.stderr.isatty() else None
+    result = explore_scenario(options, limits, how, resume=resume, show=show)
+    if show is not None:
+        _show_line("")
+    if not result.is_complete:
+        _keep(result, options, limits, resume or Path(RESUME))
     if as_json:
         say_json(result.as_dict(), indent=2)
     else:
         for line in result.lines():
             say(line)
     return result.status
+
+
+def _show_line(text: str) -> None:
+    """Show how far it is, in place of what was shown before."""
+    terminal_of(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
+    sys.stderr.flush()
+
+
+def _keep(result: ExploreResult, options: RunOptions, bounds: Bounds, file: Path) -> None:
+    """Write what was explored, so that it can go on; that it cannot be written costs nothing else."""
+    from cxbridge.explore.checkpoint import write_checkpoint
+
+    try:
+        write_checkpoint(file, result.graph, options, bounds)
+    except OSError as error:
+        complain(f"{file}: the exploration cannot be kept: {error.strerror}")
+    else:
+        say(f"cxbridge: interrupted; go on with --resume {file}", err=True)

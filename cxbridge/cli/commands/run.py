@@ -65,11 +65,13 @@ def run(
 
     shown, story = RunLog(quiet=console.quiet, verbose=console.verbose), None
     followers = [shown.attach]
+    prompt = None
     if breaks:
         from cxbridge.cli.command_lines import CommandLines
         from cxbridge.cli.debug_prompt import DebugPrompt
 
-        followers.append(DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout).attach)
+        prompt = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout)
+        followers.append(prompt.attach)
     if not as_json:
         story = RunStory(quiet=console.quiet)
         followers.append(story.attach)
@@ -79,6 +81,8 @@ def run(
             follow(assembly)
 
     def show(result: RunResult) -> None:
+        if prompt is not None:
+            prompt.finish()
         if story is None:
             say_json(result.as_dict(), indent=2)
         else:

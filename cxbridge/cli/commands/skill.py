@@ -10,7 +10,15 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, InterfaceDirs, connect
+from cxbridge.cli.connect import (
+    DEFAULT_URL,
+    TIMED_OUT,
+    AsJson,
+    Connect,
+    InterfaceDirs,
+    connect,
+    say_unmatched,
+)
 from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
@@ -180,6 +188,7 @@ def monitor(
 
     deadline = Deadline(timeout)
     with connect(url, interface_dir) as board:
+        say_unmatched(board, [f"SkillerInterface::{skiller}"])
         if sys.stdout.isatty() and not lines and not as_json:
             from cxbridge.cli.skilllive import show
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -50,6 +50,18 @@ class _AgentOptions:
     ] = ()
     skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua"
 
+    def check_unused(self) -> None:
+        """See that none of them is there, where there is no scenario to run: it would not count.
+
+        :raises CxbridgeError: when one is.
+        """
+        for field in fields(self):
+            if getattr(self, field.name) != field.default:
+                option = field.name.removesuffix("s").replace("_", "-")
+                raise CxbridgeError(
+                    f"--{option} goes with a scenario only", hint="name it behind the rule or the goal"
+                )
+
 
 @option_groups
 def why(
@@ -91,6 +103,8 @@ def why(
     from cxbridge.explain.answer import explain
 
     kind, name, scenario = _words(words)
+    if scenario is None and agent.fawkes_dir is None:
+        agent.check_unused()
     if scenario is None and run is None and agent.fawkes_dir is None:
         return _ask_daemon(url, kind, name, rules, at, env, as_json=as_json)
     options = RunOptions(scenario=scenario, **vars(agent))

@@ -110,7 +110,7 @@ class ClipsEnvironment:
 
     def _build_functions(self) -> None:
         for function in FUNCTIONS:
-            self._build(function)
+            self.build_unrecorded(function)
 
     @staticmethod
     def _is_core_file(path: Path) -> bool:
@@ -193,13 +193,17 @@ class ClipsEnvironment:
 
         :raises ClipsError: when CLIPS refuses it.
         """
-        self._build(construct)
+        self.build_unrecorded(construct)
         if self.bus.wants(SourceRead):
             name = "-".join(_CONSTRUCT_NAME.findall(construct)[:2])
             within = self.loader.within
             self.bus.emit_source("construct", self.name, name, encode(construct), within=within)
 
-    def _build(self, construct: str) -> None:
+    def build_unrecorded(self, construct: str) -> None:
+        """Define a construct that is not the agent's, and is not to be found in its recording.
+
+        :raises ClipsError: when CLIPS refuses it.
+        """
         outer = self.output.begin_errors()
         error = lib.Build(self.env, encode(construct))
         text = self.output.end_errors(outer)

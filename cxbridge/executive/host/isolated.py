@@ -84,7 +84,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         self.define("format", _format, 2, UNBOUNDED)
         for function in FUNCTIONS:
             if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
-                self._build(function)
+                self.build_unrecorded(function)
 
     def _forbid(self, but: str = "") -> None:
         """Take away what is not allowed, of the functions that are there now."""

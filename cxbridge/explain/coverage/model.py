@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import re
 from collections import Counter
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from fnmatch import fnmatchcase
 from itertools import pairwise
@@ -13,8 +13,10 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, definitions
+from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
 from cxbridge.explain.rules.constructs import TextFile
+from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, building_steps, sources_of
 
@@ -158,7 +160,10 @@ class RecordedUse:
         before = self.firings.total()
         last_mode: dict[str, str] = {}
         skill = {"": ("", "")}
+        envs = {source.name for source in sources_of(run, "environment")}
         for event in run:
+            if name := getattr(event, "env", ""):
+                envs.add(name)
             if isinstance(event, RuleFired) and event.env == env:
                 self.firings[event.rule] += 1
             elif isinstance(event, GoalTransition) and event.env == env:
@@ -172,6 +177,7 @@ class RecordedUse:
                     name = _SKILL_NAME.match(event.skill_string)
                     self.skills[name[1] if name else event.skill_string] += 1
                 skill[event.skiller] = now
+        check_environment(env, envs, run.path)
         if self.firings.total() == before:
             self.without_firings.append(str(run.path))
         self.notes += [f"{run.path}: {note}" for note in run.notes]
@@ -183,6 +189,16 @@ class RecordedUse:
         self.modes.setdefault(event.goal_class, Counter())[event.mode] += 1
         if event.mode == "FINISHED":
             self.outcomes.setdefault(event.goal_class, Counter())[event.outcome] += 1
+
+
+def check_environment(env: str, known: Collection[str], path: Path) -> None:
+    """See that a recording has a CLIPS environment of this name; one that names none may have any.
+
+    :raises TraceError: when it has others only.
+    """
+    if known and env not in known:
+        hint = did_you_mean(env, known, f"there are: {', '.join(sorted(known))}")
+        raise TraceError(f"there is no CLIPS environment '{env}' in it", file=path, hint=hint)
 
 
 def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -> bool:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import partial
+
 from msgspec.structs import replace
 
 from cxbridge.config import Configuration
@@ -13,6 +15,8 @@ from cxbridge.executive.plugins import find_plugins
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, init_mentions, needs_memory
+from cxbridge.run.ending.mistakes import known_skills
+from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
 from cxbridge.run.features import package_features
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
@@ -40,11 +44,13 @@ class ExecutiveComponent(Component):
         if needs_memory(context.config, context.spec):
             context.memory.open()
         self.manager, self.executive = make_executive(context)
+        self.executive.known_skills = partial(known_skills, context)
 
     def watch(self) -> None:
         """Watch what is to be followed and recorded, from before the first file is loaded."""
         self.executive.env.watcher.start()
         self.executive.follow_transitions()
+        UnexecutedActions(self.context, self.executive)
         _watch_for_recording(self.executive, self.context.config, self.context.options.trace_level)
 
     def configure(self) -> None:
@@ -116,10 +122,12 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
-        return manager, Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+        executive = Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+        executive.place_of_action = AgentPlaces(context, executive).of_action
     except Exception:
         manager.close()
         raise
+    return manager, executive
 
 
 def _core_files(context: RunContext) -> CoreFiles:

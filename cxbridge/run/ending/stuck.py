@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
-from cxbridge.executive.host.values import Symbol
+from cxbridge.executive.host.constructs import allowed_values
+from cxbridge.run.ending.places import AgentPlaces
 
 if TYPE_CHECKING:
     from cxbridge.events import Event
@@ -31,6 +32,7 @@ _QUIET_FEATURES: Final = frozenset(
 )  # fmt: skip
 """The features that assert nothing by themselves, unless what they wait for is seen otherwise."""
 
+_TIME: Final = "/clips-executive/assert-time-each-loop"
 _HALTED: Final = "[PRCCODE4]"
 _ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
 
@@ -115,19 +117,21 @@ class RuleErrors:
 
 def waits_for(agent: Assembly, errors: RuleErrors) -> str:
     """Return what a run waits for in vain, as far as the facts tell."""
-    executive = agent.executive
+    executive, places = agent.executive, AgentPlaces(agent.context, agent.executive)
     if not executive.initialized:
         causes = [*_signals(agent)] or ["the initialisation has not ended"]
     elif executive.goals.open_roots:
-        causes = [*_goals(agent)]
+        causes = [*_goals(agent, places)]
     elif not executive.goals.outcomes:
-        causes = ["no goal has appeared", *_deffacts(agent)]
+        causes = ["no goal has appeared", *(_deffacts(agent) or _lacking(agent, places))]
     else:
         causes = ["a skill or rules were not over"]
     causes += _failed_rules(agent, errors)
-    causes += _unwritten(agent)
-    if not agent.config.get_bool("/clips-executive/assert-time-each-loop", default=False):
-        causes.append("no time passes for the rules: assert-time-each-loop is not true")
+    causes += _unwritten(agent, places)
+    if not agent.config.get_bool(_TIME, default=False):
+        text = "no time passes for the rules: assert-time-each-loop is not true"
+        place = agent.config.get(_TIME) if agent.config.exists(_TIME) else None
+        causes.append(text + _at(f"{place.file}:{place.line}" if place is not None and place.file else ""))
     return "; ".join(causes)
 
 
@@ -147,19 +151,26 @@ def _place_of_signal(agent: Assembly, signal: str) -> str:
     return ""
 
 
-def _goals(agent: Assembly) -> Iterator[str]:
+def _at(place: str) -> str:
+    return f" ({place})" if place else ""
+
+
+def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
     """Yield the goals that are open, each with its plan-actions that are not over."""
     env, goals = agent.executive.env, agent.executive.goals
-    modes = env.call("deftemplate-slot-allowed-values", Symbol("goal"), Symbol("mode"))
+    modes = allowed_values(env, "goal", "mode")
+    classes = {str(slots["id"]): str(slots["class"]) for _, _, slots in env.facts("goal")}
     for goal in goals.open_roots:
-        is_mode = not isinstance(modes, tuple) or goal.mode in modes
-        yield f"{goal.goal} is {goal.mode}" + ("" if is_mode else ", which is not a mode of goals")
+        is_mode = not modes or goal.mode in modes
+        place = _at(places.of_goal(classes.get(goal.goal, ""), goal.mode))
+        yield f"{goal.goal} is {goal.mode}{place}" + ("" if is_mode else ", which is not a mode of goals")
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
         if str(slots["goal-id"]) in known and slots["state"] not in _ACTIONS_OVER:
             values = slots["param-values"]
             words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
-            yield f"action {slots['action-name']} {words}".rstrip() + f" is {slots['state']}"
+            place = _at(places.of_action(str(slots["action-name"])))
+            yield f"action {slots['action-name']} {words}".rstrip() + f" is {slots['state']}{place}"
     for _, _, slots in env.facts("skiller-control"):
         if slots["acquired"] != "TRUE":
             yield f"nobody has got control of {slots['skiller']}"
@@ -167,16 +178,31 @@ def _goals(agent: Assembly) -> Iterator[str]:
         yield "no (skiller-control) asks for control of a Skiller"
 
 
-def _deffacts(agent: Assembly) -> Iterator[str]:
-    """Yield the deffacts of the agent: a loaded file alone asserts none."""
+def _lacking(agent: Assembly, places: AgentPlaces) -> list[str]:
+    """Return what a rule that makes goals lacks: the first whose facts are not all there."""
+    from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
+
+    for rule in places.rules_that_make_goals():
+        template = lacking(agent.executive.env, rule)
+        if template:
+            hint = places.of_similar_fact(template)
+            text = f"rule {rule} lacks a fact ({template}){_at(places.of_rule(rule))}"
+            return [text, *([hint] if hint else [])]
+    return []
+
+
+def _deffacts(agent: Assembly) -> list[str]:
+    """Return the deffacts of the agent: a loaded file alone asserts none."""
+    found: list[str] = []
     for file in agent.executive.env.loader.files:
         if file.is_relative_to(agent.paths.cx) or file.is_relative_to(agent.paths.library):
             continue
-        for each in _definitions(file, "deffacts"):
-            yield (
-                f"{file}:{each[1]}: the facts of deffacts {each[0]} are not there, for nothing resets the "
-                "environment: assert them in a rule"
-            )
+        found += (
+            f"{file}:{each[1]}: the facts of deffacts {each[0]} are not there, for nothing resets the "
+            "environment: assert them in a rule"
+            for each in _definitions(file, "deffacts")
+        )
+    return found
 
 
 def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
@@ -194,9 +220,9 @@ def _failed_rules(agent: Assembly, errors: RuleErrors) -> Iterator[str]:
             yield f"{place[0]}:{place[1]}: an error has ended the actions of rule {rule}"
 
 
-def _unwritten(agent: Assembly) -> Iterator[str]:
+def _unwritten(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
     """Yield the interfaces that the rules read and nobody writes."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):
         if f"{kind}::{name}" not in written:
-            yield f"nobody writes {kind}::{name}"
+            yield f"nobody writes {kind}::{name}{_at(places.of_interface(kind, name))}"

@@ -38,6 +38,19 @@ def timed_rules(env: ClipsEnvironment) -> Iterator[str]:
             yield name
 
 
+def lacking(env: ClipsEnvironment, rule: str) -> str:
+    """Return the deftemplate of the first fact that a rule lacks; empty when it lacks none that is sure."""
+    text = rule_texts(env).get(rule, "")
+    try:
+        ces = parse_rule(text).ces if text else ()
+    except ClipsError:
+        return ""
+    for each in ces:
+        if isinstance(each, PatternCE) and not _may_hold(env, each):
+            return each.template
+    return ""
+
+
 def _can_get_control(env: ClipsEnvironment) -> bool:
     """Whether a Skiller that is asked for control is there."""
     wanted = {

@@ -18,6 +18,7 @@ function FSM:new(definition)
     local fresh = {
         vars = {}, persistent_vars = {}, states = {}, trace = {}, error = "", prepared = false,
         state_changed = false, tracing = true, max_num_traces = 40, recursion_limit = 10, current_recursion = 0,
+        defined_at = core.place_in_skill(),
     }
     for key, value in pairs(fresh) do definition[key] = value end
     return setmetatable(definition, self)
@@ -94,7 +95,14 @@ function FSM:graph() return core.include("graph").fsm(self) end
 -- Ticks
 
 local function protected(state, step)
-    return xpcall(function() return state[step](state) end, traceback)
+    state.tested_at = nil
+    return xpcall(function() return state[step](state) end, function(problem)
+        -- A condition that is a text has no line of its own: it is that of its transition.
+        if state.tested_at and type(problem) == "string" and string.find(problem, "condition '", 1, true) == 1 then
+            problem = state.tested_at .. problem
+        end
+        return traceback(problem, 2)
+    end)
 end
 
 local function note_transition(fsm, target)
@@ -134,7 +142,7 @@ end
 
 local function start(fsm)
     fsm.current = fsm.states[fsm.start]
-    assert(fsm.current, "Start state " .. tostring(fsm.start) .. " does not exist")
+    if not fsm.current then error(fsm.defined_at .. "Start state " .. tostring(fsm.start) .. " does not exist", 0) end
     local entered, result = protected(fsm.current, "do_init")
     if entered then
         fsm:trans(result)

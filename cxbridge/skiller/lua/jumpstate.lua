@@ -87,7 +87,8 @@ function JumpState:create_transition(target, condition, description, message)
     elseif type(condition) ~= "function" then
         error(self.name .. ": type of jump condition must be function, string or boolean")
     end
-    return {state = target, jumpcond = fires, description = description, error = message}
+    local place = type(condition) == "string" and core.place_in_skill() or nil
+    return {state = target, jumpcond = fires, description = description, error = message, place = place}
 end
 
 local function add(state, transition, phase)
@@ -190,10 +191,12 @@ end
 function JumpState:try_transitions(before_init)
     local phase = before_init and "pre" or "post"
     for _, transition in ipairs(self.transitions) do
-        if transition[phase] and transition.jumpcond(self) then
-            return fire(self, transition)
+        if transition[phase] then
+            self.tested_at = transition.place
+            if transition.jumpcond(self) then return fire(self, transition) end
         end
     end
+    self.tested_at = nil
     return nil
 end
 

@@ -115,6 +115,19 @@ function kit.calling_module(level)
     return environment and made[environment] and environment or nil
 end
 
+--- Where the skill file that led here does so: "LABEL:LINE: ", empty when none did.
+function kit.place_in_skill()
+    local level, at = 2, core.getinfo(2, "Sl")
+    while at and level < 40 do  -- those who recurse as deep as they can shall not wait for it
+        if at.currentline > 0 and at.source:sub(1, 1) == "@" and at.source:sub(1, 10) ~= "@cxbridge/" then
+            return at.source:sub(2) .. ":" .. at.currentline .. ": "
+        end
+        level = level + 1
+        at = core.getinfo(level, "Sl")
+    end
+    return ""
+end
+
 --- Compile the text of a condition, which sees an environment and nothing else.
 -- @return the function, or nil and what is wrong
 function kit.compile_condition(text, environment)

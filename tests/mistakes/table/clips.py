@@ -121,7 +121,7 @@ _NAMES: Final = (
         "(plan-action (id 1)",
         "(plan-acton (id 1)",
         "hello-expand",
-        "hello-plan.clp:",
+        "hello-plan.clp:2",
     ),
     mistake(
         "a variable is misspelt",
@@ -185,8 +185,8 @@ _STUCK_AGENTS: Final = (
         _GOALS,
         "(mode SELECTED)",
         "(mode SELECT)",
-        "GREET-ann is SELECT, which is not a mode of goals|'?SELECT'?",
-        "",
+        "GREET-ann is SELECT .*, which is not a mode of goals|'?SELECT'?",
+        "hello-goals.clp:27",
         status=_STUCK,
     ),
     mistake(
@@ -222,7 +222,7 @@ _STUCK_AGENTS: Final = (
         "(defrule hello-dispatch\n  ?goal <- (goal (class GREET)",
         "(defrule hello-dispatch\n  ?goal <- (goal (class GRET)",
         "GREET-ann is COMMITTED",
-        "",
+        "hello-goals.clp:33",
         status=_STUCK,
     ),
     mistake(
@@ -230,8 +230,8 @@ _STUCK_AGENTS: Final = (
         _DOMAIN,
         "(assert (domain-loaded)\n          (skiller-control))",
         "(assert (domain-loaded))",
-        r"GREET-ann is FORMULATED; no \(skiller-control\)",
-        "",
+        r"GREET-ann is FORMULATED \(.*\); no \(skiller-control\)",
+        "hello-goals.clp:20",
         status=_STUCK,
     ),
     mistake(
@@ -239,8 +239,8 @@ _STUCK_AGENTS: Final = (
         "scenario.yaml",
         "action-selection/sequential.clp, ",
         "",
-        "GREET-ann is DISPATCHED; action greet ann is FORMULATED",
-        "",
+        "GREET-ann is DISPATCHED .*action greet ann is FORMULATED",
+        "hello-plan.clp:6",
         status=_STUCK,
     ),
     mistake(
@@ -249,7 +249,7 @@ _STUCK_AGENTS: Final = (
         "(assert (domain-facts-loaded))",
         "(assert (domain-facts-lodaed))",
         "no goal has appeared",
-        "",
+        "hello-domain.clp:12",
         status=_STUCK,
     ),
     mistake(
@@ -258,7 +258,7 @@ _STUCK_AGENTS: Final = (
         "assert-time-each-loop: true\n",
         "assert-time-each-loop: false\n",
         "assert-time-each-loop is not true",
-        "",
+        "scenario.yaml:3",
         status=_STUCK,
     ),
     Mistake(
@@ -276,7 +276,7 @@ _STUCK_AGENTS: Final = (
                 '  (skiller-control (acquired TRUE))\n  (SkillerInterface (id "Arm"))\n',
             ),
         ),
-        "",
+        "hello-domain.clp:18",
         RUN,
         _STUCK,
     ),

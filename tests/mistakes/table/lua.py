@@ -92,7 +92,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "cond=true",
         'cond="vars.name.first > 1"',
         "condition 'vars.name.first > 1'",
-        "",
+        "greet.lua:18",
         status=_FAILED,
     ),
     mistake(
@@ -100,8 +100,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _SKILL,
         'start="START"',
         'start="STRAT"',
-        "STRAT",
-        "scenario.yaml:9",
+        "mapped at agent/scenario.yaml:9.*STRAT",
+        "greet.lua:4",
         status=_FAILED,
     ),
     mistake(

@@ -39,8 +39,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         _FILE,
         _ROW,
         "greeet: greet{name=?(who)s}",
-        "No action executor for action 'greet'",
-        "",
+        "lacks the action 'greet'; is 'greeet' meant",
+        _AT,
         status=_FAILED,
     ),
     mistake(
@@ -67,7 +67,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "(param-names who) (param-values ?name)",
         "(param-names who) (param-values)",
         "Number of parameter names and values",
-        "",
+        "hello-plan.clp:6",
         status=_FAILED,
     ),
 )

@@ -76,8 +76,8 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "hello-plan.clp",
         "(action-name greet)",
         "(action-name greeet)",
-        "No action executor for action 'greeet'",
-        "",
+        "nobody executes the action 'greeet'; did you mean greet",
+        "hello-plan.clp:6",
         status=_FAILED,
     ),
 )

@@ -26,7 +26,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         '<interface name="HelloInterface"',
         '<interface name="HelloInterfaces"',
         "defines HelloInterfaces",
-        "HelloInterface.xml:",
+        "HelloInterface.xml:1",
     ),
     mistake(
         "an attribute has no quotes",

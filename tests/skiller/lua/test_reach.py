@@ -116,6 +116,7 @@ def files(engine: Any) -> Reached:
 GATES = {
     *[
         "module",
+        "place_in_skill",
         "require",
         "seeall",
         "__index",

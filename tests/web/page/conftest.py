@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.trace.html.browser import BROWSER
-from tests.web.page.fake import FakeDaemon, Served, served
+from tests.web.page.fake import FakeDaemon, Served
 
 PHONE = {"width": 360, "height": 740}
 DESK = {"width": 1280, "height": 800}
@@ -145,9 +145,17 @@ def daemon() -> FakeDaemon:
     return FakeDaemon()
 
 
+@pytest.fixture(scope="package")
+def server() -> Iterator[Served]:
+    """What tests' daemons are behind, one after the other."""
+    server = Served(FakeDaemon())
+    yield server
+    server.stop()
+
+
 @pytest.fixture
-def site(daemon: FakeDaemon) -> Iterator[Served]:
-    with served(daemon) as server:
+def site(server: Served, daemon: FakeDaemon) -> Iterator[Served]:
+    with server.of(daemon):
         yield server
 
 

@@ -6,9 +6,9 @@ import asyncio
 import json
 import socket
 import threading
-from collections.abc import AsyncIterator, Iterator
+from collections.abc import AsyncIterator, Iterator, MutableMapping
 from contextlib import contextmanager
-from typing import Any
+from typing import TYPE_CHECKING, Any, Self
 
 import uvicorn
 from starlette.applications import Starlette
@@ -18,8 +18,16 @@ from starlette.routing import Mount, Route
 
 from cxbridge.web.pages import Pages
 
+if TYPE_CHECKING:
+    from starlette.types import Receive, Scope, Send
+
 BUNCH = 500
 """Events of a message; the daemon sends about as many."""
+
+ROUND_S = 0.02
+"""Seconds after which a stream looks for events."""
+QUIET_ROUNDS = 25
+"""After as many of them without events it sends a comment; each costs the browser more than the test."""
 
 START_US = 1_700_000_000_000_000
 
@@ -135,6 +143,7 @@ class FakeDaemon:
             hello = {"kind": "hello", "time_us": 0, "last": f"{self.epoch}-0"}
             yield f"event: hello\ndata: {json.dumps(hello)}\n\n".encode()
             at = int(since)
+            quiet = 0
             while not self._closed.is_set():
                 with self._lock:
                     fresh = self.events[at:]
@@ -148,9 +157,11 @@ class FakeDaemon:
                 for begin in range(0, len(wanted), BUNCH):
                     lines = "".join(f"data: {json.dumps(event)}\n" for event in wanted[begin : begin + BUNCH])
                     yield f"id: {at}\n{lines}\n".encode()
-                if not wanted:
+                quiet = 0 if wanted else quiet + 1
+                if quiet >= QUIET_ROUNDS:
+                    quiet = 0
                     yield b": alive\n\n"
-                await asyncio.sleep(0.02)
+                await asyncio.sleep(ROUND_S)
 
         return StreamingResponse(stream(), media_type="text/event-stream")
 
@@ -159,8 +170,33 @@ class FakeDaemon:
         self._closed.set()
 
 
+class CachedPages:
+    """The page's files as browsers may keep them: these do not change while tests run.
+
+    Else each test loads some hundred modules, which takes longer than most of what tests do.
+    """
+
+    def __init__(self) -> None:
+        self._pages = Pages()
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Serve one file."""
+
+        async def sender(message: MutableMapping[str, Any]) -> None:
+            if message["type"] == "http.response.start":
+                others = (each for each in message["headers"] if each[0].lower() != b"cache-control")
+                message["headers"] = [*others, (b"cache-control", b"max-age=3600, immutable")]
+            await send(message)
+
+        await self._pages(scope, receive, sender)
+
+
 class Served:
-    """A fake daemon that is served, and may go away and come back at the same place."""
+    """A fake daemon that is served, and may go away and come back at the same place.
+
+    :ivar daemon: the one that answers now. Tests have one each, and share its address, for the sake of the
+        browser's cache.
+    """
 
     def __init__(self, daemon: FakeDaemon) -> None:
         self.daemon = daemon
@@ -169,20 +205,20 @@ class Served:
         self.url = f"http://127.0.0.1:{self._port}/"
         self._server: uvicorn.Server | None = None
         self._thread: threading.Thread | None = None
+        routes = [
+            Route("/api/cxbridge/events", self._follow),
+            Route("/api/{path:path}", self._answer, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
+            Route("/files/{name}", self._file),
+            Mount("/", CachedPages()),
+        ]
+        self._application = Starlette(routes=routes)
         self.start()
 
     def start(self) -> None:
         """Serve (again)."""
-        daemon = self.daemon
-        daemon._closed.clear()
-        routes = [
-            Route("/api/cxbridge/events", daemon.follow),
-            Route("/api/{path:path}", daemon.answer, methods=["GET", "POST", "PUT", "PATCH", "DELETE"]),
-            Route("/files/{name}", daemon.file),
-            Mount("/", Pages()),
-        ]
+        self.daemon._closed.clear()
         config = uvicorn.Config(
-            Starlette(routes=routes), log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
+            self._application, log_config=None, lifespan="off", ws="none", timeout_graceful_shutdown=1
         )
         if self._listening.fileno() == -1:
             self._listening = socket.create_server(("127.0.0.1", self._port))
@@ -199,10 +235,30 @@ class Served:
         self._thread.join(10)
         self._listening.close()
 
+    @contextmanager
+    def of(self, daemon: FakeDaemon) -> Iterator[Self]:
+        """Serve another daemon for a while."""
+        self.daemon = daemon
+        if self._listening.fileno() == -1:
+            self.start()
+        try:
+            yield self
+        finally:
+            daemon.close()
+
+    async def _follow(self, request: Request) -> Response:
+        return await self.daemon.follow(request)
+
+    async def _answer(self, request: Request) -> Response:
+        return await self.daemon.answer(request)
+
+    async def _file(self, request: Request) -> Response:
+        return await self.daemon.file(request)
+
 
 @contextmanager
 def served(daemon: FakeDaemon) -> Iterator[Served]:
-    """Serve a fake daemon for a while."""
+    """Serve a fake daemon by itself, for a benchmark."""
     server = Served(daemon)
     try:
         yield server

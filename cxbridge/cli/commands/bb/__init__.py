@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Final
 
 import typer
 
@@ -17,6 +17,8 @@ from cxbridge.cli.connect import (
     InterfaceDirs,
     Uid,
     connect,
+    or_similar_interface,
+    say_unmatched,
     split_glob,
 )
 from cxbridge.cli.console import say, say_json
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface
 
 app = typer.Typer(name="bb", no_args_is_help=True)
+
+_ANY: Final = "*"
 
 Assignments = Annotated[
     list[str] | None,
@@ -53,20 +57,29 @@ app.command()(plot)
 
 @app.command("list")
 def list_interfaces(
-    glob: Glob = "*",
+    glob: Glob = _ANY,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
 ) -> None:
     """List the interfaces that somebody has open: who writes, who reads, when it was written.
 
+    Exit status: 0 listed; 2 no interface matches GLOB.
+
     A Fawkes does not tell owners' names: its lists have numbers of readers.
 
     Example: cxbridge bb list 'Skiller*'
     """
+    from cxbridge.errors import BlackBoardError
+
     type_glob, id_glob = split_glob(glob)
     with connect(url, interface_dir) as board:
         infos = list(board.list(type_glob, id_glob))
+        if not infos and glob != _ANY:
+            raise BlackBoardError(
+                f"no interface matches '{glob}'{or_similar_interface(board, glob)}",
+                hint="see 'cxbridge bb list'",
+            )
     if as_json:
         say_json([_info_row(info) for info in infos], indent=2)
         return
@@ -121,6 +134,7 @@ def watch(
     deadline, printed = Deadline(timeout), 0
     with connect(url, interface_dir) as board, Feed(board, OWNER) as feed:
         known: dict[str, dict[str, Any]] = {}
+        say_unmatched(board, globs)
         for type_glob, id_glob in map(split_glob, globs):
             for instance in feed.follow(type_glob, id_glob):
                 known[instance.uid] = feed.now(instance).values

@@ -10,7 +10,16 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.commands.bb.metering import WINDOW, Rate, RateMeter, amount
-from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, Connect, Globs, InterfaceDirs, connect, split_glob
+from cxbridge.cli.connect import (
+    DEFAULT_URL,
+    TIMED_OUT,
+    Connect,
+    Globs,
+    InterfaceDirs,
+    connect,
+    say_unmatched,
+    split_glob,
+)
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 
@@ -89,6 +98,7 @@ def _measure(
 
     deadline, reports = Deadline(options.timeout), 0
     with connect(url, interface_dir) as board:
+        say_unmatched(board, globs)
         for meters in _reports(board, globs, options, deadline):
             width = max(map(len, meters), default=0)
             for uid, meter in sorted(meters.items()):

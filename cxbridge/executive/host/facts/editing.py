@@ -2,22 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import re
+from collections.abc import Iterable, Iterator, Mapping
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from clips._clips import lib
 
 from cxbridge.clipstext.facts import fact_text
+from cxbridge.clipstext.facts import template_of as template_name
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import NULL, decode, encode
+from cxbridge.executive.host.constructs import template_names, unknown_template
 from cxbridge.executive.host.facts.constants import constant_text, constant_values
+from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.executive.host.facts.modify import Modify
 from cxbridge.executive.host.source import check_excess
 from cxbridge.executive.host.values import FactAddress, Symbol, Value
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+
+_BAD_SLOT: Final = re.compile(r"[Ii]nvalid slot '([^']+)'")
 
 
 def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int, str]]:
@@ -26,7 +33,7 @@ def fact_texts(env: ClipsEnvironment, template: str = "") -> Iterator[tuple[int,
     :raises ClipsError: when there is no such deftemplate.
     """
     if template and not env.has_template(template):
-        raise ClipsError(f"there is no deftemplate '{template}'")
+        raise unknown_template(env, template)
     for index, name, slots in env.facts(template or None):
         yield index, fact_text(name, slots)
 
@@ -74,13 +81,34 @@ def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> 
     """
     text = constant_text(env.env, text) if constant else text
     check_excess(text)
+    known = template_names(env)
     outer = env.output.begin_errors()
     fact = lib.AssertString(env.env, encode(text))
     said = " ".join(env.output.end_errors(outer).split())
     env.api.clear_halt()
     if fact == NULL or said:
-        raise ClipsError(f"CLIPS does not assert {text}" + (f": {said}" if said else ""))
+        raise ClipsError(
+            f"CLIPS does not assert {text}" + (f": {said}" if said else ""),
+            hint=_meant(env, text, said, known),
+        )
     return int(lib.FactIndex(fact))
+
+
+def _meant(env: ClipsEnvironment, text: str, said: str, known: Iterable[str]) -> str | None:
+    """Return which deftemplate or slot was probably meant in a fact that CLIPS refuses."""
+    relation = template_name(text)
+    if relation not in known:
+        return did_you_mean(relation, known) or None
+    slot = _BAD_SLOT.search(said)
+    if slot is None:
+        return None
+    return _meant_slot(slot[1], template_of(lib.FindDeftemplate(env.env, encode(relation))))
+
+
+def _meant_slot(name: str, template: FactTemplate) -> str:
+    if template.slots is None:
+        return "its facts are ordered: they have no slots with names"
+    return did_you_mean(name, template.names, f"it has: {', '.join(template.names)}")
 
 
 def retract_fact(env: ClipsEnvironment, index: int) -> None:
@@ -111,7 +139,10 @@ def modify_fact(
     for slot, text in slots.items():
         if not lib.DeftemplateSlotExistP(deftemplate, encode(slot)):
             template = decode(lib.DeftemplateName(deftemplate))
-            raise ClipsError(f"deftemplate '{template}' of f-{index} has no slot '{slot}'")
+            raise ClipsError(
+                f"deftemplate '{template}' of f-{index} has no slot '{slot}'",
+                hint=_meant_slot(slot, template_of(deftemplate)),
+            )
         values = constant_values(text) if constant else text
         changes += (Symbol(slot), env.eval(f"(create$ {values})"))
     complaints: list[str] = []

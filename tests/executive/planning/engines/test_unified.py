@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import pytest
 
-from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningError
+from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
 from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
+from cxbridge.executive.planning.planner import PlannedAction
 from tests.executive.planning.compile.test_grounding import FETCH, START, problem
 from tests.executive.planning.interpreter import World
 
@@ -31,35 +34,50 @@ TEMPORAL = """(define (domain t) (:requirements :durative-actions) (:predicates 
     :effect (and (at start (not (idle))) (at end (done)) (at end (idle)))))"""
 
 
+@pytest.fixture(scope="module")
+def service() -> Iterator[PlanningService]:
+    """Engines run in a process of it, as always; aries leaves its server and that one's files behind."""
+    with PlanningService(at_once=1) as made:
+        yield made
+
+
+def solve(
+    service: PlanningService, name: str, domain: Domain, problem: Problem
+) -> tuple[PlannedAction, ...] | None:
+    """Return the plan; None: the engine says that there is none."""
+    result = service.plan(PlanRequest(domain, problem, name))
+    assert result.status is not PlanStatus.FAILED, result.message
+    return result.actions if result.status is PlanStatus.PLANNED else None
+
+
 @pytest.mark.parametrize("name", INSTALLED)
-def test_names_keep_their_case(name):
+def test_names_keep_their_case(service, name):
     domain = parse_domain(STRIPS)
-    plan = UnifiedPlanner(name).solve(domain, parse_problem(ROOMS, domain))
+    plan = solve(service, name, domain, parse_problem(ROOMS, domain))
     assert plan
     assert [str(step) for step in plan] == ["(Go K1 k2)", "(Go k2 k3)"]
 
 
 @pytest.mark.skipif("fast-downward" not in INSTALLED, reason="pip install up-fast-downward")
-def test_fast_downward_understands_what_pyperplan_does():
+def test_fast_downward_understands_what_pyperplan_does(service):
     domain = parse_domain(FETCH)
     task = parse_problem(problem("(and (full c1) (at c1 p) (not (full c2)))", START), domain)
-    planner = UnifiedPlanner("fast-downward")
-    assert planner.refuses(domain, task) == ""
-    assert World(domain, task).is_solution(planner.solve(domain, task))
+    assert UnifiedPlanner("fast-downward").refuses(domain, task) == ""
+    assert World(domain, task).is_solution(solve(service, "fast-downward", domain, task))
 
 
 @pytest.mark.skipif("fast-downward" not in INSTALLED, reason="pip install up-fast-downward")
-def test_no_plan():
+def test_no_plan(service):
     domain = parse_domain(STRIPS)
     task = parse_problem(ROOMS.replace("(Door k2 k3)", ""), domain)
-    assert UnifiedPlanner("fast-downward").solve(domain, task) is None
+    assert solve(service, "fast-downward", domain, task) is None
 
 
 @pytest.mark.parametrize("name", [name for name in INSTALLED if name != "fast-downward"])
-def test_a_temporal_plan(name):
+def test_a_temporal_plan(service, name):
     domain = parse_domain(TEMPORAL)
     task = parse_problem("(define (problem x) (:domain t) (:init (idle)) (:goal (done)))", domain)
-    plan = UnifiedPlanner(name).solve(domain, task)
+    plan = solve(service, name, domain, task)
     assert plan
     (first, first_start, first_duration), (second, start, duration) = [
         (step.name, step.start or 0.0, step.duration) for step in plan

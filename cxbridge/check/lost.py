@@ -1,0 +1,149 @@
+"""What dies with constructs that CLIPS drops: those that need them, goals and actions that only they make."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field
+from typing import Final
+
+from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.check.usage import Construct, Usage
+
+_LISTED: Final = 5
+"""How many names of a sort a message has."""
+_NEEDS: Final = {"deffunction": Kind.FUNCTION, "defgeneric": Kind.FUNCTION, "deftemplate": Kind.TEMPLATE}
+_MAKES: Final = (Use.ASSERTED, Use.NAMED)
+
+
+@dataclass
+class Lost:
+    """What is lost.
+
+    :param constructs: but those that were dropped first.
+    :param goals: classes of goals that nothing else formulates.
+    :param actions: that nothing else plans.
+    """
+
+    constructs: list[str] = field(default_factory=list)
+    goals: list[str] = field(default_factory=list)
+    actions: list[str] = field(default_factory=list)
+
+    def __bool__(self) -> bool:
+        return bool(self.constructs or self.goals or self.actions)
+
+    def __str__(self) -> str:
+        if not self:
+            return ""
+        parts = [
+            _some(self.constructs, ""),
+            _some(self.goals, "goals of class "),
+            _some(self.actions, "the action "),
+        ]
+        return f"lost with it: {', '.join(filter(None, parts))}"
+
+
+def _some(names: list[str], what: str) -> str:
+    """Return the first of some names, and how many more there are."""
+    more = f" and {len(names) - _LISTED} more" if len(names) > _LISTED else ""
+    return ", ".join(f"{what}{name}" for name in names[:_LISTED]) + more
+
+
+class Losses:
+    """Finds what is lost.
+
+    :param usage: what the constructs of the agent match and make.
+    :param is_of_core: says for a file whether it is one of the core's: nothing that it has is lost.
+    """
+
+    def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:
+        self._usage = usage
+        self._own = [each for each in usage.constructs if not is_of_core(each.file.path)]
+        self._classes = usage.model.names(Kind.GOAL_CLASS, Use.MATCHED)
+
+    def swallowed(self, file: str, start: int) -> Lost:
+        """Return what is lost with a construct of a file that never closes: all that is behind it, too."""
+        dropped = [
+            each for each in self._usage.constructs if each.file.path == file and each.placed.start >= start
+        ]
+        lost = self.of(dropped)
+        lost.constructs[:0] = [each.name for each in dropped[1:] if each.name]
+        return lost
+
+    def of(self, dropped: Iterable[Construct]) -> Lost:
+        """Return what is lost with constructs that are dropped."""
+        first = list(dropped)
+        dead = {id(each): each for each in first}
+        goals: dict[str, None] = {}
+        grows = True
+        while grows:
+            before = len(dead), len(goals)
+            goals |= dict.fromkeys(self._goals_of(dead))
+            facts, gone = self._facts_of(dead), self._names_of(dead)
+            for construct in self._own:
+                if id(construct) not in dead and self._dies(construct, gone, facts, goals):
+                    dead[id(construct)] = construct
+            grows = before != (len(dead), len(goals))
+        names = {id(each) for each in first}
+        others = [each for each in self._usage.constructs if id(each) in dead and id(each) not in names]
+        return Lost([each.name for each in others], list(goals), self._actions_of(dead))
+
+    def _dies(
+        self, construct: Construct, names: set[tuple[Kind, str]], facts: set[str], goals: dict[str, None]
+    ) -> bool:
+        """Whether a construct needs a function, a template, a fact or a goal that is lost."""
+        defined: set[Name] = set()
+        for mention in construct.placed.piece.mentions:
+            name = mention.name
+            if mention.use is Use.DEFINED:
+                defined.add(name)
+            elif (name.kind, name.text) in names and name not in defined:
+                return True
+        for pattern in construct.patterns:
+            if pattern.template in facts:
+                return True
+            classes = pattern.slots.get("class", frozenset()) if pattern.template == "goal" else frozenset()
+            if classes and classes <= goals.keys():
+                return True
+        return False
+
+    def _names_of(self, dead: dict[int, Construct]) -> set[tuple[Kind, str]]:
+        """Return the functions and templates that no other construct defines."""
+        gone = {(_NEEDS[each.keyword], each.name) for each in dead.values() if each.keyword in _NEEDS}
+        for each in self._usage.constructs if gone else ():
+            if each.keyword in _NEEDS and id(each) not in dead:
+                gone.discard((_NEEDS[each.keyword], each.name))
+        return gone
+
+    def _facts_of(self, dead: dict[int, Construct]) -> set[str]:
+        """Return the templates of which no fact is made any more."""
+        return {
+            template
+            for template, makers in self._usage.made.items()
+            if all(id(construct) in dead for construct, _ in makers)
+            and not self._usage.is_made_elsewhere(template)
+        }
+
+    def _goals_of(self, dead: dict[int, Construct]) -> list[str]:
+        lost = {word for each in dead.values() for word in each.symbols & self._classes}
+        lost -= self._usage.others
+        for construct in self._usage.constructs:
+            if lost and id(construct) not in dead:
+                lost -= construct.words
+        return sorted(lost)
+
+    def _actions_of(self, dead: dict[int, Construct]) -> list[str]:
+        made = set[str]()
+        for each in dead.values():
+            made |= _planned(each)
+        for construct in self._usage.constructs:
+            if made and id(construct) not in dead:
+                made -= _planned(construct)
+        return sorted(made)
+
+
+def _planned(construct: Construct) -> set[str]:
+    return {
+        mention.name.text
+        for mention in construct.placed.piece.mentions
+        if mention.name.kind is Kind.ACTION and mention.use in _MAKES
+    }

@@ -1,0 +1,247 @@
+"""`cxbridge sweep`: thousands of runs in drawn worlds."""
+
+from __future__ import annotations
+
+import dataclasses
+import os
+import shlex
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from cxbridge.cli.connect import AsJson
+from cxbridge.cli.console import say, say_json
+from cxbridge.cli.option_groups import option_groups
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import ScenarioOptions, SourceOptions
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
+    from cxbridge.sweep.engine import Engine
+    from cxbridge.sweep.kept import KeptRows
+    from cxbridge.sweep.rows import RunRow, SweepJob
+
+_LOCAL = "local"
+_DASK = "dask://"
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _AgentOptions(ScenarioOptions, SourceOptions):
+    """The agent: options of runs."""
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _SweepOptions:
+    """How much is played, and where."""
+
+    runs: Annotated[int, typer.Option(min=1, help="How many runs.")] = 1000
+    seed: Annotated[int, typer.Option(help="The seed of the first run; the others follow.")] = 0
+    against: Annotated[
+        Path | None,
+        typer.Option(metavar="SCENARIO", help="A second agent, in the same worlds.", show_default=False),
+    ] = None
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What can happen to skills; by default world.yaml beside the scenario.",
+            show_default=False,
+        ),
+    ] = None
+    timeout: Annotated[float, typer.Option(min=0, help="Seconds of its clock that a run may take.")] = 600.0
+    jobs: Annotated[
+        int, typer.Option(min=0, help="Processes on this machine; 0: as many as it has processors.")
+    ] = 0
+    resume: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Keep the result of each run in this file, and do not play again what is in it.",
+            show_default=False,
+        ),
+    ] = None
+    engine: Annotated[str, typer.Option(metavar="local|dask://HOST:PORT", help="Who plays the runs.")] = (
+        _LOCAL
+    )
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _SweepOutputs:
+    """Where the results go."""
+
+    csv: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Write a row for each run.", show_default=False)
+    ] = None
+    parquet: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="The same as Parquet.", show_default=False)
+    ] = None
+    page: Annotated[
+        Path | None,
+        typer.Option("--html", metavar="FILE", help="Write a page with plots.", show_default=False),
+    ] = None
+    as_json: AsJson = False
+
+
+@option_groups
+def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> int:
+    """Play a scenario many times, each in a world drawn by its seed: which skills fail, how long they take.
+
+    One seed is one world: the same run every time. With --against, a second agent meets the same worlds.
+
+    Exit status: 0 played; 2 bad input.
+
+    Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
+    """
+    from cxbridge.sweep.summary import Comparison, SweepSummary
+
+    jobs = _jobs(agent, play)
+    started = time.perf_counter()
+    seeds = range(play.seed, play.seed + play.runs)
+    with _kept(play) as kept, _engine(play) as engine:
+        sweeps = {name: _play(engine, name, job, seeds, kept) for name, job in jobs.items()}
+    wall_seconds = round(time.perf_counter() - started, 3)
+    _write(sweeps, outputs)
+    first, *others = sweeps.values()
+    found: dict[str, Any] = {**SweepSummary(first).as_dict(), "seed": play.seed, "wall_seconds": wall_seconds}
+    if others:
+        (second,) = others
+        found["against"] = SweepSummary(second).as_dict()
+        compared = Comparison({row.seed: row for row in first}, {row.seed: row for row in second})
+        found["comparison"] = compared.as_dict()
+    if outputs.as_json:
+        say_json(found)
+    else:
+        _tell(found, play)
+    return 0
+
+
+def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
+    """Return what is played, by the agent's name."""
+    from cxbridge.run.options import RunOptions
+    from cxbridge.sweep.rows import SweepJob
+
+    options = RunOptions(**vars(agent), skiller="none", timeout=play.timeout)
+    jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, play.world)}
+    if play.against is not None:
+        jobs[str(play.against)] = SweepJob(dataclasses.replace(options, scenario=play.against), play.world)
+        if len(jobs) == 1:
+            raise CxbridgeError(f"--against names the same agent: {play.against}", hint="name another one")
+    for job in jobs.values():
+        job.options.check()
+    return jobs
+
+
+@contextmanager
+def _engine(play: _SweepOptions) -> Iterator[Engine]:
+    from cxbridge.sweep.engine import LocalEngine
+
+    if play.engine == _LOCAL:
+        with LocalEngine(play.jobs or os.cpu_count() or 1) as engine:
+            yield engine
+        return
+    if play.engine.startswith(_DASK):
+        from cxbridge.sweep.dask_engine import DaskEngine
+
+        with DaskEngine(play.engine.removeprefix(_DASK)) as cluster:
+            yield cluster
+        return
+    raise CxbridgeError(f"--engine cannot be '{play.engine}'", hint=f"use {_LOCAL} or {_DASK}HOST:PORT")
+
+
+@contextmanager
+def _kept(play: _SweepOptions) -> Iterator[KeptRows | None]:
+    from cxbridge.sweep.kept import KeptRows
+
+    if play.resume is None:
+        yield None
+        return
+    with KeptRows(play.resume) as kept:
+        yield kept
+
+
+def _play(
+    engine: Engine, name: str, job: SweepJob, seeds: Sequence[int], kept: KeptRows | None
+) -> list[RunRow]:
+    """Return the rows of an agent, in the order of their seeds.
+
+    :param kept: has rows of before, and gets the others; None: nobody keeps them.
+    """
+    before = {} if kept is None else kept.of(name)
+    rows = {seed: before[seed] for seed in seeds if seed in before}
+    missing = [seed for seed in seeds if seed not in rows]
+    with _progress(name, len(missing)) as advance:
+        for row in engine.rows(job, missing) if missing else ():
+            rows[row.seed] = row
+            if kept is not None:
+                kept.add(name, row)
+            advance()
+    return [rows[seed] for seed in seeds]
+
+
+@contextmanager
+def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
+    """Show how far it is, on a terminal."""
+    if not sys.stderr.isatty():
+        yield lambda: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
+    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+        task = progress.add_task(name, total=total)
+        yield lambda: progress.advance(task)
+
+
+def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
+    from cxbridge.sweep.page import write_page
+    from cxbridge.sweep.tables import write_csv, write_parquet
+
+    tables: dict[str, Sequence[RunRow]] = {**sweeps}
+    if outputs.csv is not None:
+        write_csv(tables, outputs.csv)
+    if outputs.parquet is not None:
+        write_parquet(tables, outputs.parquet)
+    if outputs.page is not None:
+        write_page(tables, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
+
+
+def _tell(found: dict[str, Any], play: _SweepOptions) -> None:
+    """Print a sweep for people."""
+    _tell_one(found)
+    if play.against is None:
+        return
+    say(f"against {play.against}:")
+    _tell_one(found["against"])
+    compared = found["comparison"]
+    completed = compared["completed"]
+    say(
+        f"difference in completed runs: {100 * completed['estimate']:+.2f} % "
+        f"({100 * completed['low']:+.2f} to {100 * completed['high']:+.2f})"
+    )
+    if compared["makespan"] is not None:
+        span = compared["makespan"]
+        say(f"difference in makespan: {span['estimate']:+.3f} s ({span['low']:+.3f} to {span['high']:+.3f})")
+    for each in compared["seeds"]:
+        first, second = each["outcomes"]
+        spans = " and ".join(f"{value:.2f} s" for value in each["makespans"])
+        say(f"  seed {each['seed']}: {first} and {second}, {spans}")
+
+
+def _tell_one(found: dict[str, Any]) -> None:
+    for outcome, count in found["outcomes"].items():
+        seeds = found["seeds"].get(outcome, ())
+        first = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""
+        say(f"{outcome}: {count} of {found['runs']}{first}")
+    if found["makespan"] is not None:
+        spans = ", ".join(f"{name} {value:.2f}" for name, value in found["makespan"].items())
+        say(f"makespan of completed runs, seconds: {spans}")
+    for goal_class, outcomes in found["goals"].items():
+        counts = ", ".join(f"{outcome} {count}" for outcome, count in outcomes.items())
+        say(f"goal {goal_class}: {counts}")

@@ -1,0 +1,239 @@
+"""Finds the breakpoints that nothing can ever reach: rules, modes, states and skills that there are not.
+
+Only what the loaded agent proves is a mistake. Rules make the names of goals and of plan-actions while they
+fire, so those are known to be wrong when the run is over: :class:`MetNames`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from fnmatch import fnmatchcase
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.syntax import TOKEN
+from cxbridge.errors import ExecutiveError
+from cxbridge.events import Event, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.executive.breakpoints import ANY, Breakpoint, skill_name
+from cxbridge.executive.host.constructs import allowed_values, rule_names
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.suggestions import did_you_mean, or_similar
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+_LOADERS: Final = frozenset(
+    (*(f"{path}{verb}{star}" for path in ("", "path-") for verb in ("load", "batch") for star in ("", "*")),)
+) | {"bload", "build"}
+"""The functions that define constructs."""
+
+_COLON_STATUS: Final = re.compile(r".*:(\w+)", re.DOTALL)
+_LITERAL: Final = re.compile(r"[^*?\[{(]*")
+_WILD: Final = "*?["
+_MOST_NAMES: Final = 10_000
+
+
+Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
+"""Breakpoints that nothing can ever reach, and why."""
+
+
+class AgentNames:
+    """What is known about the names that can occur in an agent.
+
+    :param env: its environment.
+    :param skills: returns the existing skills; None when others have them.
+    :param is_initial: whether a file is one of those that load the others, in the initialisation.
+    """
+
+    def __init__(
+        self,
+        env: ClipsEnvironment,
+        skills: Callable[[], Collection[str] | None] = lambda: None,
+        is_initial: Callable[[Path], bool] = lambda _file: False,
+    ) -> None:
+        self._env = env
+        self._skills = skills
+        self._is_initial = is_initial
+
+        self._log = env.bus.logger("Debugger")
+        self._is_checked = False
+        self.on_mistakes: Callable[[Mistakes], None] = self._warn
+        """Called once, when the agent is initialised, with the breakpoints that nothing can ever reach."""
+
+    @property
+    def are_complete(self) -> bool:
+        """Whether the agent is initialised: before, nobody knows what it will load."""
+        return next(self._env.facts("executive-initialized"), None) is not None
+
+    def check(self, item: Breakpoint) -> None:
+        """See that something may reach a breakpoint; all may pass until the agent is initialised.
+
+        :raises ExecutiveError: when nothing ever will.
+        """
+        with self._env.lock:
+            if self.are_complete:
+                self._check(item)
+
+    def check_once(self, items: Iterable[Breakpoint]) -> None:
+        """Look for breakpoints that nothing can ever reach, in the loop in which the agent is initialised."""
+        if self._is_checked or not self.are_complete:
+            return
+        self._is_checked = True
+        mistakes = []
+        for item in items:
+            try:
+                self._check(item)
+            except ExecutiveError as error:
+                mistakes.append((item, error))
+        self.on_mistakes(mistakes)
+
+    def _warn(self, mistakes: Mistakes) -> None:
+        for _, error in mistakes:
+            self._log.warn(" ".join(str(error).split()))
+
+    def _check(self, item: Breakpoint) -> None:
+        found = self._mistake(item)
+        if found is None:
+            return
+        what, hint = f"breakpoint {item}: {found[0]}", found[1]
+        if not (item.is_of_rules and self._may_load):
+            raise ExecutiveError(what, hint=hint)
+        self._log.warn(f"{what} yet{f': {hint}' if hint else ''}")
+
+    def _mistake(self, item: Breakpoint) -> tuple[str, str] | None:
+        if item.is_of_rules:
+            return self._rule(item.name)
+        if item.kind == "goal":
+            return self._goal(item)
+        if item.kind == "action":
+            states = allowed_values(self._env, "plan-action", "state")
+            return _unknown(item.state, states, "plan-actions have no state", "the states are")
+        return self._skill(item) if item.kind == "skill" else None
+
+    def _rule(self, name: str) -> tuple[str, str] | None:
+        rules = rule_names(self._env)
+        if name.strip("*") == "" or any(fnmatchcase(rule, name) for rule in rules):
+            return None
+        what = "no rule matches" if _is_pattern(name) else "there is no rule"
+        return f"{what} '{name}'", did_you_mean(_plain(name), rules)
+
+    def _goal(self, item: Breakpoint) -> tuple[str, str] | None:
+        modes = allowed_values(self._env, "goal", "mode")
+        outcomes = allowed_values(self._env, "goal", "outcome")
+        wrong = _unknown(item.state, modes, "goals have no mode", "the modes are")
+        if wrong is None:
+            return _unknown(item.outcome, outcomes, "goals have no outcome", "the outcomes are")
+        if item.state in outcomes:
+            return wrong[0], f"{item.state} is an outcome: use goal:{item.name}:*:{item.state}"
+        return wrong
+
+    def _skill(self, item: Breakpoint) -> tuple[str, str] | None:
+        end = _COLON_STATUS.fullmatch(item.name)  # no skill string ends so
+        wrong = _unknown(
+            end[1] if end else item.state, skill_statuses(), "skills have no status", "these are"
+        )
+        skills = None if wrong else self._skills()
+        if wrong or skills is None:
+            return wrong
+        begin = _LITERAL.match(item.name)
+        head = begin[0].strip() if begin else ""
+        is_whole = _literal_ends(item.name[len(begin[0]) :]) if begin else False
+        if any(skill == head if is_whole else skill.startswith(head) for skill in skills):
+            return None
+        others = f"there are: {', '.join(sorted(skills)) or 'none'}"
+        return f"there is no skill '{head}{'' if is_whole else '*'}'", did_you_mean(head, skills, others)
+
+    @property
+    def _may_load(self) -> bool:
+        """Whether the agent may still load something: it names a loader, and not just for what is loaded."""
+        files = self._env.loader.files
+        texts = (_text(file) for file in dict.fromkeys(files) if not self._is_initial(file))
+        return any(_loads(text, files) for text in texts)
+
+
+class MetNames:
+    """The names of goals, plan-actions and skills that have occurred."""
+
+    def __init__(self) -> None:
+        self._names: dict[str, set[str]] = {"goal": set(), "action": set(), "skill": set()}
+        self._ids: set[str] = set()
+
+    def take(self, event: Event) -> None:
+        """Take a transition."""
+        if isinstance(event, GoalTransition):
+            self._add("goal", event.goal_class)
+            if len(self._ids) < _MOST_NAMES:
+                self._ids.add(event.goal)
+        elif isinstance(event, PlanActionTransition):
+            self._add("action", event.action)
+        elif isinstance(event, SkillStatus):
+            self._add("skill", skill_name(event.skill_string))
+
+    def _add(self, kind: str, name: str) -> None:
+        if name and len(self._names[kind]) < _MOST_NAMES:
+            self._names[kind].add(name)
+
+    def lacks(self, item: Breakpoint) -> str:
+        """Return that the name of a breakpoint has not occurred; empty when it has, or of another kind."""
+        known = self._names.get(item.kind)
+        if known is None:
+            return ""
+        name = skill_name(item.name) if item.kind == "skill" else item.name
+        met = (*known, *self._ids) if item.kind == "goal" else known
+        if len(met) >= _MOST_NAMES or any(fnmatchcase(each, name) for each in met):
+            return ""
+        return f"there was no {item.kind} '{name}'{or_similar(_plain(name), known)}"
+
+
+def skill_statuses() -> tuple[str, ...]:
+    """Return the statuses that a skill can have, as the interface of Skillers names them."""
+    enums = InterfaceRegistry().schema("SkillerInterface").enums
+    return tuple(item.name for enum in enums if enum.name == "SkillStatusEnum" for item in enum.items)
+
+
+def _unknown(pattern: str, known: Collection[str], what: str, which: str) -> tuple[str, str] | None:
+    """Return that no known name matches, and a hint; None when one does, or when none is known."""
+    if pattern == ANY or not known or any(fnmatchcase(each, pattern) for each in known):
+        return None
+    return f"{what} '{pattern}'", did_you_mean(_plain(pattern), known, f"{which}: {', '.join(known)}")
+
+
+def _is_pattern(name: str) -> bool:
+    return any(sign in name for sign in _WILD)
+
+
+def _plain(pattern: str) -> str:
+    """Return a pattern without its signs."""
+    return pattern.translate({ord(sign): None for sign in "*?[]"})
+
+
+def _literal_ends(rest: str) -> bool:
+    """Whether a skill's name is over where its pattern goes on like this."""
+    return not rest.startswith(tuple(_WILD))
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text("utf-8", "surrogateescape")
+    except OSError:
+        return ""
+
+
+def _loads(text: str, loaded: Iterable[Path]) -> bool:
+    """Whether a text names a function that defines constructs, unless with a file that is loaded."""
+    tokens = _tokens(text)
+    for token in tokens:
+        if token in _LOADERS:
+            file = next(tokens, "")
+            if not (file.startswith('"') and _is_among(file.strip('"'), loaded)):
+                return True
+    return False
+
+
+def _tokens(text: str) -> Iterator[str]:
+    return (match[0] for match in TOKEN.finditer(text) if match.lastgroup != "blank")
+
+
+def _is_among(name: str, files: Iterable[Path]) -> bool:
+    return bool(name) and any(f"/{file}".endswith(f"/{name}") for file in files)

@@ -1,0 +1,43 @@
+"""The names that the constructs of an environment define: rules, deftemplates, and the values of slots."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cxbridge.clipstext.syntax import without_module
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.values import Symbol
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+
+def rule_names(env: ClipsEnvironment) -> frozenset[str]:
+    """Return the names of all rules, without their modules."""
+    return _names(env, "get-defrule-list")
+
+
+def template_names(env: ClipsEnvironment) -> frozenset[str]:
+    """Return the names of all deftemplates, without their modules; those of ordered facts, too."""
+    return _names(env, "get-deftemplate-list")
+
+
+def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
+    """Return the error about a deftemplate that an environment lacks."""
+    return ClipsError(
+        f"there is no deftemplate '{name}'", hint=did_you_mean(name, template_names(env)) or None
+    )
+
+
+def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
+    """Return the values that a slot of a deftemplate can have; none when it can have any, or is not there."""
+    if not env.has_template(template):
+        return ()
+    found = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))
+    return tuple(map(str, found)) if isinstance(found, tuple) else ()
+
+
+def _names(env: ClipsEnvironment, function: str) -> frozenset[str]:
+    found = env.call(function, Symbol("*"))
+    return frozenset(without_module(str(name)) for name in found) if isinstance(found, tuple) else frozenset()

@@ -1,0 +1,1 @@
+"""The properties that every run of every agent should have."""

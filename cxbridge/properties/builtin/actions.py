@@ -1,0 +1,209 @@
+"""Properties of plan-actions: none starts with a false precondition, and nothing is executed twice."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Hashable, Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from cxbridge.explain.preconditions import Atom, Preconditions, fields, ground
+from cxbridge.properties.monitor import Monitor
+from cxbridge.properties.tables import FactTables
+
+_DOMAIN: Final = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
+_ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")
+_BEFORE: Final = frozenset({"FORMULATED", "PENDING"})
+_STARTED: Final = frozenset({"WAITING", "RUNNING"})
+_DONE: Final = "FINAL"
+
+ActionKey = tuple[str, str, str, str]
+"""Environment, and the ids of goal, plan and action."""
+
+Literal = tuple[bool, Atom]
+"""An atom that an effect makes true, or false."""
+
+
+@dataclass(frozen=True, slots=True)
+class Action:
+    """A plan-action as a monitor sees it.
+
+    :param arguments: the values of its parameters, by their names.
+    """
+
+    key: ActionKey
+    name: str
+    arguments: Mapping[str, str]
+
+    @property
+    def text(self) -> str:
+        """Its name and its arguments."""
+        return " ".join((self.name, *self.arguments.values()))
+
+    @property
+    def goal(self) -> str:
+        """The id of its goal."""
+        return self.key[1]
+
+
+class ActionMonitor(Monitor):
+    """Follows the states of plan-actions."""
+
+    def begin(self) -> None:
+        """Follow the actions, and the domain."""
+        self.states: dict[ActionKey, str] = {}
+        for tables in self.scene.tables:
+            for template in _DOMAIN:
+                tables.follow(template)
+            tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
+
+    def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
+        try:
+            key = tables.name, slots["goal-id"], slots["plan-id"], slots["id"]
+            state, before = slots["state"], self.states.get(key)
+        except KeyError:
+            return  # of another template of this name
+        if state == before:
+            return
+        self.states[key] = state
+        if state in _STARTED and before not in _STARTED:
+            self.started(tables, self._action(tables, key, slots))
+        elif state == _DONE:
+            self.done(tables, self._action(tables, key, slots))
+        elif state in _BEFORE:
+            self.waits(key)
+
+    @staticmethod
+    def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> Action:
+        name = slots["action-name"]
+        names, values = fields(slots.get("param-names", "")), fields(slots.get("param-values", ""))
+        if not names:
+            names = next(
+                (
+                    fields(each["param-names"])
+                    for each in tables.shown("domain-operator")
+                    if each["name"] == name
+                ),
+                (),
+            )
+        return Action(key, name, dict(zip(names, values, strict=False)))
+
+    @abstractmethod
+    def started(self, tables: FactTables, action: Action) -> None:
+        """Take an action that starts now."""
+
+    def waits(self, key: ActionKey) -> None:
+        """Take an action that is to be started: a new one, or one that the agent tries again."""
+
+    def done(self, tables: FactTables, action: Action) -> None:
+        """Take an action that is over and whose effects are there."""
+
+
+class PreconditionsHold(ActionMonitor):
+    """No action starts while its precondition is false."""
+
+    def started(self, tables: FactTables, action: Action) -> None:
+        """Look at the facts of the domain."""
+        if not any(each["part-of"] == action.name for each in tables.shown("pddl-formula")):
+            return
+        self.is_evaluated = True
+        blame = Preconditions(tables.shown).blame(action.name, action.arguments)
+        if blame:
+            self.scene.report(
+                f"{action.text} of {action.goal} starts while its precondition does not hold: "
+                + ", ".join(blame),
+                goal=action.goal,
+                action=action.text,
+            )
+
+
+class ExecutedOnce(ActionMonitor):
+    """Nothing is executed twice.
+
+    A plan-action has one skill call, unless the agent has set it back to be tried again. And no action starts
+    whose effects are there already because the same operator has been executed: by another robot, or for
+    another goal. An action without effects may be repeated as often as the agent likes.
+    """
+
+    def begin(self) -> None:
+        """Follow the calls of skills, and the facts that undo an effect."""
+        super().begin()
+        self._calls: dict[ActionKey, str] = {}
+        self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
+        for tables in self.scene.tables:
+            watcher = tables.env.watcher
+            slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
+            watcher.follow("skill-action-execinfo", partial(self._called, tables), slots)
+            watcher.follow("domain-fact", partial(self._changed, False), ("name", "param-values"))
+            watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
+
+    def _called(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
+        key = tables.name, slots["goal-id"], slots["plan-id"], slots["action-id"]
+        skill = self._calls.setdefault(key, slots["skill-id"])
+        self.is_evaluated = True
+        if skill != slots["skill-id"]:
+            name = slots["skill-name"]
+            self.scene.report(
+                f"a second skill was called for action {key[3]} {name} of {key[1]}, which has one already",
+                goal=key[1],
+                action=name,
+                skill=name,
+            )
+
+    def _changed(self, undone: bool, _template: str, slots: Mapping[str, str]) -> None:
+        atom = (slots["name"], *fields(slots["param-values"]))
+        self._undo({(undone, atom)})
+
+    def _undo(self, gone: set[Literal]) -> None:
+        for key in [key for key in self._achieved if not gone.isdisjoint(key[1])]:
+            del self._achieved[key]
+
+    def waits(self, key: ActionKey) -> None:
+        """Let it have a skill call."""
+        self._calls.pop(key, None)
+
+    def started(self, tables: FactTables, action: Action) -> None:
+        """Look whether the same has been done, and not been undone."""
+        effects = self._effects(tables, action)
+        if not effects:
+            return
+        self.is_evaluated = True
+        before = self._achieved.get((action.name, self._aim(effects)))
+        if before is not None:
+            self.scene.report(
+                f"{action.text} of {action.goal} starts, but {before} has been executed, "
+                "and its effects are there",
+                goal=action.goal,
+                action=action.text,
+            )
+
+    def done(self, tables: FactTables, action: Action) -> None:
+        """Note what has been achieved."""
+        effects = self._effects(tables, action)
+        if effects:
+            self._undo({(not made, atom) for made, atom in effects})
+            self._achieved[action.name, self._aim(effects)] = f"{action.text} of {action.goal}"
+
+    @staticmethod
+    def _aim(effects: frozenset[Literal]) -> frozenset[Literal]:
+        """Return what an action is for: what it makes true, or if that is nothing, what it makes false."""
+        return frozenset(each for each in effects if each[0]) or effects
+
+    @staticmethod
+    def _effects(tables: FactTables, action: Action) -> frozenset[Literal]:
+        """Return what an action changes; nothing when that depends on conditions."""
+        conditional = {each["part-of"] for each in tables.shown("pddl-formula")}
+        effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]
+        if any(each["name"] in conditional for each in effects):
+            return frozenset()
+        return frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
+
+    def state(self) -> Hashable | None:
+        """Return what has been achieved, and which actions have had their call."""
+        here = {
+            (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
+            for tables in self.scene.tables
+            for slots in tables.shown("plan-action")
+        }
+        return frozenset(self._achieved), frozenset(key for key in self._calls if key in here)

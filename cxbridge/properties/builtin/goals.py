@@ -1,0 +1,147 @@
+"""Properties of goals: each of them goes away in the end, and none rests for nothing."""
+
+from __future__ import annotations
+
+from collections.abc import Hashable, Iterator, Mapping
+from functools import partial
+from typing import Final
+
+from cxbridge.properties.monitor import Ending, Monitor, RunEnd, Scene
+from cxbridge.properties.tables import Changes, FactTables, Slots
+
+DEFAULT_REST_S: Final = 60.0
+"""Seconds that a goal may rest in a mode with nothing to wait for."""
+
+_RETRACTED: Final = "RETRACTED"
+_GOAL, _ACTION, _CALL = "goal", "plan-action", "planner-call"
+_AT_WORK: Final = frozenset(
+    {"WAITING", "RUNNING", "EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"}
+)
+
+
+def _goals(tables: FactTables) -> dict[str, Slots]:
+    return {str(slots["id"]): slots for slots in tables.facts(_GOAL)}
+
+
+def _is_maintained(goal: Slots) -> bool:
+    return goal.get("type") == "MAINTAIN"
+
+
+def _may_go(goal: Slots) -> bool:
+    # one without an id that goes before anything happened to it has got one, and comes again
+    return bool(goal["mode"] == _RETRACTED or (goal["id"] == "nil" and goal["mode"] == "FORMULATED"))
+
+
+def _above(goal: Slots, goals: Mapping[str, Slots]) -> Iterator[Slots]:
+    """Yield the goal and those above it; each once, though there may be a ring."""
+    seen: set[str] = set()
+    while str(goal["id"]) not in seen:
+        seen.add(str(goal["id"]))
+        yield goal
+        above = goals.get(str(goal["parent"]))
+        if above is None:
+            return
+        goal = above
+
+
+class GoalsRetracted(Monitor):
+    """Each goal is RETRACTED in the end, or goes with one above it that is. Goals to MAINTAIN never end."""
+
+    def begin(self) -> None:
+        """Follow the goals."""
+        self._changes = Changes(self.scene.tables, _GOAL)
+        self._last: list[dict[str, Mapping[str, str]]] = [{} for _ in self.scene.tables]
+        for tables, last in zip(self.scene.tables, self._last, strict=True):
+            tables.env.watcher.follow(_GOAL, partial(self._note, last), ("id", "parent", "mode", "type"))
+
+    @staticmethod
+    def _note(last: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
+        last[slots["id"]] = slots
+
+    def look(self) -> None:
+        """Look for goals that have gone too early."""
+        if not self._changes.taken():
+            return
+        for tables, last in zip(self.scene.tables, self._last, strict=True):
+            here = _goals(tables)
+            self.is_evaluated |= bool(here)
+            gone = [goal for name, goal in last.items() if name not in here]
+            for goal in gone:
+                if not any(_may_go(each) for each in _above(goal, last)):
+                    name, mode = goal["id"], goal["mode"]
+                    self.scene.report(f"goal {name} is gone, it was {mode}", goal=name)
+            for goal in gone:
+                del last[goal["id"]]
+
+    def end(self, end: RunEnd) -> None:
+        """Look for goals that have been left behind."""
+        if end.ending is Ending.CUT:
+            return
+        for tables in self.scene.tables:
+            goals = _goals(tables)
+            for name, goal in goals.items():
+                if not any(_may_go(each) or _is_maintained(each) for each in _above(goal, goals)):
+                    self.scene.report(f"goal {name} is {goal['mode']} at the end", goal=name)
+
+
+class NoIdleRest(Monitor):
+    """No goal rests in a mode for long without something that it waits for.
+
+    :param most_s: so long it may rest.
+    """
+
+    def __init__(self, scene: Scene, most_s: float = DEFAULT_REST_S) -> None:
+        super().__init__(scene)
+        self._most_s = most_s
+        self._since: dict[tuple[str, str], tuple[str, float]] = {}
+
+    def begin(self) -> None:
+        """Follow what goals can wait for."""
+        self._changes = Changes(self.scene.tables, _GOAL, _ACTION, _CALL, "mutex")
+
+    def look(self) -> None:
+        """Note who rests, and find who has done so for too long."""
+        now = self.scene.seconds
+        if self._changes.taken():
+            before, self._since = self._since, {}
+            for tables in self.scene.tables:
+                for name, mode in self._resting(tables):
+                    old = before.get((tables.name, name))
+                    self._since[tables.name, name] = old if old and old[0] == mode else (mode, now)
+            self.is_evaluated |= bool(self._since)
+        for (_, name), (mode, since) in self._since.items():
+            if now - since > self._most_s:
+                self.scene.report(
+                    f"goal {name} has been {mode} for {self._most_s:g} s and waits for nothing", goal=name
+                )
+
+    def _resting(self, tables: FactTables) -> Iterator[tuple[str, str]]:
+        """Yield id and mode of the goals that wait for nothing."""
+        goals = _goals(tables)
+        busy = {str(slots["goal-id"]) for slots in tables.facts(_CALL) if slots["status"] == "RUNNING"}
+        actions = tables.facts(_ACTION)
+        working = {str(slots["goal-id"]) for slots in actions if slots["state"] in _AT_WORK}
+        busy |= working
+        if working:  # it may wait until the Skiller, or what another action changes, is free
+            busy |= {str(slots["goal-id"]) for slots in actions if slots["state"] == "PENDING"}
+        parents = {str(goal["parent"]) for goal in goals.values() if goal["mode"] != _RETRACTED}
+        locks = any(slots["state"] == "LOCKED" for slots in tables.facts("mutex"))
+        for name, goal in goals.items():
+            mode = str(goal["mode"])
+            waits = (
+                mode == _RETRACTED
+                or _is_maintained(goal)
+                or name in busy
+                or name in parents  # for those below it, which are looked at themselves
+                or (mode == "FORMULATED" and len(goals) > 1)  # for its turn
+                or (
+                    mode == "COMMITTED" and locks and goal["required-resources"] != goal["acquired-resources"]
+                )
+            )
+            if not waits:
+                yield name, mode
+
+    def state(self) -> Hashable | None:
+        """Return how long each has rested."""
+        now = self.scene.seconds
+        return frozenset((*key, mode, round(now - since, 3)) for key, (mode, since) in self._since.items())

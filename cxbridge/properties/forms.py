@@ -1,0 +1,124 @@
+"""The text form of properties: ``never (goal (mode FAILED))``, ``after (a) then (b) within 10``."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Final
+
+from cxbridge.clipstext.syntax import SyntaxNode, one_line, read
+from cxbridge.config.documents import Mark
+from cxbridge.properties.monitor import Monitor, Property, Scene
+from cxbridge.properties.patterns import Pattern
+from cxbridge.properties.temporal import After, Always, Eventually, Never
+from cxbridge.suggestions import did_you_mean
+
+FORMS: Final = (
+    "never (PATTERN)",
+    "always (PATTERN)",
+    "eventually (PATTERN) [within SECONDS]",
+    "after (PATTERN) then (PATTERN) [within SECONDS]",
+)
+"""The forms of a property."""
+
+_WORDS: Final = ("never", "always", "eventually", "after")
+_NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
+_NO_PATTERN: Final = frozenset({"test", "declare"})
+
+
+@dataclass(slots=True)
+class _Reader:
+    """Takes the parts of a form from left to right."""
+
+    text: str
+    nodes: list[SyntaxNode]
+    where: Mark
+
+    def word(self) -> str:
+        """Take a word; empty when the next part is none."""
+        if self.nodes and self.nodes[0].items is None:
+            return self.nodes.pop(0).text
+        return ""
+
+    def pattern(self, after: str) -> Pattern:
+        """Take conditional elements, at least one of which is a pattern."""
+        found: list[SyntaxNode] = []
+        while self.nodes and self.nodes[0].items is not None:
+            found.append(self.nodes.pop(0))
+        if not any(node.head and node.head not in _NO_PATTERN for node in found):
+            raise self.where.error(
+                f"'{after}' needs a pattern: {self.text}", "a pattern is in parentheses: (goal (mode FAILED))"
+            )
+        return Pattern(tuple(found), self.where)
+
+    def within(self) -> float | None:
+        """Take the time limit, if there is one; nothing may follow it."""
+        word, limit = self.word(), None
+        if word == "within":
+            number = self.word()
+            limit = _seconds(number)
+            if limit is None:
+                raise self.where.error(
+                    f"'within' needs seconds, not '{number}': {self.text}", "e.g. within 30"
+                )
+            word = self.word()
+        if word or self.nodes:
+            rest = word or self.nodes[0].text
+            raise self.where.error(
+                f"'{rest}' does not belong into a property: {self.text}",
+                did_you_mean(rest, ("within", "then"), f"properties are: {'; '.join(FORMS)}"),
+            )
+        return limit
+
+
+def _seconds(text: str) -> float | None:
+    try:
+        seconds = float(text)
+    except ValueError:
+        return None
+    return seconds if 0 < seconds < float("inf") else None
+
+
+def read_property(text: str, where: Mark | None = None) -> Property:
+    """Read the text form of a property: ``[NAME:] FORM``.
+
+    :param where: what an error names.
+    :raises ConfigError: when it is none. That its deftemplates are there is seen when it is watched.
+    """
+    where = where or Mark()
+    match = _NAME.match(text)
+    body = text[match.end() :] if match else text
+    if body.count("(") != body.count(")"):
+        raise where.error(f"the parentheses of a property do not match: {text.strip()}")
+    reader = _Reader(text.strip(), read(body), where)
+    name = match[1] if match else one_line(body)
+    kind = reader.word()
+    made: Callable[[Scene], Monitor]
+    match kind:
+        case "never":
+            made = partial(Never, pattern=reader.pattern(kind))
+        case "always":
+            made = partial(Always, pattern=reader.pattern(kind))
+        case "eventually":
+            pattern = reader.pattern(kind)
+            return Property(
+                name, partial(Eventually, pattern=pattern, within_s=reader.within()), one_line(body)
+            )
+        case "after":
+            first = reader.pattern(kind)
+            then = reader.word()
+            if then != "then":
+                raise where.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
+            second = reader.pattern(then)
+            made = partial(After, first=first, second=second, within_s=reader.within())
+            return Property(name, made, one_line(body))
+        case _:
+            hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
+            raise where.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
+    if reader.within() is not None:
+        raise where.error(
+            f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
+        )
+    return Property(name, made, one_line(body))

@@ -1,0 +1,50 @@
+"""Properties that are functions of Python over the events of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable, Sequence
+from functools import partial
+
+from cxbridge.events import Event, LogLine
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.properties.monitor import Monitor, Property, RunEnd, Scene
+
+EventFunction = Callable[[Sequence[Event]], str | None]
+"""Gets the events of a run when it is over; returns what is wrong in a sentence, or None."""
+
+
+def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
+    """Make a property of a function. Runs that are watched by it are never taken for equal.
+
+    :param event_types: those that it gets; by default transitions and lines of the log.
+    :param name: of the property; the function's by default.
+    """
+    types = event_types or (*TRANSITION_TYPES, LogLine)
+    text = (function.__doc__ or "").strip().partition("\n")[0]
+    name = name or getattr(function, "__name__", "function")
+    return Property(name, partial(_EventMonitor, function=function, types=types), text)
+
+
+class _EventMonitor(Monitor):
+    """Collects events for a function."""
+
+    def __init__(self, scene: Scene, function: EventFunction, types: tuple[type[Event], ...]) -> None:
+        super().__init__(scene)
+        self.event_types = types
+        self._function = function
+        self._events: list[Event] = []
+
+    def take(self, event: Event) -> None:
+        """Keep an event."""
+        self._events.append(event)
+
+    def end(self, end: RunEnd) -> None:  # noqa: ARG002 - however it ends
+        """Ask the function."""
+        self.is_evaluated = True
+        wrong = self._function(self._events)
+        if wrong:
+            self.scene.report(wrong)
+
+    def state(self) -> Hashable | None:
+        """Return None: nobody knows what a function looks at."""
+        return None

@@ -1,0 +1,163 @@
+"""Patterns of CLIPS that are matched by CLIPS itself, without a change to what the agent's rules do.
+
+A pattern becomes a rule whose last condition calls us, and is false: so it never comes to the agenda, and
+nothing fires. Such a rule sees each match at the moment at which it comes to be, between two rules as well.
+To know what matches now, the rule is defined for a moment, and taken away.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clipstext.syntax import SyntaxNode, one_line
+from cxbridge.clipstext.values import FALSE, show
+from cxbridge.errors import ClipsError
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from cxbridge.clipstext.values import Value
+    from cxbridge.config.documents import Mark
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+_GROUPS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
+_ABSENCE: Final = frozenset({"not", "forall"})
+_NAME: Final = "cx-property-"
+_LOADED: Final = "(executive-initialized)"
+_NOWHERE: Final = "(executive-initialized nowhere)"
+_numbers = count(1)
+
+Values = tuple[str, ...]
+"""The values of the variables of a pattern, as CLIPS prints them."""
+
+
+@dataclass(frozen=True, slots=True)
+class Pattern:
+    """Conditional elements of CLIPS.
+
+    :param elements: the elements.
+    :param where: where they are written.
+    """
+
+    elements: tuple[SyntaxNode, ...]
+    where: Mark
+
+    @property
+    def text(self) -> str:
+        """As it is written, on one line."""
+        return " ".join(one_line(node.text) for node in self.elements)
+
+    @property
+    def says_absence(self) -> bool:
+        """Whether it asks that facts are not there: a modify takes a fact away for a moment."""
+        return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
+
+    @property
+    def parts(self) -> tuple[SyntaxNode, ...]:
+        """The patterns of facts in it."""
+        return tuple(_facts(self.elements))
+
+    @property
+    def templates(self) -> tuple[str, ...]:
+        """The deftemplates in it, each once."""
+        return tuple(dict.fromkeys(node.head for node in self.parts))
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """The variables that have a value where it matches, in order."""
+        outer = [node for node in self.elements if node.head not in ("not", "forall", "exists", "or")]
+        words = (word.text for node in outer for word in node.walk() if word.items is None)
+        return tuple(
+            dict.fromkeys(word for word in words if word[0] == "?" and len(word) > 1 and word[1] != "*")
+        )
+
+
+def _facts(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
+    for node in nodes:
+        if node.head in _GROUPS:
+            yield from _facts(node.arguments)
+        elif node.head and node.head != "test":
+            yield node
+
+
+def check_names(pattern: Pattern, env: ClipsEnvironment) -> None:
+    """Check that an environment has the deftemplates of a pattern, and their slots.
+
+    :raises ConfigError: when it has not.
+    """
+    known: list[str] = []
+    for part in pattern.parts:
+        if not env.has_template(part.head):
+            known = known or [str(name) for name in env.eval("(get-deftemplate-list *)")]
+            hint = did_you_mean(part.head, (name.rpartition("::")[2] for name in known))
+            raise pattern.where.error(f"there is no deftemplate '{part.head}': {pattern.text}", hint or None)
+        slots = env.eval(f"(deftemplate-slot-names {part.head})")
+        if slots == ("implied",):
+            continue
+        for slot in part.arguments:
+            if slot.items is not None and slot.head not in slots:
+                hint = did_you_mean(slot.head, slots, f"it has: {', '.join(map(str, slots))}")
+                raise pattern.where.error(
+                    f"deftemplate '{part.head}' has no slot '{slot.head}': {pattern.text}", hint
+                )
+
+
+class Probe:
+    """Finds the matches of a pattern in an environment.
+
+    :param variables: whose values are asked for; all of them must have one where the pattern matches.
+    :raises ConfigError: when CLIPS does not take the pattern.
+    """
+
+    def __init__(self, env: ClipsEnvironment, pattern: Pattern, variables: tuple[str, ...] = ()) -> None:
+        self._env = env
+        self._pattern = pattern
+        self._name = f"{_NAME}{next(_numbers)}"
+        self._name_now = f"{self._name}-now"
+        self._variables = variables
+        self._matched: Callable[[Values], None] = lambda _: None
+        self._now: set[Values] = set()
+        env.udfs.define(self._name, self._note, len(variables))
+        env.udfs.define(self._name_now, self._note_now, len(variables))
+        # CLIPS evaluates a test behind a new `not` before it knows whether that holds. So there is a rule
+        # that nothing ever activates, and what is asked later shares all its joins but the last
+        self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NOWHERE}")
+        self._asked = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
+
+    def _note(self, *values: Value) -> Value:
+        self._matched(tuple(map(show, values)))
+        return FALSE
+
+    def _note_now(self, *values: Value) -> Value:
+        self._now.add(tuple(map(show, values)))
+        return FALSE
+
+    def follow(self, matched: Callable[[Values], None]) -> None:
+        """Call ``matched`` with the values of the variables at each match from now on.
+
+        Not for patterns that have a ``not``: see above.
+        """
+        self._matched = matched
+        self._build(self._name, f"{self._pattern.text} {self._call(self._name)}")
+
+    def now(self) -> set[Values]:
+        """Return the values of the variables in the matches that there are now.
+
+        Before the agent is loaded there are none.
+        """
+        self._now = set()
+        self._build(self._name_now, self._asked)
+        self._env.eval(f"(undefrule {self._name_now})")
+        return self._now
+
+    def _call(self, function: str) -> str:
+        return f"(test ({' '.join((function, *self._variables))}))"
+
+    def _build(self, name: str, condition: str) -> None:
+        try:
+            self._env.build_unrecorded(f"(defrule {name} {condition} =>)")
+        except ClipsError as error:
+            text = f"CLIPS does not take the pattern {self._pattern.text}"
+            raise self._pattern.where.error(text, error.message) from None

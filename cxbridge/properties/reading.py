@@ -1,0 +1,71 @@
+"""Properties of files: a list in ``properties.yaml`` beside a scenario."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Final
+
+from cxbridge.config.documents import YamlList, YamlMap, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
+from cxbridge.properties.forms import FORMS, read_property
+from cxbridge.properties.monitor import Property
+
+FILE: Final = "properties.yaml"
+"""The name of the file beside a scenario."""
+
+_EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it may have a name: 'NAME: FORM'"
+
+
+def read_properties(file: Path) -> list[Property]:
+    """Return the properties of a file.
+
+    :raises ConfigError: when it cannot be read, or is wrong.
+    """
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        raise ConfigError(f"cannot be read: {error.strerror}", file=file) from error
+    found: list[Property] = []
+    for root in parse_documents(data, str(file)):
+        if not isinstance(root, YamlList):
+            if isinstance(root, YamlScalar) and root.null:
+                continue
+            raise root.mark.error("this is not a list of properties", _EXPECTED)
+        for item in root.items:
+            match item:
+                case YamlScalar(null=False):
+                    found.append(read_property(item.text, item.mark))
+                case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
+                    found.append(read_property(f"{name.text}: {form.text}", form.mark))
+                case _:
+                    raise item.mark.error("this is not a property", _EXPECTED)
+    return found
+
+
+def beside(scenario: Path | None) -> list[Property]:
+    """Return the properties of the file beside a scenario; none when it has no such file."""
+    if scenario is None:
+        return []
+    file = (scenario if scenario.is_dir() else scenario.parent) / FILE
+    return read_properties(file) if file.is_file() else []
+
+
+def joined(*groups: Iterable[Property]) -> tuple[Property, ...]:
+    """Return all of them.
+
+    :raises ConfigError: when two have the same name.
+    """
+    found: dict[str, Property] = {}
+    for each in _chained(groups):
+        if each.name in found:
+            raise ConfigError(
+                f"there are two properties '{each.name}'", hint="give one of them another name: NAME: FORM"
+            )
+        found[each.name] = each
+    return tuple(found.values())
+
+
+def _chained(groups: Iterable[Iterable[Property]]) -> Iterator[Property]:
+    for group in groups:
+        yield from group

@@ -1,0 +1,88 @@
+"""The facts of an agent as monitors read them: each deftemplate is read again only when its facts changed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING
+
+from cxbridge.clipstext.values import show
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
+
+Slots = Mapping[str, "Value"]
+"""The slots of a fact, with their values."""
+
+
+class FactTables:
+    """The facts of an environment.
+
+    :param env: the environment.
+    """
+
+    def __init__(self, env: ClipsEnvironment) -> None:
+        self.env = env
+        self._facts: dict[str, list[Slots]] = {}
+        self._shown: dict[str, list[Mapping[str, str]]] = {}
+        self._changes: dict[str, list[Changes]] = {}
+
+    @property
+    def name(self) -> str:
+        """The name of the environment."""
+        return self.env.name
+
+    def follow(self, template: str, changes: Changes | None = None) -> None:
+        """Note from now on when facts of a deftemplate change; others can be read as well, but slower.
+
+        :param changes: where to note it.
+        """
+        if template not in self._changes:
+            self._changes[template] = []
+            self.env.watcher.follow(template, self._changed, ())
+            self.env.watcher.follow_retractions(template, self._changed, ())
+        if changes is not None:
+            self._changes[template].append(changes)
+
+    def _changed(self, template: str, _slots: Mapping[str, str]) -> None:
+        self._facts.pop(template, None)
+        self._shown.pop(template, None)
+        for changes in self._changes[template]:
+            changes.there_are = True
+
+    def facts(self, template: str) -> Sequence[Slots]:
+        """Return the facts of a deftemplate."""
+        found = self._facts.get(template)
+        if found is None:
+            found = [slots for _, _, slots in self.env.facts(template)]
+            if template in self._changes:
+                self._facts[template] = found
+        return found
+
+    def shown(self, template: str) -> Sequence[Mapping[str, str]]:
+        """Return the same with the values as CLIPS prints them."""
+        found = self._shown.get(template)
+        if found is None:
+            found = [{name: show(value) for name, value in slots.items()} for slots in self.facts(template)]
+            if template in self._changes:
+                self._shown[template] = found
+        return found
+
+
+class Changes:
+    """Whether facts changed since somebody has looked.
+
+    :param tables: of all agents.
+    :param templates: the deftemplates that are followed for it.
+    """
+
+    def __init__(self, tables: Sequence[FactTables], *templates: str) -> None:
+        self.there_are = True
+        for table in tables:
+            for template in templates:
+                table.follow(template, self)
+
+    def taken(self) -> bool:
+        """Whether there are any, which are looked at now."""
+        found, self.there_are = self.there_are, False
+        return found

@@ -1,0 +1,250 @@
+"""Properties of patterns over time: never, always, eventually, after one another."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Hashable
+from functools import partial
+
+from cxbridge.properties.monitor import Ending, Monitor, RunEnd, Scene
+from cxbridge.properties.patterns import Pattern, Probe, Values, check_names
+from cxbridge.properties.tables import Changes, FactTables
+
+
+class PatternMonitor(Monitor):
+    """Defines its probes in each agent as soon as that has the deftemplates.
+
+    :param patterns: those that it asks for.
+    """
+
+    def __init__(self, scene: Scene, *patterns: Pattern) -> None:
+        super().__init__(scene)
+        self._patterns = patterns
+        self._waiting: list[FactTables] = []
+
+    def begin(self) -> None:
+        """Follow the facts of the patterns."""
+        self._waiting = list(self.scene.tables)
+        templates = {name for pattern in self._patterns for name in pattern.templates}
+        self.changes = Changes(self.scene.tables, *templates)
+
+    def look(self) -> None:
+        """Look at the run after a loop."""
+        for tables in list(self._waiting):
+            env = tables.env
+            ready = all(env.has_template(name) for each in self._patterns for name in each.templates)
+            loaded = next(env.facts("executive-initialized"), None) is not None
+            if ready or loaded:
+                for pattern in self._patterns:
+                    check_names(pattern, env)
+                self._waiting.remove(tables)
+                self.join(tables)
+        if not self._waiting:
+            self.check()
+
+    @abstractmethod
+    def join(self, tables: FactTables) -> None:
+        """Define what it needs in an agent."""
+
+    @abstractmethod
+    def check(self) -> None:
+        """Look at the run after a loop; all agents are loaded."""
+
+    def had_facts(self) -> bool:
+        """Whether there is a fact of each deftemplate of the patterns."""
+        return any(
+            all(next(tables.env.facts(name), None) for each in self._patterns for name in each.templates)
+            for tables in self.scene.tables
+        )
+
+
+class Never(PatternMonitor):
+    """A pattern never matches.
+
+    One without ``not`` and ``forall`` is looked for at each moment, others after each loop.
+    """
+
+    def __init__(self, scene: Scene, pattern: Pattern) -> None:
+        super().__init__(scene, pattern)
+        self._pattern = pattern
+        self._probes: list[Probe] = []
+
+    def join(self, tables: FactTables) -> None:
+        """Look for the pattern in an agent."""
+        probe = Probe(tables.env, self._pattern, self._pattern.variables)
+        self._probes.append(probe)
+        if not self._pattern.says_absence:
+            probe.follow(self._matched)
+
+    def check(self) -> None:
+        """Look for it after a loop."""
+        if not self.changes.taken():
+            return
+        self.is_evaluated = self.is_evaluated or self._pattern.says_absence or self.had_facts()
+        if self._pattern.says_absence:
+            for probe in self._probes:
+                for values in probe.now():
+                    self._matched(values)
+
+    def _matched(self, values: Values) -> None:
+        names = self._pattern.variables
+        given = ", ".join(f"{name} = {value}" for name, value in zip(names, values, strict=True))
+        self.scene.report(f"{self._pattern.text} matches" + (f": {given}" if given else ""))
+
+
+class Always(PatternMonitor):
+    """A pattern matches after each loop, from the end of the initialisation on; in each agent."""
+
+    def __init__(self, scene: Scene, pattern: Pattern) -> None:
+        super().__init__(scene, pattern)
+        self._pattern = pattern
+        self._probes: list[tuple[FactTables, Probe]] = []
+
+    def join(self, tables: FactTables) -> None:
+        """Look for the pattern in an agent."""
+        self._probes.append((tables, Probe(tables.env, self._pattern)))
+
+    def check(self) -> None:
+        """Look for it after a loop."""
+        if not self.is_evaluated:
+            for tables, _ in self._probes:
+                if next(tables.env.facts("executive-initialized"), None) is None:
+                    return
+        if not self.changes.taken() and self.is_evaluated:
+            return
+        self.is_evaluated = True
+        for tables, probe in self._probes:
+            if not probe.now():
+                agent = f" in {tables.name}" if len(self._probes) > 1 else ""
+                self.scene.report(f"{self._pattern.text} does not match{agent}")
+
+    def state(self) -> Hashable | None:
+        """Return whether it has begun."""
+        return self.is_evaluated
+
+
+class Eventually(PatternMonitor):
+    """A pattern matches at some moment, in some agent.
+
+    :param within_s: since the run began; None: until its end.
+    """
+
+    def __init__(self, scene: Scene, pattern: Pattern, within_s: float | None) -> None:
+        super().__init__(scene, pattern)
+        self._pattern = pattern
+        self._within_s = within_s
+        self._matched = False
+        self._probes: list[Probe] = []
+
+    def join(self, tables: FactTables) -> None:
+        """Look for the pattern in an agent."""
+        probe = Probe(tables.env, self._pattern)
+        self._probes.append(probe)
+        if not self._pattern.says_absence:
+            probe.follow(self._note)
+
+    def _note(self, _values: Values) -> None:
+        self._matched = True
+
+    def check(self) -> None:
+        """Look for it after a loop."""
+        self.is_evaluated = True
+        if self._pattern.says_absence and self.changes.taken():
+            self._matched = self._matched or any(probe.now() for probe in self._probes)
+        if self._within_s is not None and not self._matched and self.scene.seconds > self._within_s:
+            self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
+
+    def end(self, end: RunEnd) -> None:
+        """Look whether it did; a run that was cut may have had it later."""
+        if not self._matched and (end.ending is not Ending.CUT or self._within_s is None):
+            self.scene.report(f"{self._pattern.text} has never matched")
+
+    def state(self) -> Hashable | None:
+        """Return whether it has matched, and how much time is left."""
+        if self._matched or self._within_s is None:
+            return self._matched
+        return round(self._within_s - self.scene.seconds, 3)
+
+
+class After(PatternMonitor):
+    """After a pattern has come to match, another one matches, too: then, or later.
+
+    Variables of the same name have the same values in both. A fact that is modified and still matches
+    has come to match once more.
+
+    :param within_s: so long it may take; None: until the end of the run.
+    """
+
+    def __init__(self, scene: Scene, first: Pattern, second: Pattern, within_s: float | None) -> None:
+        super().__init__(scene, first, second)
+        self._first, self._second = first, second
+        self._within_s = within_s
+        self._shared = tuple(name for name in first.variables if name in second.variables)
+        self._open: dict[tuple[str, Values], float] = {}
+        self._fresh: set[str] = set()
+        self._firsts: list[tuple[str, Probe]] = []
+        self._seconds: dict[str, Probe] = {}
+        self._before: dict[str, set[Values]] = {}
+
+    def join(self, tables: FactTables) -> None:
+        """Look for the patterns in an agent."""
+        name = tables.name
+        first = Probe(tables.env, self._first, self._shared)
+        second = self._seconds[name] = Probe(tables.env, self._second, self._shared)
+        self._firsts.append((name, first))
+        if not self._second.says_absence:
+            second.follow(partial(self._then, name))
+        if not self._first.says_absence:
+            first.follow(partial(self._after, name))
+
+    def _after(self, agent: str, values: Values) -> None:
+        self.is_evaluated = True
+        self._open.setdefault((agent, values), self.scene.seconds)
+        self._fresh.add(agent)
+
+    def _then(self, agent: str, values: Values) -> None:
+        self._open.pop((agent, values), None)
+
+    def check(self) -> None:
+        """Look after a loop what has matched, and what is late."""
+        changed = self.changes.taken()
+        if self._first.says_absence and changed:
+            for name, probe in self._firsts:
+                now = probe.now()
+                for values in now - self._before.get(name, set()):
+                    self._after(name, values)
+                self._before[name] = now
+        for name, probe in self._seconds.items():
+            # the second one may have been there before the first
+            if name in self._fresh or (changed and self._second.says_absence):
+                for values in probe.now():
+                    self._then(name, values)
+        self._fresh.clear()
+        if self._within_s is not None:
+            for (_, values), since in self._open.items():
+                if self.scene.seconds - since > self._within_s:
+                    self._report(values, f"within {self._within_s:g} s")
+
+    def end(self, end: RunEnd) -> None:
+        """Look what is open; a run that was cut may have had it later."""
+        if end.ending is not Ending.CUT or self._within_s is None:
+            for _, values in self._open:
+                self._report(values, "until the end")
+
+    def _report(self, values: Values, limit: str) -> None:
+        given = ", ".join(f"{name} = {value}" for name, value in zip(self._shared, values, strict=True))
+        self.scene.report(
+            f"{self._second.text} has not matched {limit}, after {self._first.text}"
+            + (f": {given}" if given else "")
+        )
+
+    def state(self) -> Hashable | None:
+        """Return what is open, and since when."""
+        now = self.scene.seconds if self._within_s is not None else 0.0
+        opened = (
+            (agent, *values, round(now - since, 3) if self._within_s is not None else 0.0)
+            for (agent, values), since in self._open.items()
+        )
+        return frozenset(opened), tuple(
+            sorted((name, frozenset(each)) for name, each in self._before.items())
+        )

@@ -1,0 +1,81 @@
+"""Plays runs on a Dask cluster."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Iterator, Sequence
+from importlib import import_module
+from typing import Any, Final
+
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError
+from cxbridge.sweep.engine import MOST_DEATHS
+from cxbridge.sweep.parcel import pack
+from cxbridge.sweep.remote import modules, play_remotely
+from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
+
+_CHUNK: Final = 32
+_TIMEOUT_S: Final = 30
+_MODULES: Final = "pip install 'cxbridge[dask]'"
+
+
+class DaskEngine(Closing):
+    """Plays runs on the workers of a scheduler; the agent and our code travel with the job.
+
+    Dask gives the work of a worker that dies to another one.
+
+    :param address: of the scheduler, ``HOST:PORT``.
+    :raises CxbridgeError: when it is not there, or distributed is not installed.
+    """
+
+    def __init__(self, address: str) -> None:
+        try:
+            cloudpickle: Any = import_module("cloudpickle")  # its types are not known
+            self._dask: Any = import_module("distributed")
+        except ModuleNotFoundError as error:
+            raise CxbridgeError(f"--engine dask:// needs the package '{error.name}'", hint=_MODULES) from None
+        for module in modules():
+            cloudpickle.register_pickle_by_value(module)
+        try:
+            self._client: Any = self._dask.Client(f"tcp://{address}", timeout=_TIMEOUT_S)
+        except (OSError, ValueError) as error:
+            raise CxbridgeError(
+                f"no Dask scheduler answers at {address}: {error}", hint="start one: dask scheduler"
+            ) from error
+
+    def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
+        """Yield the row of each seed as it comes; see :class:`~cxbridge.sweep.engine.Engine`."""
+        parcel = self._client.scatter(pack(job), broadcast=True)
+        chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
+        waiting = {self._submit(parcel, chunk): chunk for chunk in chunks}
+        completed = self._dask.as_completed(list(waiting))
+        for future in completed:
+            chunk = waiting.pop(future)
+            error = future.exception()
+            if isinstance(error, self._dask.scheduler.KilledWorker | RuntimeError):
+                answers: list[bytes] = []
+                if len(chunk) == 1:
+                    yield RunRow(chunk[0], CRASHED, str(error))
+                    continue
+            elif error is not None:
+                raise CxbridgeError(f"Dask: {error}") from error
+            else:
+                answers = future.result()
+            for answer in answers:
+                row = pickle.loads(answer)  # noqa: S301 - from our own code, on our workers
+                if isinstance(row, CxbridgeError):
+                    raise row
+                chunk.remove(row.seed)
+                yield row
+            for part in (chunk[:1], chunk[1:]):  # the first of those left is what the worker died of
+                if part:
+                    again = self._submit(parcel, part)
+                    waiting[again] = part
+                    completed.add(again)
+
+    def _submit(self, parcel: Any, chunk: list[int]) -> Any:
+        return self._client.submit(play_remotely, parcel, list(chunk), retries=MOST_DEATHS, pure=False)
+
+    def close(self) -> None:
+        """Leave the scheduler; what is not done is not wanted any more."""
+        self._client.close()

@@ -1,0 +1,66 @@
+"""One run of a sweep: the world of a seed, and the row that is kept of it."""
+
+from __future__ import annotations
+
+import time
+from collections import Counter
+from typing import TYPE_CHECKING
+
+from cxbridge.events import Event, GoalTransition
+from cxbridge.sweep.rows import RunRow, SweepJob
+from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.points import ChoiceKind, Chooser
+from cxbridge.worlds.reading import read_world
+
+if TYPE_CHECKING:
+    from cxbridge.worlds.points import Choice
+
+
+class GoalTally:
+    """Counts how goals ended, by class; a sink of events."""
+
+    def __init__(self) -> None:
+        self._ends: dict[str, tuple[str, str]] = {}
+
+    def __call__(self, event: Event) -> None:
+        """Take a transition of a goal."""
+        if isinstance(event, GoalTransition) and event.outcome not in ("", "UNKNOWN"):
+            self._ends[event.goal] = event.goal_class, event.outcome
+
+    def by_class(self) -> dict[str, dict[str, int]]:
+        """Return how many goals of each class ended with each outcome."""
+        found: dict[str, dict[str, int]] = {}
+        for (goal_class, outcome), count in Counter(self._ends.values()).items():
+            found.setdefault(goal_class, {})[outcome] = count
+        return found
+
+
+def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
+    """Play a run, and return what is kept of it.
+
+    :raises CxbridgeError: when the scenario is wrong.
+    """
+    started = time.process_time()
+    tally = GoalTally()
+    world = None if job.world is None else read_world(job.world)
+    with JudgedRun(job.options, chooser, world) as run:
+        run.world.assembly.bus.subscribe(tally, GoalTransition)
+        ended, result = run.play()
+    calls = Counter(_skill_calls(result.choices))
+    unusual = [choice for choice in result.choices if choice.option]
+    return RunRow(
+        seed,
+        ended.word,
+        ended.reason,
+        makespan=result.seconds,
+        calls=calls.total(),
+        retries=calls.total() - len(calls),
+        faults=sum(choice.taken.faults for choice in unusual),
+        goals=tally.by_class(),
+        choices=[choice.as_dict() for choice in unusual],
+        cpu_seconds=time.process_time() - started,
+    )
+
+
+def _skill_calls(choices: tuple[Choice, ...]) -> list[str]:
+    return [choice.point.subject for choice in choices if choice.point.kind is ChoiceKind.SKILL]

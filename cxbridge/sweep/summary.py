@@ -1,0 +1,122 @@
+"""What the rows of a sweep say together, and what two sweeps on the same seeds say of two agents."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Final
+
+from cxbridge.sweep.rows import RunRow, outcomes_of
+from cxbridge.sweep.statistics import Interval, Quantiles, mean_interval, proportion
+
+_SHOWN_SEEDS: Final = 10
+
+
+@dataclass(frozen=True, slots=True)
+class SweepSummary:
+    """A sweep as a whole.
+
+    :param rows: in the order of their seeds; at least one.
+    """
+
+    rows: Sequence[RunRow]
+
+    @property
+    def outcomes(self) -> dict[str, int]:
+        """How many runs had each outcome."""
+        return outcomes_of(self.rows)
+
+    @property
+    def completed(self) -> Interval:
+        """The share of runs that were completed."""
+        return proportion(sum(row.is_completed for row in self.rows), len(self.rows))
+
+    @property
+    def makespan(self) -> Quantiles | None:
+        """How long the completed runs took; None when there is none."""
+        return Quantiles.of([row.makespan for row in self.rows if row.is_completed])
+
+    @property
+    def goals(self) -> dict[str, dict[str, int]]:
+        """How many goals of each class ended with each outcome, in all runs."""
+        found: dict[str, Counter[str]] = {}
+        for row in self.rows:
+            for goal_class, outcomes in row.goals.items():
+                found.setdefault(goal_class, Counter()).update(outcomes)
+        return {name: dict(found[name].most_common()) for name in sorted(found)}
+
+    def seeds_of(self, outcome: str) -> list[int]:
+        """Return the first seeds whose runs had an outcome."""
+        return [row.seed for row in self.rows if row.outcome == outcome][:_SHOWN_SEEDS]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        makespan, retries = self.makespan, Quantiles.of([float(row.retries) for row in self.rows])
+        return {
+            "runs": len(self.rows),
+            "outcomes": self.outcomes,
+            "completed": self.completed.as_dict(),
+            "makespan": None if makespan is None else makespan.as_dict(),
+            "retries": None if retries is None else retries.as_dict(),
+            "calls": sum(row.calls for row in self.rows),
+            "faults": sum(row.faults for row in self.rows),
+            "goals": self.goals,
+            "seeds": {name: self.seeds_of(name) for name in self.outcomes if name != "completed"},
+            "cpu_seconds": round(sum(row.cpu_seconds for row in self.rows), 3),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two agents in the same worlds.
+
+    :param first: the rows of one, by seed.
+    :param second: those of the other; the same seeds.
+    """
+
+    first: Mapping[int, RunRow]
+    second: Mapping[int, RunRow]
+
+    @property
+    def completed(self) -> Interval:
+        """By how much more runs the second one completes, as a share of all."""
+        return mean_interval(
+            [float(self.second[seed].is_completed) - row.is_completed for seed, row in self.first.items()]
+        )
+
+    @property
+    def makespan(self) -> Interval | None:
+        """By how many seconds the second one takes longer, of the runs that both complete."""
+        differences = self._differences()
+        return mean_interval(list(differences.values())) if differences else None
+
+    def _differences(self) -> dict[int, float]:
+        return {
+            seed: self.second[seed].makespan - row.makespan
+            for seed, row in self.first.items()
+            if row.is_completed and self.second[seed].is_completed
+        }
+
+    def farthest(self) -> list[int]:
+        """Return the seeds in which they differ most: another outcome first, then by their makespan."""
+        other = [seed for seed, row in self.first.items() if row.outcome != self.second[seed].outcome]
+        differences = {seed: value for seed, value in self._differences().items() if value}
+        longest = sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))
+        return [*other, *longest][:_SHOWN_SEEDS]
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        makespan = self.makespan
+        return {
+            "completed": self.completed.as_dict(),
+            "makespan": None if makespan is None else makespan.as_dict(),
+            "seeds": [
+                {
+                    "seed": seed,
+                    "outcomes": [self.first[seed].outcome, self.second[seed].outcome],
+                    "makespans": [round(self.first[seed].makespan, 6), round(self.second[seed].makespan, 6)],
+                }
+                for seed in self.farthest()
+            ],
+        }

@@ -1,0 +1,78 @@
+"""Writes the rows of a sweep as tables: CSV, and Parquet where pyarrow is installed."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.sweep.rows import RunRow
+
+COLUMNS: Final = (
+    "agent",
+    "seed",
+    "outcome",
+    "reason",
+    "makespan",
+    "calls",
+    "retries",
+    "faults",
+    "goals",
+    "choices",
+    "cpu_seconds",
+)
+"""The columns of both; ``goals`` and ``choices`` hold JSON."""
+
+
+def write_csv(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
+    """Write the rows of agents, each agent's in the order of their seeds.
+
+    :param tables: rows by the agent's name.
+    :raises CxbridgeError: when the file cannot be written.
+    """
+    try:
+        with file.open("w", encoding="utf-8", newline="") as output:
+            writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
+            writer.writeheader()
+            for agent, rows in tables.items():
+                writer.writerows(_plain(agent, row) for row in rows)
+    except OSError as error:
+        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+
+
+def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
+    """Write the same as :func:`write_csv` as Parquet.
+
+    :raises CxbridgeError: when pyarrow is not installed, or the file cannot be written.
+    """
+    try:
+        import pyarrow as pa  # noqa: PLC0415 - an extra
+        from pyarrow import parquet  # noqa: PLC0415 - an extra
+    except ModuleNotFoundError:
+        raise CxbridgeError(
+            "Parquet needs the package 'pyarrow'", hint="pip install 'cxbridge[parquet]', or use --csv"
+        ) from None
+    rows = [_plain(agent, row) for agent, found in tables.items() for row in found]
+    try:
+        parquet.write_table(pa.Table.from_pylist(rows), file)
+    except OSError as error:
+        raise CxbridgeError(f"cannot be written: {error.strerror or error}", file=file) from error
+
+
+def _plain(agent: str, row: RunRow) -> dict[str, Any]:
+    return {
+        "agent": agent,
+        "seed": row.seed,
+        "outcome": row.outcome,
+        "reason": row.reason,
+        "makespan": row.makespan,
+        "calls": row.calls,
+        "retries": row.retries,
+        "faults": row.faults,
+        "goals": json.dumps(row.goals, ensure_ascii=False),
+        "choices": json.dumps(row.choices, ensure_ascii=False),
+        "cpu_seconds": row.cpu_seconds,
+    }

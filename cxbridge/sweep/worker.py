@@ -1,0 +1,165 @@
+"""A process that plays runs: it loads the scenario once, and forks for each seed.
+
+It talks with its parent by frames of pickled objects on standard input and output. It gets a
+:class:`~cxbridge.sweep.rows.SweepJob`, then lists of seeds. It answers with None when the scenario is loaded,
+then with a row for each seed, in order; or with a :class:`~cxbridge.errors.CxbridgeError`, and ends.
+"""
+
+from __future__ import annotations
+
+import gc
+import os
+import pickle
+import sys
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import IO, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.sweep.frames import read_frame, write_frame
+from cxbridge.sweep.playing import play
+from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
+from cxbridge.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
+
+HAS_FORK: Final = hasattr(os, "fork")
+
+
+class Channel:
+    """A worker's ends of its talk with who sweeps.
+
+    :param seeds: lists of seeds come from here, after the job.
+    :param rows: rows go there.
+    """
+
+    def __init__(self, seeds: IO[bytes], rows: IO[bytes]) -> None:
+        self._seeds = seeds
+        self._rows = rows
+
+    def job(self) -> SweepJob:
+        """Return what is to be done."""
+        data = read_frame(self._seeds)
+        assert data is not None
+        job: SweepJob = pickle.loads(data)  # noqa: S301 - from our own parent
+        return job
+
+    def seeds(self) -> Iterator[int]:
+        """Yield the seeds, until there are no more."""
+        while (data := read_frame(self._seeds)) is not None:
+            yield from pickle.loads(data)  # noqa: S301 - from our own parent
+
+    def send(self, answer: RunRow | CxbridgeError | None) -> None:
+        """Send a row, or why there can be none; None: the scenario is loaded."""
+        write_frame(self._rows, pickle.dumps(answer))
+
+
+class ForkingSeeds:
+    """Chooses in a process that has come to its first choice by forking: each child is the run of a seed.
+
+    What runs of all seeds have in common is done once: loading, and everything before the first choice.
+
+    :param channel: where the seeds come from and the rows go to.
+    """
+
+    def __init__(self, channel: Channel, job: SweepJob) -> None:
+        self.seed: int | None = None
+        """Of this child; None in the process that serves."""
+        self.started = 0.0
+        self._channel = channel
+        self._job = job
+        self._chooser: Chooser = UsualChooser()
+        self._row_end = -1
+
+    def choose(self, index: int, point: ChoicePoint) -> int | Option:
+        """Return what the seed of this process chooses; the process that serves does not come back."""
+        if self.seed is None:
+            self._serve()
+        return self._chooser.choose(index, point)
+
+    def _serve(self) -> None:
+        """Play all seeds that come, each in a child; return in the children only."""
+        _limit_processor_time(None)
+        self._channel.send(None)
+        gc.collect()
+        gc.freeze()  # what is there now stays shared: no collection of a child touches it
+        for seed in self._channel.seeds():
+            reading, writing = os.pipe()
+            child = os.fork()
+            if child == 0:
+                os.close(reading)
+                self._become(seed, writing)
+                return
+            os.close(writing)
+            self._channel.send(_received(reading, child, seed))
+        os._exit(0)
+
+    def _become(self, seed: int, row_end: int) -> None:
+        """Be the run of a seed from here on."""
+        _limit_processor_time(self._job.cpu_seconds)
+        self.seed, self._row_end = seed, row_end
+        self.started = time.process_time()
+        self._chooser = RandomChooser(seed)
+
+    def finish(self, row: RunRow) -> None:
+        """Hand the row of this child to the process that serves, and be gone."""
+        with os.fdopen(self._row_end, "wb") as pipe:
+            pickle.dump(row, pipe)
+        os._exit(0)
+
+
+def _limit_processor_time(seconds: int | None) -> None:
+    """Let this process be killed when it has taken so much; None: never."""
+    import resource  # noqa: PLC0415 - where there is fork, there is this
+
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    resource.setrlimit(resource.RLIMIT_CPU, (hard if seconds is None else seconds, hard))
+
+
+def _received(reading: int, child: int, seed: int) -> RunRow:
+    """Return the row that a child sends, or one that says how it died."""
+    with os.fdopen(reading, "rb") as pipe:
+        data = pipe.read()
+    status = os.waitstatus_to_exitcode(os.waitpid(child, 0)[1])
+    if status == 0 and data:
+        row: RunRow = pickle.loads(data)  # noqa: S301 - from our own child
+        return row
+    how = f"signal {-status}" if status < 0 else f"exit status {status}"
+    return RunRow(seed, CRASHED, f"its process ended with {how}")
+
+
+def serve(channel: Channel) -> None:
+    """Play what comes, until nothing does."""
+    job = channel.job()
+    try:
+        if HAS_FORK:
+            _serve_forking(channel, job)
+        else:
+            channel.send(None)
+        for seed in channel.seeds():
+            channel.send(play(job, seed, RandomChooser(seed)))
+    except CxbridgeError as error:
+        channel.send(error)
+
+
+def _serve_forking(channel: Channel, job: SweepJob) -> None:
+    """Play all seeds; return when there are none left."""
+    chooser = ForkingSeeds(channel, job)
+    _limit_processor_time(job.cpu_seconds)
+    row = play(job, 0, chooser)
+    if chooser.seed is not None:
+        chooser.finish(replace(row, seed=chooser.seed, cpu_seconds=time.process_time() - chooser.started))
+    _limit_processor_time(None)
+    channel.send(None)
+    for seed in channel.seeds():  # no choice came: all runs are this one
+        channel.send(replace(row, seed=seed, cpu_seconds=0.0))
+
+
+def main() -> None:
+    """Be a worker; what the run prints goes to standard error."""
+    rows = os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)
+    serve(Channel(sys.stdin.buffer, rows))
+
+
+if __name__ == "__main__":
+    main()

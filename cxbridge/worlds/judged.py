@@ -1,0 +1,66 @@
+"""A run in a chosen world that is judged as `cxbridge run` judges it."""
+
+from __future__ import annotations
+
+from cxbridge.closing import Closing
+from cxbridge.events import LogLine
+from cxbridge.run.ending.mistakes import AgentChecks
+from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
+from cxbridge.run.options import RunOptions
+from cxbridge.run.result import RunResult
+from cxbridge.run.run import sum_up_run
+from cxbridge.worlds.model import WorldModel
+from cxbridge.worlds.points import Chooser
+from cxbridge.worlds.run import WorldResult, WorldRun
+
+
+class JudgedRun(Closing):
+    """A run that is made, and played once. A context manager.
+
+    :param options: as for ``cxbridge run``.
+    :param chooser: is asked at each choice point.
+    :param world: what can happen; None: what the file beside the scenario says.
+    :raises CxbridgeError: when the scenario or the world is wrong.
+    """
+
+    def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
+        self.world = WorldRun(options, chooser, world)
+        self._options = options
+        assembly = self.world.assembly
+        self._checks = AgentChecks(assembly.agents, on=not options.is_lenient)
+        self._errors = RuleErrors()
+        assembly.bus.subscribe(self._errors, LogLine)
+        self._watch = StuckWatch(assembly.agents, on=True)
+        self._is_stuck = self._is_checked = False
+        self._loss = ""
+
+    def play(self) -> tuple[RunResult, WorldResult]:
+        """Play it to its end; return how it ended, and what was chosen. Wall seconds are not measured.
+
+        :raises CxbridgeError: when the agent is broken.
+        """
+        result = self.world.play(self._look)
+        ended = sum_up_run(
+            self.world.assembly,
+            self._options,
+            self._loss,
+            None,
+            (result.seconds, 0.0),
+            over=result.is_over,
+            rule_errors=self._errors if self._is_stuck else None,
+        )
+        return ended, result
+
+    def _look(self) -> bool:
+        """Return whether the run cannot go on; called after each loop."""
+        if not self._is_checked:
+            self._is_checked = True
+            self._checks.start()
+        self._checks.look()
+        self._loss = self.world.assembly.loss
+        self._is_stuck = not self._loss and self._watch.look()
+        return bool(self._loss) or self._is_stuck
+
+    def close(self) -> None:
+        """End it and let go of everything."""
+        self.world.close()

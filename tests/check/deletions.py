@@ -1,0 +1,96 @@
+"""All closing parentheses of the shipped scenarios, deleted in turn: is the list named that is open?
+
+``python -m tests.check.deletions`` prints the figure, and with ``-v`` each miss. Of adjacent parentheses it
+makes no difference which one is deleted: any of the lists that they close is right.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.check.agent import Agent, agents
+from cxbridge.clipstext.parts import Part, open_lists, parts
+from cxbridge.clipstext.syntax import PARENTHESIS, blank
+from cxbridge.clipstext.unclosed import unclosed_lists
+from cxbridge.run import RunOptions
+from tests.support import ROOT
+
+SCENARIOS = sorted(path.parent for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
+
+
+@dataclass(frozen=True)
+class Deletion:
+    """A construct without one parenthesis.
+
+    :param count: how many parentheses there were side by side.
+    :param right: where the lists begin that these closed.
+    """
+
+    text: str
+    at: int
+    count: int
+    right: frozenset[int]
+
+
+def deletions(part: Part) -> Iterator[Deletion]:
+    """Yield a construct without each of its parentheses."""
+    opened: list[int] = []
+    runs: list[dict[int, int]] = []
+    for match in PARENTHESIS.finditer(blank(part.text)):
+        if match[0] == "(":
+            opened.append(match.start())
+        else:
+            if not runs or max(runs[-1]) != match.start() - 1:
+                runs.append({})
+            runs[-1][match.start()] = opened.pop()
+    for run in runs:
+        first = min(run)
+        text = part.text[:first] + part.text[first + 1 :]
+        yield Deletion(text, first, len(run), frozenset(run.values()))
+
+
+@dataclass
+class Figure:
+    """How often the right list was named.
+
+    :param innermost: how often the innermost list that a reader has open at the end would be right.
+    """
+
+    total: int = 0
+    right: int = 0
+    innermost: int = 0
+
+    def add(self, deletion: Deletion, slots: Mapping[str, set[str]]) -> bool:
+        """Count a deletion; whether the list was named."""
+        named = unclosed_lists(deletion.text, slots)[:1]
+        is_right = not deletion.right.isdisjoint(named)
+        self.total += deletion.count
+        self.right += is_right * deletion.count
+        self.innermost += (open_lists(deletion.text)[-1] in deletion.right) * deletion.count
+        return is_right
+
+
+def figure(scenarios: list[Path], *, verbose: bool = False) -> Figure:
+    """Return the figure of some scenarios."""
+    found = Figure()
+    for scenario in scenarios:
+        slots: dict[str, set[str]] = {}
+        for name in agents(RunOptions(scenario=scenario)):
+            with Agent(RunOptions(scenario=scenario, agent=name)) as agent:
+                slots |= agent.slots
+        for path in sorted(scenario.glob("*.clp")):
+            for part in parts(path.read_text()):
+                for deletion in deletions(part):
+                    if not found.add(deletion, slots) and verbose:
+                        before, after = part.text[: deletion.at], part.text[deletion.at + 1 :]
+                        sys.stdout.write(f"{path.name}: {before[-50:]!r} {after[:20]!r}\n")
+    return found
+
+
+if __name__ == "__main__":
+    result = figure(SCENARIOS, verbose="-v" in sys.argv)
+    sys.stdout.write(f"{result.total} deletions, the right list named: {result.right / result.total:.1%}\n")
+    sys.stdout.write(f"the innermost open list would be: {result.innermost / result.total:.1%}\n")

@@ -1,0 +1,45 @@
+"""Processes of an exploration die at any moment, and nothing is lost."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+
+from tests.explore.retrying import write_retrying
+from tests.explore.sessions import others_of_session
+from tests.explore.test_explore import counts, explored
+
+KILLS = 8
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+def test_what_is_killed_is_run_again(tmp_path: Path):
+    scenario = write_retrying(tmp_path / "retrying", tries=4)
+    words = [str(scenario), "--faults", "3", "--jobs", "2"]
+    whole = counts(explored(*words))
+    assert whole["runs"] > 50
+    command = [sys.executable, "-m", "cxbridge", "explore", *words, "--json"]
+    chosen = random.Random(17)
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
+        killed = 0
+        while process.poll() is None:
+            time.sleep(0.05)
+            found = sorted(others_of_session(process.pid))
+            if len(found) > 1 and killed < KILLS and chosen.random() < 0.3:
+                with suppress(ProcessLookupError):
+                    os.kill(chosen.choice(found), signal.SIGKILL)
+                    killed += 1
+        assert process.stdout is not None
+        text = process.stdout.read()
+    assert killed > 3
+    assert counts(json.loads(text)) == whole
+    assert not list(others_of_session(process.pid))

@@ -1,0 +1,84 @@
+"""An exploration that was interrupted goes on, and comes to what it would have come to."""
+
+from __future__ import annotations
+
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from tests.explore.retrying import write_retrying
+from tests.explore.sessions import others_of_session
+from tests.explore.test_explore import SCENARIO, counts, explored
+from tests.support import ROOT
+
+FAULTS = ("--faults", "3")
+LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
+
+
+def program(*words: object) -> list[str]:
+    return [sys.executable, "-m", "cxbridge", "explore", *map(str, words)]
+
+
+def interrupted(folder: Path, *words: object) -> tuple[int, str]:
+    """Interrupt an exploration when runs are under way; return its exit status and what it said."""
+    with subprocess.Popen(
+        program(*words), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=folder, start_new_session=True
+    ) as process:
+        while len(list(others_of_session(process.pid))) < 3 and process.poll() is None:
+            time.sleep(0.01)
+        process.send_signal(signal.SIGINT)
+        assert process.stderr is not None
+        said = process.stderr.read().decode()
+    assert not list(others_of_session(process.pid))
+    return process.returncode, said
+
+
+@LINUX
+def test_it_goes_on_after_ctrl_c(tmp_path: Path):
+    scenario = write_retrying(tmp_path / "retrying", tries=4)
+    whole = counts(explored(scenario, *FAULTS))
+    status, said = interrupted(tmp_path, scenario, *FAULTS)
+    assert status == 3
+    assert "--resume explore.resume" in said
+    times = 1
+    while times < 3 and status == 3:
+        status, said = interrupted(tmp_path, scenario, *FAULTS, "--resume", "explore.resume")
+        times += 1
+    found = explored(scenario, *FAULTS, "--resume", "explore.resume", folder=tmp_path)
+    assert counts(found) == whole
+
+
+@LINUX
+def test_only_the_same_exploration_goes_on(tmp_path: Path):
+    scenario = write_retrying(tmp_path / "retrying", tries=4)
+    interrupted(tmp_path, scenario, *FAULTS)
+    resume = ("--resume", tmp_path / "explore.resume")
+    for words, what in (
+        ((scenario, "--faults", "2"), "faults"),
+        ((scenario, *FAULTS, "--timeout", "3"), "timeout"),
+        ((SCENARIO, *FAULTS), "scenario"),
+    ):
+        refused(words, resume, what)
+    agent = scenario / "mini.clp"
+    agent.write_text(agent.read_text() + "; changed\n")
+    refused((scenario, *FAULTS), resume, "files of the agent")
+
+
+@pytest.mark.parametrize("content", [None, b"", b"\xff\xfe no exploration", b"\x80"])
+def test_another_file_is_refused(tmp_path: Path, content: bytes | None):
+    file = tmp_path / "file"
+    if content is not None:
+        file.write_bytes(content)
+    refused((SCENARIO,), ("--resume", file), str(file))
+
+
+def refused(words: tuple[object, ...], resume: tuple[object, ...], what: str) -> None:
+    command = program(*words, *resume)
+    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False)
+    assert done.returncode == 2, done.stderr
+    assert what in done.stderr
+    assert "Traceback" not in done.stderr

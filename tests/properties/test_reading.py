@@ -1,0 +1,94 @@
+"""Properties in files and in Python, and that watching a run changes nothing in it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import ConfigError
+from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.properties.forms import read_property
+from cxbridge.properties.functions import property_of
+from cxbridge.properties.monitor import Property
+from cxbridge.properties.reading import beside, joined, read_properties
+from cxbridge.worlds.run import WorldRun
+from tests.properties.runs import BUILTIN, shipped, watched
+
+
+def test_a_file_of_properties(tmp_path: Path):
+    file = tmp_path / "properties.yaml"
+    file.write_text("- never (goal (outcome FAILED))\n- calm: eventually (goal) within 3\n")
+    assert [each.name for each in read_properties(file)] == ["never (goal (outcome FAILED))", "calm"]
+    assert [each.name for each in beside(tmp_path)] == ["never (goal (outcome FAILED))", "calm"]
+    assert beside(tmp_path / "other" / "scenario.yaml") == []
+
+
+@pytest.mark.parametrize("text", ["{a: b}", "- [never]", "- nevr (goal)", "- a: {b: c}", "- never (goal"])
+def test_a_file_that_is_wrong_is_named(text: str, tmp_path: Path):
+    file = tmp_path / "properties.yaml"
+    file.write_text(f"# one line\n{text}\n")
+    with pytest.raises(ConfigError) as error:
+        read_properties(file)
+    assert error.value.location.startswith(f"{file}:2")
+
+
+def test_an_error_in_a_run_names_the_line(tmp_path: Path):
+    file = tmp_path / "properties.yaml"
+    file.write_text("# one line\n- never (gaol)\n")
+    with pytest.raises(ConfigError, match="did you mean goal") as error:
+        watched(shipped("test-scenario"), read_properties(file))
+    assert error.value.location.startswith(f"{file}:2")
+
+
+def test_two_of_a_name():
+    with pytest.raises(ConfigError, match="two properties 'run-ends'"):
+        joined(BUILTIN, [read_property("run-ends: never (goal)")])
+
+
+def goodbye_comes_last(events: Sequence[Event]) -> str | None:
+    """Nothing is said after good bye."""
+    said = [
+        each.skill_string for each in events if isinstance(each, SkillStatus) and each.status == "S_RUNNING"
+    ]
+    return None if "Good bye" in said[-1] else f"{said[-1]} came last"
+
+
+def test_a_function():
+    run = watched(shipped("test-scenario"), [property_of(goodbye_comes_last)])
+    (violation,) = run.violations
+    assert violation.property == "goodbye_comes_last"
+    assert violation.message == 'say{text="Cleaning up", wait=true} came last'
+    assert set(run.states) == {None}
+
+
+PATTERNS = tuple(
+    read_property(text)
+    for text in (
+        "never (goal (class NONE))",
+        "never (goal (class ?c)) (not (plan)) (test (eq ?c NONE))",
+        "always (domain-operator)",
+        "eventually (goal (class TALK) (mode FINISHED)) within 100",
+        "after (goal (id ?g) (mode SELECTED)) then (goal (id ?g) (mode RETRACTED))",
+    )
+)
+
+
+@pytest.mark.parametrize("scenario", ["test-scenario", "two-robots"])
+def test_a_run_that_is_watched_is_the_same(scenario: str):
+    """Transitions, and where they are watched even rules and facts with their numbers."""
+
+    def events(properties: Sequence[Property]) -> list[Event]:
+        found: list[Event] = []
+
+        def before(run: WorldRun) -> None:
+            types = (GoalTransition, PlanActionTransition, SkillStatus, RuleFired, FactChange)
+            run.assembly.bus.subscribe(found.append, *types)
+
+        watched(shipped(scenario), properties, before=before)
+        return found
+
+    alone = events([])
+    assert any(isinstance(event, RuleFired | SkillStatus) for event in alone)
+    assert events([*BUILTIN, *PATTERNS]) == alone

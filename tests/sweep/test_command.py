@@ -1,0 +1,138 @@
+"""The command `cxbridge sweep`, as people and scripts use it."""
+
+from __future__ import annotations
+
+import csv
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "test-scenario"
+FEW = ("--runs", "8", "--seed", "100", "--jobs", "2")
+
+
+def ask(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
+    capsys.readouterr()
+    status = invoke(["sweep", *map(str, words)])
+    done = capsys.readouterr()
+    return status, done.out, done.err
+
+
+def swept(capsys: pytest.CaptureFixture[str], *words: object) -> dict[str, Any]:
+    status, out, err = ask(capsys, SCENARIO, *FEW, "--json", *words)
+    assert (status, err) == (0, "")
+    found: dict[str, Any] = json.loads(out)
+    return found
+
+
+def timeless(found: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in found.items() if not key.endswith("_seconds")}
+
+
+def test_what_scripts_get(capsys):
+    found = swept(capsys)
+    assert (found["runs"], found["seed"]) == (8, 100)
+    assert sum(found["outcomes"].values()) == 8
+    spans = found["makespan"]
+    assert spans["min"] <= spans["p05"] <= spans["median"] <= spans["p95"] <= spans["max"]
+    assert found["cpu_seconds"] > 0
+    assert found["wall_seconds"] > 0
+    assert timeless(swept(capsys)) == timeless(found)
+
+
+def test_what_people_get(capsys):
+    status, out, _ = ask(capsys, SCENARIO, *FEW)
+    assert status == 0
+    assert " of 8" in out.splitlines()[0]
+    assert "makespan of completed runs, seconds: min" in out
+    assert "goal TESTGOAL-PARENT: " in out
+
+
+def changed(folder: Path) -> Path:
+    """Return a copy of the scenario whose agent says something else at the end."""
+    copy = folder / "changed"
+    shutil.copytree(SCENARIO, copy)
+    mapping = copy / "scenario.yaml"
+    text = mapping.read_text()
+    assert "Good bye" in text
+    mapping.write_text(text.replace("Good bye", "Bye"))
+    return copy
+
+
+def test_two_agents_in_the_same_worlds(capsys, tmp_path):
+    other = changed(tmp_path)
+    page = tmp_path / "page.html"
+    found = swept(capsys, "--against", other, "--html", page)
+    assert found["against"]["runs"] == 8
+    assert set(found["comparison"]) == {"completed", "makespan", "seeds"}
+    assert all(100 <= each["seed"] < 108 for each in found["comparison"]["seeds"])
+    text = page.read_text()
+    assert all(part in text for part in ("Comparison", "Outcomes", "Makespan", "<svg", str(other)))
+
+
+def test_an_agent_differs_in_nothing_from_its_copy(capsys, tmp_path):
+    copy = tmp_path / "copy"
+    shutil.copytree(SCENARIO, copy)
+    compared = swept(capsys, "--against", copy)["comparison"]
+    assert compared["completed"] == {"estimate": 0.0, "low": 0.0, "high": 0.0}
+    assert compared["seeds"] == []
+
+
+def test_tables(capsys, tmp_path):
+    parquet = pytest.importorskip("pyarrow.parquet", reason="needs pyarrow")
+    files = tmp_path / "rows.csv", tmp_path / "rows.parquet"
+    found = swept(capsys, "--csv", files[0], "--parquet", files[1])
+    with files[0].open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert [int(row["seed"]) for row in rows] == list(range(100, 108))
+    assert sum(row["outcome"] == "completed" for row in rows) == found["outcomes"]["completed"]
+    table = parquet.read_table(files[1]).to_pylist()
+    assert [row["makespan"] for row in table] == [float(row["makespan"]) for row in rows]
+    assert [row["choices"] for row in table] == [row["choices"] for row in rows]
+
+
+def test_what_was_played_is_not_played_again(capsys, tmp_path):
+    kept = tmp_path / "kept.jsonl"
+    whole = swept(capsys, "--resume", kept)
+    lines = kept.read_text().splitlines(keepends=True)
+    assert len(lines) == 8
+    marked = lines[0].replace('"calls":', '"calls":1000, "was":')  # to be told from one that is played
+    kept.write_text(marked + "".join(lines[1:3]) + lines[3][:20])  # killed in the middle of a line
+    again = swept(capsys, "--resume", kept)
+    assert again["calls"] > 1000
+    assert again["outcomes"] == whole["outcomes"]
+    assert len(kept.read_text().splitlines()) == 8
+
+
+@pytest.mark.parametrize(
+    ("words", "complaint"),
+    [
+        (("--engine", "elsewhere"), "--engine cannot be 'elsewhere'"),
+        (("--against", SCENARIO), "--against names the same agent"),
+        (("--against", "nowhere"), "nowhere"),
+        (("--csv", "nowhere/rows.csv"), "nowhere/rows.csv: cannot be written"),
+        (("--html", "nowhere/page.html"), "nowhere/page.html: cannot be written"),
+        (("--resume", "nowhere/kept"), "nowhere/kept: cannot be used"),
+        (("--runs", "0"), "--runs"),
+    ],
+)
+def test_bad_input(capsys, words, complaint):
+    status, out, err = ask(capsys, SCENARIO, *FEW, "--runs", "1", *words)
+    assert (status, out) == (2, "")
+    assert complaint in err
+    assert "Traceback" not in err
+
+
+def test_a_file_of_something_else_is_not_written_to(capsys, tmp_path):
+    file = tmp_path / "notes"
+    file.write_text("shopping\n")
+    status, _, err = ask(capsys, SCENARIO, *FEW, "--resume", file)
+    assert status == 2
+    assert "notes:1: is not a row of a sweep" in err
+    assert file.read_text() == "shopping\n"

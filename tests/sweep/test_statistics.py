@@ -1,0 +1,53 @@
+"""Quantiles and intervals, held against numpy, scipy and simulation."""
+
+from __future__ import annotations
+
+import random
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.sweep.statistics import Quantiles, mean_interval, proportion
+
+VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
+
+
+@given(VALUES)
+def test_quantiles_are_those_of_numpy(values):
+    numpy = pytest.importorskip("numpy")
+    found = Quantiles.of(values)
+    assert found is not None
+    shares = (0, 0.05, 0.25, 0.5, 0.75, 0.95, 1)
+    ours = (found.minimum, found.p05, found.p25, found.median, found.p75, found.p95, found.maximum)
+    assert ours == pytest.approx(tuple(numpy.quantile(values, shares)), abs=1e-6)
+    assert found.mean == pytest.approx(numpy.mean(values), abs=1e-6)
+
+
+def test_there_are_none_of_nothing():
+    assert Quantiles.of([]) is None
+
+
+@given(st.integers(1, 400).flatmap(lambda total: st.tuples(st.integers(0, total), st.just(total))))
+def test_a_proportions_interval_is_that_of_wilson(counts):
+    stats = pytest.importorskip("scipy.stats")
+    count, total = counts
+    found = proportion(count, total)
+    theirs = stats.binomtest(count, total).proportion_ci(method="wilson")
+    assert (found.low, found.high) == pytest.approx((theirs.low, theirs.high), abs=1e-9)
+    assert found.estimate == count / total
+
+
+@pytest.mark.parametrize("size", [20, 500])
+def test_nineteen_of_twenty_intervals_hold_the_mean(size):
+    rng = random.Random(1)
+    held = 0
+    for _ in range(200):
+        found = mean_interval([rng.gauss(5, 2) for _ in range(size)])
+        held += found.low <= 5 <= found.high
+    assert 178 <= held <= 199  # of 200; 190 are expected
+
+
+def test_one_value_says_nothing_of_others():
+    found = mean_interval([3.0])
+    assert (found.estimate, found.excludes_zero) == (3.0, False)
