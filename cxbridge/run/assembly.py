@@ -45,7 +45,7 @@ class Assembly(Closing):
             agent_context or make_only_agent_context(options),
             replace(options, skiller="none") if options.is_without_skiller else options,
             board_class=LocalBlackBoard if replay is None else replay.board_class,
-            make_planning=None if replay is None else replay.make_planning,
+            make_planning=additions.planning if replay is None else replay.make_planning,
             additions=additions,
         )
         self.name, self.spec, self.config, self.paths = (

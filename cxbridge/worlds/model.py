@@ -149,11 +149,28 @@ class Kill:
 
 
 @dataclass(frozen=True, slots=True)
+class PlannerModel:
+    """What calls of planners can do.
+
+    :param none: the probability that there is no plan.
+    :param fails: the probability that the planner fails.
+    :param late: the probability that the plan comes late.
+    :param delay: how late, seconds of the run's clock.
+    """
+
+    none: float = 0.0
+    fails: float = 0.0
+    late: float = 0.0
+    delay: float = 1.0
+
+
+@dataclass(frozen=True, slots=True)
 class WorldModel:
     """A world.
 
     :param skills: the first that matches a call counts; then ``otherwise``.
     :param order: when the world decides in which order the agents take their turns; None: as configured.
+    :param planner: what planners do; None: they plan.
     """
 
     skills: tuple[SkillModel, ...] = ()
@@ -163,6 +180,7 @@ class WorldModel:
     absences: tuple[Absence, ...] = ()
     kills: tuple[Kill, ...] = ()
     order: Times | None = None
+    planner: PlannerModel | None = None
 
     def skill(self, call: SkillStringCall) -> SkillModel:
         """Return what a call can do."""

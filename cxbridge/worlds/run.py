@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING
 
 from cxbridge.blackboard import parse_uid
@@ -12,6 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
 from cxbridge.worlds.asking import Asking
@@ -67,7 +69,7 @@ class WorldRun(Closing):
         self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
         with ExitStack() as stack:
-            self.assembly = make_run(options)
+            self.assembly = make_run(options, additions=self._additions())
             stack.enter_context(self.assembly)
             self._ask = Asking(self._asked, self.assembly.clock)
             check_world(self._world, self.assembly)
@@ -76,6 +78,14 @@ class WorldRun(Closing):
             self._kills, self._order = self._team_choices(self.assembly)
             self.assembly.loop.add(Hook.POST_LOOP, self._happen)
             self._stack = stack.pop_all()
+
+    def _additions(self) -> Additions:
+        planner = self._world.planner
+        if planner is None:
+            return NOTHING
+        from cxbridge.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only agents that plan pay
+
+        return Additions(planning=partial(ChosenPlanning, planner, lambda: self._ask))
 
     def _part(self, agent: Assembly) -> AgentWorld:
         prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""

@@ -19,137 +19,137 @@ _SHAPES: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONS
 _BOUNDS: Final = ("min", "max", "explore")
 
 
-def place_of(config: Configuration, path: str) -> Place:
+def place_of(document: Configuration, path: str) -> Place:
     """Return where a value is, or the first below it."""
-    value = config.get(path) if config.exists(path) else next(config.walk(path), None)
+    value = document.get(path) if document.exists(path) else next(document.walk(path), None)
     if value is None or not value.file:
         return Place()
     return Place(Path(value.file), value.line)
 
 
-def wrong(config: Configuration, path: str, what: str, hint: str | None = None) -> ConfigError:
+def wrong(document: Configuration, path: str, what: str, hint: str | None = None) -> ConfigError:
     """Return the error that something at a path is."""
-    place = place_of(config, path)
+    place = place_of(document, path)
     return ConfigError(f"{path[1:]} {what}", file=place.file, line=place.line, hint=hint)
 
 
-def refuse_unknown(config: Configuration, path: str, known: Collection[str]) -> None:
+def refuse_unknown(document: Configuration, path: str, known: Collection[str]) -> None:
     """Raise :class:`ConfigError` for a key that means nothing, or a value where keys belong."""
-    names = config.keys(path)
-    if not names and config.exists(path) and (config.is_list(path) or config.get(path).text):
-        raise wrong(config, path, "must be a map", f"with: {', '.join(known)}")
+    names = document.keys(path)
+    if not names and document.exists(path) and (document.is_list(path) or document.get(path).text):
+        raise wrong(document, path, "must be a map", f"with: {', '.join(known)}")
     for name in names:
         if name not in known:
             hint = did_you_mean(name, known, f"use: {', '.join(known)}")
-            raise wrong(config, f"{path}/{name}", "means nothing", hint)
+            raise wrong(document, f"{path}/{name}", "means nothing", hint)
 
 
-def items(config: Configuration, path: str) -> list[str]:
+def items(document: Configuration, path: str) -> list[str]:
     """Return the paths of the maps in a list.
 
     :raises ConfigError: when it is something else.
     """
-    names = config.keys(path)
+    names = document.keys(path)
     if any(not name.isdigit() for name in names):
-        raise wrong(config, path, "must be a list", "begin each entry with a dash")
-    if config.exists(path):
-        value = config.get(path)
+        raise wrong(document, path, "must be a list", "begin each entry with a dash")
+    if document.exists(path):
+        value = document.get(path)
         if value.text or value.items:
-            raise wrong(config, path, "must be a list of maps", "write: - {name: ...}")
+            raise wrong(document, path, "must be a list of maps", "write: - {name: ...}")
     return [f"{path}/{name}" for name in names]
 
 
-def probability(config: Configuration, path: str, default: float = LIKELY) -> float:
+def probability(document: Configuration, path: str, default: float = LIKELY) -> float:
     """Read a probability.
 
     :raises ConfigError: when it is not from 0 to 1.
     """
-    value = config.get_float(path, default=default)
+    value = document.get_float(path, default=default)
     if not 0 <= value <= 1:
-        raise wrong(config, path, f"is {value:g}", "a probability is from 0 to 1")
+        raise wrong(document, path, f"is {value:g}", "a probability is from 0 to 1")
     return value
 
 
-def seconds(config: Configuration, path: str, default: float = 0.0) -> float:
+def seconds(document: Configuration, path: str, default: float = 0.0) -> float:
     """Read a time or a duration.
 
     :raises ConfigError: when it is negative, or endless.
     """
-    return _checked(config, path, config.get_float(path, default=default))
+    return _checked(document, path, document.get_float(path, default=default))
 
 
-def _checked(config: Configuration, path: str, value: float) -> float:
+def _checked(document: Configuration, path: str, value: float) -> float:
     if not 0 <= value <= LONGEST_S:
-        raise wrong(config, path, f"is {value:g}", f"seconds, from 0 to {LONGEST_S:g}")
+        raise wrong(document, path, f"is {value:g}", f"seconds, from 0 to {LONGEST_S:g}")
     return value
 
 
-def times(config: Configuration, path: str, default: Times | None = None) -> Times:
+def times(document: Configuration, path: str, default: Times | None = None) -> Times:
     """Read ``every``, ``from`` and ``until``.
 
     :raises ConfigError: when one makes no sense.
     """
     default = default or Times()
-    refuse_unknown(config, path, ("every", "from", "until"))
+    refuse_unknown(document, path, ("every", "from", "until"))
     found = Times(
-        seconds(config, f"{path}/every", default.every),
-        seconds(config, f"{path}/from", default.begin),
-        seconds(config, f"{path}/until", default.until),
+        seconds(document, f"{path}/every", default.every),
+        seconds(document, f"{path}/from", default.begin),
+        seconds(document, f"{path}/until", default.until),
     )
     if found.until < found.begin:
-        raise wrong(config, path, f"ends at {found.until:g}, before {found.begin:g}")
+        raise wrong(document, path, f"ends at {found.until:g}, before {found.begin:g}")
     return found
 
 
-def distribution(config: Configuration, path: str) -> Distribution:
+def distribution(document: Configuration, path: str) -> Distribution:
     """Read seconds, or a distribution of them.
 
     :raises ConfigError: when it makes no sense.
     """
-    if config.exists(path):
-        return Distribution.constant(seconds(config, path))
-    refuse_unknown(config, path, (*_SHAPES, *_BOUNDS))
-    shapes = [name for name in config.keys(path) if name in _SHAPES]
+    if document.exists(path):
+        return Distribution.constant(seconds(document, path))
+    refuse_unknown(document, path, (*_SHAPES, *_BOUNDS))
+    shapes = [name for name in document.keys(path) if name in _SHAPES]
     if len(shapes) != 1:
-        raise wrong(config, path, f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPES)}")
+        raise wrong(document, path, f"names {len(shapes)} distributions", f"one of: {', '.join(_SHAPES)}")
     shape = Shape(shapes[0])
-    least = seconds(config, f"{path}/min")
-    most = seconds(config, f"{path}/max", LONGEST_S)
+    least = seconds(document, f"{path}/min")
+    most = seconds(document, f"{path}/max", LONGEST_S)
     if most < least:
-        raise wrong(config, f"{path}/max", f"is {most:g}, less than the minimum {least:g}")
-    found = Distribution(shape, _parameters(config, f"{path}/{shape.value}", shape), least, most)
-    listed = _listed(config, f"{path}/explore", found)
+        raise wrong(document, f"{path}/max", f"is {most:g}, less than the minimum {least:g}")
+    found = Distribution(shape, _parameters(document, f"{path}/{shape.value}", shape), least, most)
+    listed = _listed(document, f"{path}/explore", found)
     return Distribution(shape, found.parameters, least, most, listed)
 
 
-def _parameters(config: Configuration, path: str, shape: Shape) -> tuple[float, ...]:
-    values = tuple(config.get_floats(path) if config.is_list(path) else [config.get_float(path)])
+def _parameters(document: Configuration, path: str, shape: Shape) -> tuple[float, ...]:
+    values = tuple(document.get_floats(path) if document.is_list(path) else [document.get_float(path)])
     names = PARAMETERS.get(shape)
     if names is None and not values:
-        raise wrong(config, path, "has no values", "choice: [1.0, 2.5]")
+        raise wrong(document, path, "has no values", "choice: [1.0, 2.5]")
     if names is not None and len(values) != len(names):
-        raise wrong(config, path, f"has {len(values)} parameters", f"it takes: {', '.join(names)}")
+        raise wrong(document, path, f"has {len(values)} parameters", f"it takes: {', '.join(names)}")
     for value in values:
-        _checked(config, path, value)
+        _checked(document, path, value)
     if shape is Shape.UNIFORM and values[0] > values[1]:
-        raise wrong(config, path, f"goes from {values[0]:g} down to {values[1]:g}", "write the least first")
+        raise wrong(document, path, f"goes from {values[0]:g} down to {values[1]:g}", "write the least first")
     return values
 
 
-def _listed(config: Configuration, path: str, found: Distribution) -> tuple[float, ...]:
+def _listed(document: Configuration, path: str, found: Distribution) -> tuple[float, ...]:
     """Return the seconds that stand for a distribution in an exploration."""
-    if not config.exists(path):
+    if not document.exists(path):
         return ()
     named = dict(zip(_NAMED, (found.median, found.least_usual, found.most_usual), strict=True))
-    value = config.get(path)
+    value = document.get(path)
     listed = []
     for text in value.items or (value.text,):
         try:
-            listed.append(named[text] if text in named else _checked(config, path, float(text)))
+            listed.append(named[text] if text in named else _checked(document, path, float(text)))
         except ValueError:
             known = ", ".join(_NAMED)
             hint = did_you_mean(text, _NAMED, f"use seconds, or: {known}")
-            raise wrong(config, path, f"has '{text}'", hint) from None
+            raise wrong(document, path, f"has '{text}'", hint) from None
     if not all(map(math.isfinite, listed)) or not listed:
-        raise wrong(config, path, "names no seconds", f"use seconds, or: {', '.join(_NAMED)}")
+        raise wrong(document, path, "names no seconds", f"use seconds, or: {', '.join(_NAMED)}")
     return tuple(listed)

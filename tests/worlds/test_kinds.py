@@ -13,6 +13,7 @@ from cxbridge.worlds.model import (
     Absence,
     Kill,
     MessageFault,
+    PlannerModel,
     SensedValue,
     SkillFailure,
     SkillModel,
@@ -189,6 +190,21 @@ def test_an_agent_that_is_killed_may_come_back():
     finished = {env for env, _ in skills(events, "S_FINAL")}
     assert finished == {"robot1", "robot2"}
     again("two-agents", result, world)
+
+
+@pytest.mark.parametrize("name", ["no plan", "fails"])
+def test_a_planner_finds_nothing(name):
+    world = WorldModel(otherwise=CALM, planner=PlannerModel(0.1, 0.1, 0.1, 3.0))
+    result, events = play("temporal", Taking(ChoiceKind.PLANNER, name), world)
+    assert result.choices[0].point.kind is ChoiceKind.PLANNER
+    assert skills(events, "S_RUNNING") == [] or len(result.choices) > 1
+
+
+def test_a_plan_comes_late():
+    world = WorldModel(otherwise=CALM, planner=PlannerModel(late=0.1, delay=3.0))
+    usual, _ = play("temporal", Taking(ChoiceKind.PLANNER, "plans"), world)
+    late, _ = play("temporal", Taking(ChoiceKind.PLANNER, "late"), world)
+    assert late.seconds == pytest.approx(usual.seconds + 3.0, abs=0.1)
 
 
 def test_agents_take_their_turns_in_another_order():

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.worlds.distributions import Distribution, Shape
-from cxbridge.worlds.model import SkillFailure, Times, WorldModel
+from cxbridge.worlds.model import PlannerModel, SkillFailure, Times, WorldModel
 from cxbridge.worlds.reading import find_world, read_world, world_of
+from tests.support import ROOT
 
 WORLD = """
 skills:
@@ -34,6 +35,7 @@ skillers:
 killed:
   - {agent: robot1, times: {from: 1}, probability: 0.5}
 order: {every: 1}
+planner: {none: 0.1, late: 0.2, delay: 3}
 """
 
 
@@ -59,6 +61,16 @@ def test_everything_can_be_said():
     assert world.absences[0].times == Times(0.5, 0.0, 4.0)
     assert (world.kills[0].times, world.kills[0].back) == (Times(0.0, 1.0, 10.0), None)
     assert world.order == Times(every=1.0)
+    assert world.planner == PlannerModel(none=0.1, late=0.2, delay=3.0)
+
+
+def test_the_example_of_the_manual_is_a_world():
+    page = (ROOT / "docs" / "worlds.md").read_text()
+    world = read(page.partition("```yaml")[2].partition("```")[0])
+    assert world.skills
+    assert world.planner
+    assert world.kills
+    assert world.order
 
 
 def test_an_empty_world_is_the_usual_one():

@@ -161,6 +161,7 @@ class PddlPlanner:
         config: Configuration,
         store: Store,
         files: ProblemFiles,
+        service: PlanningService | None = None,
     ) -> None:
         self._board = board
         self._clock = clock
@@ -177,7 +178,7 @@ class PddlPlanner:
         self._planner = self._usable(configured)
         options = config.get_str(f"{_PLANNER}/fd-search-opts", default="").strip()
         self._options = {"options": options} if self._planner == "fd" and options else {}
-        self._service = PlanningService(self._settings.at_once, self._settings.memory)
+        self._service = service or PlanningService(self._settings.at_once, self._settings.memory)
         self._service.warm_up()
         self._call: PlanCall | None = None
         self._told: ToldCall | None = None

@@ -25,7 +25,10 @@ class PlanningPlugins(Component):
         files = ProblemFiles(paths.substitutions, paths.config_file.parent, on_disk=on_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
-            self._planner = PddlPlanner(context.board, context.clock, context.bus, config, store, files)
+            service = None if context.make_planning is None else context.make_planning(context.name)
+            self._planner = PddlPlanner(
+                context.board, context.clock, context.bus, config, store, files, service
+            )
         except BaseException:
             self._generator.close()
             raise

@@ -6,7 +6,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.executive.feature import Feature
+    from cxbridge.executive.planning.service import PlanningService
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.trace.formats.base import RunWriter
 
@@ -19,11 +22,13 @@ class Additions:
     :param executors: classes that execute skills, for each agent of the skill board; without a skill board in
         the configuration they serve the Skillers of the run.
     :param writers: get the events of the run, and are closed at its end.
+    :param planning: makes what plans for the environment of that name; None: planners.
     """
 
     features: tuple[Feature, ...] = ()
     executors: tuple[type[SkillExecutor], ...] = ()
     writers: tuple[RunWriter, ...] = ()
+    planning: Callable[[str], PlanningService] | None = None
 
 
 NOTHING = Additions()
