@@ -63,11 +63,11 @@ def disturbed(loops: int, *changes: Callable[[WorldRun], object], timeout: float
 
 
 def asserting(fact: str) -> Callable[[WorldRun], object]:
-    return lambda run: run.assembly.executive.env.assert_string(fact)
+    return lambda run: run.assembly.agents[0].executive.env.assert_string(fact)
 
 
 def building(construct: str) -> Callable[[WorldRun], object]:
-    return lambda run: run.assembly.executive.env.build(construct)
+    return lambda run: run.assembly.agents[0].executive.env.build(construct)
 
 
 def test_a_run_that_is_stuck_and_its_goal():
