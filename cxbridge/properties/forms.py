@@ -21,7 +21,7 @@ FORMS: Final = (
     "eventually (PATTERN) [within SECONDS]",
     "after (PATTERN) then (PATTERN) [within SECONDS]",
 )
-"""The forms of a property."""
+"""All forms."""
 
 _WORDS: Final = ("never", "always", "eventually", "after")
 _NAME: Final = re.compile(r"\s*([\w-]+)\s*:")
@@ -113,7 +113,7 @@ def read_property(text: str, where: Mark | None = None) -> Property:
                 raise where.error(f"'after' needs a 'then': {text.strip()}", FORMS[3])
             second = reader.pattern(then)
             made = partial(After, first=first, second=second, within_s=reader.within())
-            return Property(name, made, one_line(body))
+            return Property(name, made, one_line(body), one_line(text))
         case _:
             hint = did_you_mean(kind, _WORDS, f"properties are: {'; '.join(FORMS)}")
             raise where.error(f"a property begins with {', '.join(_WORDS)}, not with '{kind}'", hint)
@@ -121,4 +121,4 @@ def read_property(text: str, where: Mark | None = None) -> Property:
         raise where.error(
             f"'{kind}' has no time limit: {text.strip()}", f"the form is: {FORMS[_WORDS.index(kind)]}"
         )
-    return Property(name, made, one_line(body))
+    return Property(name, made, one_line(body), one_line(text))

@@ -126,8 +126,10 @@ class Property:
     :param name: unique among the properties of a run.
     :param make: makes its monitor for a run.
     :param text: what it says, for people.
+    :param source: the text that it can be read from again; empty when there is none.
     """
 
     name: str
     make: Callable[[Scene], Monitor]
     text: str
+    source: str = ""

@@ -8,8 +8,10 @@ from typing import Final
 
 from cxbridge.config.documents import YamlList, YamlMap, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+from cxbridge.properties.builtin.table import builtin_properties
 from cxbridge.properties.forms import FORMS, read_property
 from cxbridge.properties.monitor import Property
+from cxbridge.suggestions import did_you_mean
 
 FILE: Final = "properties.yaml"
 """The name of the file beside a scenario."""
@@ -31,7 +33,7 @@ def read_properties(file: Path) -> list[Property]:
         if not isinstance(root, YamlList):
             if isinstance(root, YamlScalar) and root.null:
                 continue
-            raise root.mark.error("this is not a list of properties", _EXPECTED)
+            raise root.mark.error("a list of properties is expected", _EXPECTED)
         for item in root.items:
             match item:
                 case YamlScalar(null=False):
@@ -39,8 +41,22 @@ def read_properties(file: Path) -> list[Property]:
                 case YamlMap(pairs=[(YamlScalar() as name, YamlScalar() as form)]):
                     found.append(read_property(f"{name.text}: {form.text}", form.mark))
                 case _:
-                    raise item.mark.error("this is not a property", _EXPECTED)
+                    raise item.mark.error("a property is expected", _EXPECTED)
     return found
+
+
+def find_property(text: str) -> Property:
+    """Return the built-in property of a name, or the one of a text form.
+
+    :raises ConfigError: when it is neither.
+    """
+    built_in = {each.name: each for each in builtin_properties()}
+    name = text.strip()
+    if name in built_in:
+        return built_in[name]
+    if "(" not in name and (close := did_you_mean(name, built_in)):
+        raise ConfigError(f"there is no property '{name}'", hint=close)
+    return read_property(text)
 
 
 def beside(scenario: Path | None) -> list[Property]:

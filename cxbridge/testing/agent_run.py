@@ -21,12 +21,14 @@ from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
+from cxbridge.properties.monitor import Property
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.testing.watching import violations_of
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
@@ -167,6 +169,28 @@ class AgentRun(Closing):
         executive = self._assembly.executive
         if executive.env.quit_requested and executive.goals.open_roots:
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
+
+    def assert_properties(self, *properties: str | Property, timeout: float = 600.0) -> None:
+        """Run to the end, and check properties on the way; the agent is finalized then.
+
+        :param properties: names of built-in ones, or their text form; to be watched from now on.
+        :raises AssertionError: when one is violated.
+        """
+        lacking = violations_of(
+            properties,
+            self._assembly,
+            lambda done, limit: self._until(done, self.seconds + limit),
+            lambda: self.is_over,
+            timeout,
+        )
+        if lacking:
+            told = [
+                f"{each.property} is violated at {each.seconds:.2f} s: {each.message}" for each in lacking
+            ]
+            raise AssertionError("\n".join(told))
+
+    def _until(self, done: Callable[[], object], end: float) -> None:
+        self._run(lambda: bool(done()) or self.seconds >= end)
 
     @property
     def is_over(self) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import partial
 
 from cxbridge.properties.builtin.actions import ExecutedOnce, PreconditionsHold
 from cxbridge.properties.builtin.ends import NoErrors, RunEnds, SkillersReleased
 from cxbridge.properties.builtin.goals import DEFAULT_REST_S, GoalsRetracted, NoIdleRest
 from cxbridge.properties.builtin.resources import NoLostResource, OneHolder
-from cxbridge.properties.monitor import Property
+from cxbridge.properties.monitor import Monitor, Property, Scene
 
 
 def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
@@ -16,18 +17,19 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
 
     :param rest_s: seconds that a goal may rest in a mode with nothing to wait for.
     """
-    return (
-        Property("run-ends", RunEnds, "the run comes to its end"),
-        Property("no-errors", NoErrors, "no rule has a run-time error"),
-        Property("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
-        Property(
+    made: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
+        ("run-ends", RunEnds, "the run comes to its end"),
+        ("no-errors", NoErrors, "no rule has a run-time error"),
+        ("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
+        (
             "no-idle-rest",
             partial(NoIdleRest, most_s=rest_s),
             f"no goal rests in a mode for more than {rest_s:g} s without something that it waits for",
         ),
-        Property("no-lost-resource", NoLostResource, "no resource is held by nobody"),
-        Property("one-holder", OneHolder, "no resource has two holders"),
-        Property("preconditions", PreconditionsHold, "no action starts with a false precondition"),
-        Property("executed-once", ExecutedOnce, "nothing is executed twice"),
-        Property("skillers-released", SkillersReleased, "the Skiller is released at the end"),
+        ("no-lost-resource", NoLostResource, "no resource is held by nobody"),
+        ("one-holder", OneHolder, "no resource has two holders"),
+        ("preconditions", PreconditionsHold, "no action starts with a false precondition"),
+        ("executed-once", ExecutedOnce, "nothing is executed twice"),
+        ("skillers-released", SkillersReleased, "the Skiller is released at the end"),
     )
+    return tuple(Property(*each, source=each[0]) for each in made)

@@ -1,0 +1,99 @@
+"""A counterexample that people can use: a recording, a test and a sentence about the shortest failing run."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.explore.counterexample_playing import Played, Wanted, WantedChooser, play, wanted
+from cxbridge.explore.counterexample_pytest import identifier, pytest_text
+from cxbridge.explore.counterexample_shrinking import shrunk
+from cxbridge.explore.counterexample_words import in_words
+from cxbridge.properties.monitor import Property
+from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import USUAL, Choice, ChoicePath, PathChooser
+
+
+@dataclass(frozen=True, slots=True)
+class Counterexample:
+    """A shortest run that a property does not hold in.
+
+    :param property: the name of the property.
+    :param message: what is wrong, in a sentence.
+    :param choices: those of the run that are not usual.
+    :param recording: of the run.
+    :param test: a file with a test that fails in the same way; None when its choices cannot be scripted.
+    :param words: the choices and the message, in a sentence.
+    """
+
+    property: str
+    message: str
+    choices: tuple[Choice, ...]
+    recording: Path
+    test: Path | None
+    words: str
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "property": self.property,
+            "message": self.message,
+            "choices": [choice.as_dict() for choice in self.choices],
+            "recording": str(self.recording),
+            "test": None if self.test is None else str(self.test),
+            "words": self.words,
+        }
+
+
+def write_counterexample(
+    options: RunOptions, properties: Sequence[Property], name: str, path: ChoicePath, folder: Path
+) -> Counterexample:
+    """Shrink a failing path, and write what people can use into a folder.
+
+    :param options: of the exploration.
+    :param properties: those that were watched.
+    :param name: of the property that is violated.
+    :param path: a path on which it is.
+    :raises CxbridgeError: when it is not violated on that path, or a file cannot be written.
+    """
+    chosen = [each for each in properties if each.name == name]
+
+    def play_wanted(choices: Sequence[Wanted]) -> Played:
+        return play(options, chosen, WantedChooser(choices), briefly=True)
+
+    first = play(options, chosen, PathChooser(path), briefly=True)
+    found = shrunk(wanted(first.choices), name, play_wanted) if first.violation(name) else None
+    violation = None if found is None else found.violation(name)
+    if found is None or violation is None:
+        raise CxbridgeError(f"'{name}' is not violated on this path", hint="the agent may have changed since")
+    words = in_words(found, violation)
+    stem = identifier(name)
+    recording = folder / f"{stem}.mcap"
+    chooser = WantedChooser(wanted(found.choices))
+    _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
+    play(options, chosen, chooser, recording, briefly=True)
+    test = _write_test(options, found, chosen[0], words, folder / f"test_{stem}.py")
+    unusual = tuple(choice for choice in found.choices if choice.option != USUAL)
+    return Counterexample(name, violation.message, unusual, recording, test, words)
+
+
+def _write_test(
+    options: RunOptions, played: Played, violated: Property, words: str, file: Path
+) -> Path | None:
+    try:
+        text = pytest_text(options, played, violated, words)
+    except CxbridgeError:
+        return None
+    _writing(file, partial(file.write_text, text, encoding="utf-8"))
+    return file
+
+
+def _writing(file: Path, write: partial[Any]) -> None:
+    try:
+        write()
+    except OSError as error:
+        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error

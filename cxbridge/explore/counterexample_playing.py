@@ -1,0 +1,136 @@
+"""Plays a path of choices under the eyes of properties, with a recording if one is asked for."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.properties.monitor import Ending, Property, RunEnd, Violation
+from cxbridge.properties.watch import PropertyWatch
+from cxbridge.run.options import RunOptions
+from cxbridge.run.recording import start_recording
+from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
+
+
+@dataclass(frozen=True, slots=True)
+class Wanted:
+    """A choice of a path, named so that it can be found in another run, too.
+
+    :param subject: of its choice point.
+    :param nth: which one of the points with that subject, from 0.
+    :param option: the option.
+    """
+
+    subject: str
+    nth: int
+    option: str
+
+
+def wanted(choices: Sequence[Choice]) -> tuple[Wanted, ...]:
+    """Return the choices of a run that are not the usual ones."""
+    counts: dict[str, int] = {}
+    found = []
+    for choice in choices:
+        subject = choice.point.subject
+        nth = counts.get(subject, 0)
+        counts[subject] = nth + 1
+        if choice.option != USUAL:
+            found.append(Wanted(subject, nth, choice.taken.name))
+    return tuple(found)
+
+
+class WantedChooser:
+    """Takes the wanted choices where they come, and the usual ones elsewhere."""
+
+    def __init__(self, choices: Sequence[Wanted]) -> None:
+        self._options = {(each.subject, each.nth): each.option for each in choices}
+        self._counts: dict[str, int] = {}
+
+    def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - points are named by subjects
+        """Return what is wanted at the next point of a subject."""
+        nth = self._counts.get(point.subject, 0)
+        self._counts[point.subject] = nth + 1
+        option = self._options.get((point.subject, nth))
+        names = [each.name for each in point.options]
+        return names.index(option) if option in names else USUAL
+
+
+@dataclass(frozen=True, slots=True)
+class Played:
+    """A run that was played.
+
+    :param choices: all that were taken.
+    :param violations: of the properties.
+    :param history: goals, actions and skills.
+    :param start_us: when it began.
+    :param on_board: whether skills are executed on a skill board.
+    """
+
+    choices: tuple[Choice, ...]
+    violations: tuple[Violation, ...]
+    history: RunHistory
+    start_us: int
+    on_board: bool
+
+    def violation(self, name: str) -> Violation | None:
+        """Return how a property is violated; None when it is not."""
+        return next((each for each in self.violations if each.property == name), None)
+
+
+class _WatchedRun(JudgedRun):
+    """A run that is judged by properties, too."""
+
+    def __init__(
+        self, options: RunOptions, properties: Sequence[Property], chooser: Chooser, *, briefly: bool
+    ) -> None:
+        super().__init__(options, chooser)
+        self._briefly = briefly
+        assembly = self.world.assembly
+        self.history = RunHistory(UNLIMITED, assembly.clock.now_us())
+        self.watch = PropertyWatch(properties, assembly.agents, assembly.clock)
+        assembly.bus.subscribe(self.history.take, *TRANSITION_TYPES)
+
+    def _look(self) -> bool:
+        is_violated = self.watch.look()
+        return super()._look() or (self._briefly and is_violated)
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether it has ended because nothing can happen any more."""
+        return self._is_stuck
+
+
+def play(
+    options: RunOptions,
+    properties: Sequence[Property],
+    chooser: Chooser,
+    trace: Path | None = None,
+    *,
+    briefly: bool = False,
+) -> Played:
+    """Play a run to its end.
+
+    :param briefly: only until a property is violated.
+    :param trace: the file that it is recorded to.
+    :raises CxbridgeError: when the scenario is wrong, or the file cannot be written.
+    """
+    if trace is not None:
+        options = replace(options, trace=trace, trace_level="facts")
+    with ExitStack() as stack:
+        run = stack.enter_context(_WatchedRun(options, properties, chooser, briefly=briefly))
+        assembly = run.world.assembly
+        stack.callback(start_recording(assembly, options).close)
+        stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
+        start_us = assembly.clock.now_us()
+        ended, result = run.play()
+        ending = Ending.OVER if result.is_over else Ending.STUCK if run.is_stuck else Ending.CUT
+        run.watch.end(RunEnd(ending, "" if result.is_over else ended.reason))
+        assembly.stop()
+        run.watch.released()
+        on_board = any(agent.context.skill_board is not None for agent in assembly.agents)
+        return Played(result.choices, tuple(run.watch.violations), run.history, start_us, on_board)

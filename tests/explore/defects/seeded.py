@@ -1,0 +1,148 @@
+"""The seeded defects: each is a few lines that are replaced in a copy of an agent that works."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from cxbridge.explore.counterexample_playing import Played, play
+from cxbridge.properties.builtin.table import builtin_properties
+from cxbridge.properties.forms import read_property
+from cxbridge.properties.monitor import Property
+from cxbridge.run.options import RunOptions
+from cxbridge.worlds.points import USUAL, ChoicePath, PathChooser, Step
+from tests.support import ROOT
+
+DELIVERED = (
+    "delivered: after (goal (class DELIVER) (mode EVALUATED) (outcome COMPLETED))"
+    " then (domain-fact (name at) (param-values cup table))"
+)
+
+
+@dataclass(frozen=True)
+class Defect:
+    """A defect.
+
+    :param name: what is wrong, in short.
+    :param folder: of the agent that is right.
+    :param changes: file, what is in it, and what takes its place.
+    :param found_by: the property that shows it.
+    :param faults: how many faults the shortest path has.
+    :param own: a property besides the built-in ones.
+    """
+
+    name: str
+    folder: Path
+    changes: tuple[tuple[str, str, str], ...]
+    found_by: str
+    faults: int
+    own: str = ""
+    agent: str | None = None
+
+    def copy(self, folder: Path, *, broken: bool) -> Path:
+        """Copy the agent to a folder; with the defect, or without."""
+        shutil.copytree(self.folder, folder)
+        for file, right, wrong in self.changes if broken else ():
+            text = (folder / file).read_text()
+            assert text.count(right) == 1, f"{self.folder / file} is not what the defect is for"
+            (folder / file).write_text(text.replace(right, wrong))
+        return folder
+
+    def options(self, folder: Path) -> RunOptions:
+        """Return the options of its runs."""
+        return RunOptions(scenario=folder, skiller="none", agent=self.agent, timeout=60.0)
+
+    @property
+    def properties(self) -> tuple[Property, ...]:
+        """What is watched."""
+        return (*builtin_properties(), *([read_property(self.own)] if self.own else []))
+
+
+DEFECTS = (
+    Defect(
+        "a lock is not given back after a failure",
+        ROOT / "scenarios" / "two-agents",
+        (
+            (
+                "house-locks.clp",
+                "(mutex-unlock-async tap))\n\n(defrule tap-given",
+                "(assert (kept)))\n\n(defrule tap-given",
+            ),
+        ),
+        "run-ends",
+        1,
+        agent="robot1",
+    ),
+    Defect(
+        "a retry without end",
+        ROOT / "scenarios" / "test-scenario-pddl",
+        (
+            ("meet-goals.clp", "(meet-tries ?number&:(< ?number ?*MEET-MAX-TRIES*))", "(meet-tries ?number)"),
+            (
+                "meet-goals.clp",
+                "(defrule meet-try-again\n",
+                "(defrule meet-try-again (declare (salience 1))\n",
+            ),
+        ),
+        "three-tries",
+        3,
+        own="three-tries: never (meet-tries 4)",
+    ),
+    Defect(
+        "an action is executed twice after a take-over",
+        ROOT / "scenarios" / "two-agents",
+        (
+            ("house-plan.clp", "(if (not (house-is swept ?room)) then", "(if TRUE then"),
+            ("domain.pddl", ":precondition (not (swept ?room))\n", ":precondition (and)\n"),
+        ),
+        "executed-once",
+        1,
+        agent="robot1",
+    ),
+    Defect(
+        "a goal is stuck in EXPANDED",
+        ROOT / "scenarios" / "test-scenario-pddl",
+        (("meet-goals.clp", "(mode EXPANDED))\n", "(mode EXPANDED))\n  (meet-tries 1)\n"),),
+        "goals-retracted",
+        1,
+    ),
+    Defect(
+        "an order is delivered to the wrong place",
+        ROOT / "templates" / "courier" / "courier",
+        (
+            (
+                "courier.clp",
+                '(planner-plan ?id "(at cup table)")',
+                (
+                    "(planner-plan ?id (if (any-factp ((?t tries)) (eq ?t:implied (create$ 1)))"
+                    ' then "(at cup table)" else "(at cup kitchen)"))'
+                ),
+            ),
+        ),
+        "delivered",
+        1,
+        own=DELIVERED,
+    ),
+)
+
+
+def runs(
+    options: RunOptions, properties: tuple[Property, ...], faults: int
+) -> Iterator[tuple[ChoicePath, Played]]:
+    """Yield all runs with at most so many faults, those with fewer first."""
+    paths: list[ChoicePath] = [{}]
+    for number in range(faults + 1):
+        longer: list[ChoicePath] = []
+        for path in paths:
+            played = play(options, properties, PathChooser(path), briefly=True)
+            yield path, played
+            after = max(path, default=-1)
+            longer += [
+                {**path, choice.index: Step(choice.point.subject, option.name)}
+                for choice in played.choices
+                for place, option in enumerate(choice.point.options)
+                if choice.index > after and place != USUAL and number < faults
+            ]
+        paths = longer

@@ -1,0 +1,61 @@
+"""Exploring finds each seeded defect, with a shortest path; what it writes shows the defect to people."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.explore.counterexample import write_counterexample
+from tests.explore.defects.seeded import DEFECTS, Defect, runs
+
+
+def pytest_of(file: Path) -> subprocess.CompletedProcess[str]:
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "--rootdir",
+        str(file.parent),
+        str(file),
+    ]
+    return subprocess.run(command, capture_output=True, text=True, cwd=file.parent, check=False)
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
+def test_it_is_found_and_shown(defect: Defect, tmp_path: Path):
+    agent = defect.copy(tmp_path / "agent", broken=True)
+    options = defect.options(agent)
+    found = next(
+        path
+        for path, played in runs(options, defect.properties, defect.faults)
+        if played.violation(defect.found_by) is not None
+    )
+    assert len(found) == defect.faults  # those with fewer faults came first
+
+    example = write_counterexample(options, defect.properties, defect.found_by, found, tmp_path / "found")
+    assert len(example.choices) == defect.faults
+    assert example.recording.stat().st_size > 0
+    assert " fails the " in example.words
+    assert example.test is not None
+    failed = pytest_of(example.test)
+    assert failed.returncode == 1, failed.stdout
+    assert f"{defect.found_by} is violated" in failed.stdout
+
+    shutil.rmtree(agent)
+    defect.copy(agent, broken=False)
+    mended = pytest_of(example.test)
+    assert mended.returncode == 0, mended.stdout
+
+
+@pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
+def test_the_agent_without_the_defect_has_the_property(defect: Defect, tmp_path: Path):
+    options = defect.options(defect.copy(tmp_path / "agent", broken=False))
+    for path, played in runs(options, defect.properties, 1):
+        assert played.violations == (), path
