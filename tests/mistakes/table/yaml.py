@@ -53,7 +53,14 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "asks for the feature 'pddl-praser', which is not available",
         "scenario.yaml:12",
     ),
-    mistake("an entry has no name", _FILE, "name: domain", "nmae: domain", "has no name", "scenario.yaml:14"),
+    mistake(
+        "an entry has no name",
+        _FILE,
+        "name: domain",
+        "nmae: domain",
+        "nobody reads 'nmae'",
+        "scenario.yaml:14",
+    ),
     mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:14"),
     mistake(
         "files are a text",
