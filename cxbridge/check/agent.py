@@ -109,7 +109,7 @@ class Agent(Closing):
 
     def __post_init__(self) -> None:
         agent_context = make_agent_context(self.options)
-        self.context = RunContext.make(agent_context, replace(self.options, skiller="none"))
+        self.context = RunContext.make(agent_context, replace(self.options, skiller="none", strict=False))
         try:
             self.manager, self.executive = make_executive(self.context)
             try:

@@ -26,7 +26,7 @@ def retold(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """
     options = replace(options, trace=None, log=None, bblog=None, replay=())
     try:
-        findings = [each for each in check(options) if each.code.severity is Severity.ERROR]
+        findings = [each for each in check(options, errors_only=True) if each.code.severity is Severity.ERROR]
     except CxbridgeError:
         return error
     if any(each.code.name == _MISSING_FILE for each in findings):

@@ -12,10 +12,11 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
 
-def check(options: RunOptions) -> list[Finding]:
+def check(options: RunOptions, *, errors_only: bool = False) -> list[Finding]:
     """Return what is wrong with the agents of a scenario, each finding once.
 
     :param options: as those of a run; what concerns recording and time is ignored.
+    :param errors_only: no warnings and notes, and no work for them.
     :raises CxbridgeError: when the options themselves make no sense.
     """
     options.check()
@@ -23,7 +24,7 @@ def check(options: RunOptions) -> list[Finding]:
     try:
         for name in agents(options):
             with Agent(replace(options, agent=name)) as agent:
-                found.update(dict.fromkeys(checks.findings(agent)))
+                found.update(dict.fromkeys(checks.findings(agent, errors_only=errors_only)))
     except CxbridgeError as error:
         found[of_error(error)] = None
     return without_silenced(found)

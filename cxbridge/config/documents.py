@@ -98,7 +98,7 @@ def _decode(data: bytes, name: str) -> str:
     except UnicodeDecodeError as error:
         line = data.count(b"\n", 0, error.start) + 1
         raise Mark(name, line).error(
-            f"the file is not {encoding[:6].upper()} text", "save it as UTF-8"
+            f"the file is not {encoding.removesuffix('-sig').upper()} text", "save it as UTF-8"
         ) from None
 
 

@@ -23,7 +23,7 @@ from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.shared_navgraph import SharedNavGraph
 from cxbridge.run.shared_skill_board import SharedSkillBoard
-from cxbridge.run.specs import check_spec, choose_spec
+from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
 from cxbridge.run.think_rate import make_refresh
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 from cxbridge.trace.sourcing import EarlySources
@@ -103,8 +103,13 @@ class RunContext:
         :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
         """
         config, clock, bus = agent.config, agent.clock, agent.bus
-        spec = choose_spec(config, options.spec) if executive else ""
+        spec = choose_spec(config, options.spec, agent.config_file) if executive else ""
+        mistaken = mistaken_keys(config, spec) if spec else []
+        if mistaken and not options.is_lenient:
+            raise mistaken[0]
         warnings = [*map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
+        known = "\n".join(warnings)
+        warnings += [str(each) for each in mistaken if each.location not in known]
         paths = find_paths(options, config, agent.config_file)
         warnings += check_paths(config, spec, paths) if spec else ()
         skill_board = skill_board_settings(config, paths, additions.executors)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
-from cxbridge.suggestions import did_you_mean
+from cxbridge.suggestions import did_you_mean, nearest
 
 STAGES = ("stage-1", "stage-2", "stage-3")
 _ENTRY_KEYS = {"name", "feature-request", "file", "files", "wait-for"}
@@ -24,11 +24,18 @@ _BOOLS = (
 )
 _LISTS = ("clips-dirs", "debug/unwatch-facts", "debug/unwatch-rules")
 _ROOT = "/clips-executive"
+_KEYS = ("spec", "specs", "clips-dirs", "debug", "exact-retry", "refresh-rate", *_BOOLS[:-1])
+_SPEC_KEYS = ("init", "action-mapping", "blackboard-preload", "parameters")
+_SKILLER_KEYS = ("skillspace", "mode", "watch_files", "features", "limits", "instances")
+_SECTIONS = {"clips-executive": _KEYS, "skiller": _SKILLER_KEYS}
+_LIKE = 0.75
+"""How similar a key that nobody reads must be to one that is absent: then it is meant for that."""
 
 
-def choose_spec(config: Configuration, spec: str | None) -> str:
+def choose_spec(config: Configuration, spec: str | None, config_file: Path | None = None) -> str:
     """Return the spec to run, and see to it that the configuration names it.
 
+    :param config_file: where to look for the mistake when nothing in the configuration has a place.
     :raises ConfigError: when the configuration has no such spec.
     """
     place = _first(config, f"{_ROOT}/spec") if spec is None else None
@@ -40,8 +47,12 @@ def choose_spec(config: Configuration, spec: str | None) -> str:
         return chosen
     known = f"it has: {', '.join(specs)}" if specs else "it has no clips-executive/specs at all"
     what = f"has no spec '{chosen}'" if chosen else "names no spec (clips-executive/spec)"
-    if place is None and (anything := _first(config, _ROOT)) is not None:
-        raise ConfigError(f"the configuration {what}", file=anything.file or None, hint=known)
+    if not specs and (misspelt := next(_misspelt_sections(config), None)) is not None:
+        raise misspelt
+    if place is None:
+        place = min((each for each in config.search(_ROOT) if each.file), key=_line, default=None)
+    if place is None and config_file is not None:
+        raise ConfigError(f"the configuration {what}", file=config_file, line=1, hint=known)
     raise _error(f"the configuration {what}", place, known)
 
 
@@ -67,6 +78,53 @@ def check_spec(config: Configuration, spec: str) -> list[str]:
     ):
         _must_have_parts(config, path, what)
     return [warning for stage in config.keys(f"{base}/init") for warning in _check_stage(config, base, stage)]
+
+
+def mistaken_keys(config: Configuration, spec: str) -> list[ConfigError]:
+    """Return the keys that are misspelt, and those that are empty or have the wrong type where that is fatal.
+
+    Fawkes reads on without them: a misspelt key is one that it does not know.
+    """
+    base = f"{_ROOT}/specs/{spec}"
+    found = [
+        *_misspelt_sections(config),
+        *_misspelt(config, _ROOT, _KEYS),
+        *_misspelt(config, base, _SPEC_KEYS),
+        *_misspelt(config, "/skiller", _SKILLER_KEYS),
+    ]
+    if config.exists("/skiller") and (value := config.get("/skiller")).text:
+        found.append(_error("'skiller' must be a map", value, "write skillspace: NAME below it"))
+    for _, path in _entries(config, spec):
+        found += _misspelt(config, path, tuple(sorted(_ENTRY_KEYS)))
+        for key in ("name", "file"):
+            if config.exists(f"{path}/{key}") and _is_empty(value := config.get(f"{path}/{key}")):
+                found.append(_error(f"'{key}' is empty", value, f"give the {key}, or remove the key"))
+    mapping = f"{base}/action-mapping"
+    for action in config.keys(mapping):
+        if config.exists(f"{mapping}/{action}") and _is_empty(value := config.get(f"{mapping}/{action}")):
+            hint = f"name a skill: {action}: SKILL{{}}"
+            found.append(_error(f"the mapping of action '{action}' is empty", value, hint))
+    return found
+
+
+def _misspelt_sections(config: Configuration) -> Iterator[ConfigError]:
+    """Yield an error for each section with a wrong name: there may be others, but not with these keys."""
+    sections = config.keys("/")
+    for section, known in _SECTIONS.items():
+        for each in () if section in sections else sections:
+            if nearest(section, [each], _LIKE) and not set(known).isdisjoint(config.keys(f"/{each}")):
+                yield _error(f"nobody reads '{each}'", _first(config, f"/{each}"), f"did you mean {section}?")
+
+
+def _misspelt(config: Configuration, path: str, known: Sequence[str]) -> Iterator[ConfigError]:
+    """Yield an error for each key below a path that is probably meant for a known one, which is absent."""
+    keys = config.keys(path)
+    given = [key for key in keys if (value := _first(config, f"{path}/{key}")) is None or value.file]
+    absent = [key for key in known if key not in given]  # those with a default that nobody wrote, too
+    for key in keys:
+        if key not in known and (near := nearest(key, absent, _LIKE)):
+            place = _first(config, f"{path}/{key}")
+            yield _error(f"nobody reads '{key}'", place, f"did you mean {near[0]}?")
 
 
 def check_features(config: Configuration, spec: str, available: Collection[str]) -> None:
@@ -166,7 +224,15 @@ def _must_have_parts(config: Configuration, path: str, what: str) -> None:
 
 def _first(config: Configuration, path: str) -> ConfigValue | None:
     """Return the value at the path, or the first below it: its place is where to look."""
-    return config.get(path) if config.exists(path) else next(config.search(path), None)
+    return config.get(path) if config.exists(path) else min(config.search(path), key=_line, default=None)
+
+
+def _is_empty(value: ConfigValue) -> bool:
+    return not value.is_list and not value.text
+
+
+def _line(value: ConfigValue) -> int:
+    return value.line
 
 
 def _at(config: Configuration, path: str) -> str:

@@ -11,7 +11,7 @@ import pytest
 
 from tests.forked import Nursery
 from tests.mistakes.making import run_seconds, tell
-from tests.mistakes.table import MISTAKES
+from tests.mistakes.table import MISTAKES, WITHOUT_LINE
 from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, Mistake
 
 MOST_SECONDS: Final = 2.0
@@ -20,6 +20,10 @@ MOST_SECONDS: Final = 2.0
 ROWS: Final = [
     pytest.param(each, id=f"{kind}: {each.name}") for kind, mistakes in MISTAKES.items() for each in mistakes
 ]
+MOST_WITHOUT_LINE: Final = 15
+"""It only becomes less."""
+
+_PLACE: Final = re.compile(r"\w\.\w+:\d+$")
 _ABOUT_ERRORS: Final = re.compile(r"E CLIPS \(\w+\): ")
 """What CLIPS prints of an error in a rule, in two lines."""
 
@@ -47,6 +51,13 @@ def test_there_are_63_and_more() -> None:
     assert len({row.id for row in ROWS}) == len(ROWS)
 
 
+def test_each_names_the_line_where_it_is_told() -> None:
+    places = {f"{kind}: {each.name}": each.at for kind, mistakes in MISTAKES.items() for each in mistakes}
+    without = {name for name, at in places.items() if not _PLACE.search(at)}
+    assert without == WITHOUT_LINE.keys()
+    assert len(without) <= MOST_WITHOUT_LINE
+
+
 @pytest.mark.parametrize("mistake", ROWS)
 def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, nursery: Nursery) -> None:
     status, lines = told(mistake, tmp_path, nursery)
@@ -54,7 +65,8 @@ def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, nur
     assert status == mistake.status, text
     assert "Traceback" not in text
     assert "stack traceback" not in text
-    causes = [line for line in lines if re.search(mistake.says, line) and mistake.at in line]
+    at = re.compile(re.escape(mistake.at) + (r"\b" if mistake.at else ""))
+    causes = [line for line in lines if re.search(mistake.says, line) and at.search(line)]
     assert causes, text
     assert run_seconds(text) <= MOST_SECONDS
     others = [line for line in lines if line[:2] in ("E ", "W ") and line not in causes]

@@ -8,7 +8,7 @@ from pkgutil import iter_modules
 from types import ModuleType
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import INPUT, Code, Finding
+from cxbridge.check.findings import INPUT, Code, Finding, Severity
 
 
 def modules() -> list[ModuleType]:
@@ -25,9 +25,22 @@ def codes() -> dict[str, Code]:
     return {code.name: code for code in sorted(found, key=lambda code: code.name)}
 
 
-def findings(agent: Agent) -> Iterator[Finding]:
-    """Yield what all checks find in an agent, in the order of files and lines."""
-    found = dict.fromkeys(finding for module in modules() for finding in module.check(agent))
+def findings(agent: Agent, *, errors_only: bool = False) -> Iterator[Finding]:
+    """Yield what all checks find in an agent, in the order of files and lines.
+
+    :param errors_only: no warnings and notes, and no work for them.
+    """
+    needed = [
+        module
+        for module in modules()
+        if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
+    ]
+    found = dict.fromkeys(
+        finding
+        for module in needed
+        for finding in module.check(agent)
+        if not errors_only or finding.code.severity is Severity.ERROR
+    )
     order = {str(file.path): number for number, file in enumerate(agent.files)}
     yield from sorted(
         found, key=lambda each: (order.get(each.place.file, -1), each.place.file, each.place.line)

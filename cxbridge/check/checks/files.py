@@ -35,14 +35,15 @@ def check(agent: Agent) -> Iterator[Finding]:
     folders = (*agent.context.paths.before, agent.context.paths.cx, *agent.context.paths.clips_dirs)
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))
-        there = next((path for each in folders if (path := each / missing.name).exists()), None)
+        paths = [each / missing.name for each in folders]
+        there = next((path for path in paths if path.is_symlink() or path.exists()), None)
         yield Finding(
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
             did_you_mean(missing.name, _files(folders), f"searched: {searched}")
             if there is None
-            else f"{there} is there, and is not a regular file",
+            else f"{there} is there, and is {_what_is(there)}",
         )
     core = agent.context.paths.cx
     for asked in agent.asked:
@@ -55,6 +56,12 @@ def check(agent: Agent) -> Iterator[Finding]:
                 f"{asked.name} is the core's file, not {hidden}",
                 "give the file of the agent another name",
             )
+
+
+def _what_is(path: Path) -> str:
+    if path.is_symlink() and not path.exists():
+        return f"a link to {path.readlink()}, which leads to no file"
+    return "not a regular file"
 
 
 def _files(folders: tuple[Path, ...]) -> set[str]:

@@ -49,7 +49,7 @@ class PddlParserFeature(Feature):
             try:
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
-                parsed = parse_domain(data.decode("utf-8", "surrogateescape"), path)
+                parsed = parse_domain(data.decode("utf-8-sig", "surrogateescape"), path)
                 rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"

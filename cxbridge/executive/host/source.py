@@ -178,6 +178,9 @@ def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
 
 def find_excess(text: str) -> Excess | None:
     """Return the first thing in ``text`` that CLIPS cannot take, if there is one."""
+    if "\0" in text:
+        before = text.partition("\0")[0]
+        return Excess(before.count("\n") + 1, "a NUL byte: the file is not UTF-8 text")
     code = blank(text)
     found: list[tuple[int, str]] = []
     word = _LONG_WORD.search(code)

@@ -27,15 +27,20 @@ def read_text(path: str | Path, what: str) -> str:
     :param what: what it should hold, to name it in the error.
     :raises PddlError: when it cannot be read, or is not UTF-8.
     """
+    data = b""
     try:
-        return Path(path).read_bytes().decode()
+        data = Path(path).read_bytes()
+        return data.decode().removeprefix("\ufeff")
     except OSError as error:
         raise PddlError(
             f"cannot read the {what}: {(error.strerror or str(error)).lower()}", file=path
         ) from None
     except UnicodeDecodeError as error:
         raise PddlError(
-            f"the file is not UTF-8 text: {error.reason}", file=path, hint="save it as UTF-8"
+            f"the file is not UTF-8 text: {error.reason}",
+            file=path,
+            line=data.count(b"\n", 0, error.start) + 1,
+            hint="save it as UTF-8",
         ) from None
 
 

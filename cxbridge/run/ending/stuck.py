@@ -124,9 +124,11 @@ def waits_for(agent: Assembly, errors: RuleErrors) -> str:
         causes = [*_goals(agent, places)]
     elif not executive.goals.outcomes:
         causes = ["no goal has appeared", *(_deffacts(agent) or _lacking(agent, places))]
+        causes += _without_files(agent)
     else:
         causes = ["a skill or rules were not over"]
     causes += _failed_rules(agent, errors)
+    causes += _empty(agent)
     causes += _unwritten(agent, places)
     if not agent.config.get_bool(_TIME, default=False):
         text = "no time passes for the rules: assert-time-each-loop is not true"
@@ -176,6 +178,25 @@ def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
             yield f"nobody has got control of {slots['skiller']}"
     if not any(True for _ in env.facts("skiller-control")) and env.has_template("skiller-control"):
         yield "no (skiller-control) asks for control of a Skiller"
+
+
+def _without_files(agent: Assembly) -> Iterator[str]:
+    """Yield that the spec loads nothing, if so, with the place of the spec, or of what is chosen."""
+    base, chosen = f"/clips-executive/specs/{agent.spec}", "/clips-executive/spec"
+    if any("/file" in value.path.removeprefix(base) for value in agent.config.search(f"{base}/init")):
+        return
+    spec = next(agent.config.search(base), None)
+    if spec is None and agent.config.exists(chosen):
+        spec = agent.config.get(chosen)
+    place = f"{spec.file}:{spec.line}" if spec is not None and spec.file else ""
+    yield f"the init of the spec {agent.spec} names no file{_at(place)}"
+
+
+def _empty(agent: Assembly) -> Iterator[str]:
+    """Yield the files that are loaded and empty."""
+    for file in dict.fromkeys(agent.executive.env.loader.files):
+        if file.exists() and not file.stat().st_size:
+            yield f"{file}:1: the file is empty"
 
 
 def _lacking(agent: Assembly, places: AgentPlaces) -> list[str]:

@@ -10,6 +10,8 @@ from cxbridge.errors import SkillError
 
 _MODULE_NAME = re.compile(r"[A-Za-z0-9_-]+(?:\.[A-Za-z0-9_-]+)*")
 _PLACE = re.compile(r"([^\s:|]+):(\d+):")
+_BYTE_ORDER_MARK = b"\xef\xbb\xbf".decode("latin-1")
+"""What editors of Windows put before a text; Lua 5.1 does not know it."""
 _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
@@ -61,7 +63,7 @@ class ModulePath:
         label = module.replace(".", "/") + ".lua"
         self.files[label] = path
         try:
-            return path.read_text("latin-1"), label
+            return path.read_text("latin-1").removeprefix(_BYTE_ORDER_MARK), label
         except OSError as error:
             raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
 

@@ -18,3 +18,27 @@ MISTAKES: Final[dict[str, tuple[Mistake, ...]]] = {
     "daemon": daemon.MISTAKES,
 }
 """The tables, by the kind of file, or of command."""
+
+WITHOUT_LINE: Final = {
+    **dict.fromkeys(
+        (
+            "command line: the scenario is not there",
+            "command line: the folder is no scenario",
+            "command line: an option is misspelt",
+            "command line: a command is misspelt",
+            "command line: a value is none of those allowed",
+            "command line: a number is none",
+            "command line: a folder is not there",
+            "command line: an overlay is not there",
+            "command line: no scenario is named",
+            "command line: the recording overwrites the agent",
+            "command line: the URL of the Skiller is misspelt",
+            "command line: the spec is misspelt",
+            "daemon: the endpoint is no address",
+            "daemon: the configuration is not there",
+            "daemon: a word is no policy",
+        ),
+        "argument",
+    ),
+}
+"""The mistakes that are in no line of a file, and where they are instead; the list only shrinks."""

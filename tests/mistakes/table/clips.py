@@ -42,7 +42,7 @@ _SYNTAX: Final = (
         '"It is "',
         '"It is ',
         "hello-evaluate never closes|string",
-        "hello-goals.clp:4",
+        "hello-goals.clp:40",
     ),
     mistake(
         "the arrow is missing",
@@ -50,7 +50,7 @@ _SYNTAX: Final = (
         "  (skiller-control (acquired TRUE))\n  =>\n",
         "  (skiller-control (acquired TRUE))\n",
         "hello-select",
-        "hello-goals.clp:2",
+        "hello-goals.clp:23",
     ),
     mistake(
         "a rule has no name", _GOALS, "(defrule hello-dispatch", "(defrule", "name", "hello-goals.clp:35"

@@ -36,7 +36,7 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "has no spec 'helo'",
         "scenario.yaml:2",
     ),
-    mistake("no spec is named", _FILE, "  spec: hello\n", "", "names no spec", "scenario.yaml"),
+    mistake("no spec is named", _FILE, "  spec: hello\n", "", "names no spec", "scenario.yaml:2"),
     mistake(
         "a file is misspelt",
         _FILE,
@@ -53,8 +53,15 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         "asks for the feature 'pddl-praser', which is not available",
         "scenario.yaml:12",
     ),
-    mistake("an entry has no name", _FILE, "name: domain", "nmae: domain", "has no name", "scenario.yaml:15"),
-    mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:15"),
+    mistake(
+        "an entry has no name",
+        _FILE,
+        "name: domain",
+        "nmae: domain",
+        "nobody reads 'nmae'",
+        "scenario.yaml:14",
+    ),
+    mistake("a stage is misspelt", _FILE, "stage-3", "stage3", "there is no 'stage3'", "scenario.yaml:14"),
     mistake(
         "files are a text",
         _FILE,
