@@ -15,6 +15,7 @@ from cxbridge.explore.counterexample_shrinking import shrunk
 from cxbridge.explore.counterexample_words import in_words
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePath, PathChooser
 
 
@@ -50,7 +51,12 @@ class Counterexample:
 
 
 def write_counterexample(
-    options: RunOptions, properties: Sequence[Property], name: str, path: ChoicePath, folder: Path
+    options: RunOptions,
+    properties: Sequence[Property],
+    name: str,
+    path: ChoicePath,
+    folder: Path,
+    world: WorldModel | None = None,
 ) -> Counterexample:
     """Shrink a failing path, and write what people can use into a folder.
 
@@ -58,14 +64,15 @@ def write_counterexample(
     :param properties: those that were watched.
     :param name: of the property that is violated.
     :param path: a path on which it is.
+    :param world: that of the exploration.
     :raises CxbridgeError: when it is not violated on that path, or a file cannot be written.
     """
     chosen = [each for each in properties if each.name == name]
 
     def play_wanted(choices: Sequence[Wanted]) -> Played:
-        return play(options, chosen, WantedChooser(choices), briefly=True)
+        return play(options, chosen, WantedChooser(choices), world=world, briefly=True)
 
-    first = play(options, chosen, PathChooser(path), briefly=True)
+    first = play(options, chosen, PathChooser(path), world=world, briefly=True)
     found = shrunk(wanted(first.choices), name, play_wanted) if first.violation(name) else None
     violation = None if found is None else found.violation(name)
     if found is None or violation is None:
@@ -75,7 +82,7 @@ def write_counterexample(
     recording = folder / f"{stem}.mcap"
     chooser = WantedChooser(wanted(found.choices))
     _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
-    play(options, chosen, chooser, recording, briefly=True)
+    play(options, chosen, chooser, recording, world=world, briefly=True)
     test = _write_test(options, found, chosen[0], words, folder / f"test_{stem}.py")
     unusual = tuple(choice for choice in found.choices if choice.option != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, words)

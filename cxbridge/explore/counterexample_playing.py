@@ -7,14 +7,15 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+from cxbridge.explore.playing import ExploredRun
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.properties.monitor import Ending, Property, RunEnd, Violation
-from cxbridge.properties.watch import PropertyWatch
+from cxbridge.properties.monitor import Property, Violation
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
+from cxbridge.worlds.skills import Answer
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,6 +69,8 @@ class Played:
     :param violations: of the properties.
     :param history: goals, actions and skills.
     :param start_us: when it began.
+    :param answers: how the calls of skills ended.
+    :param agents: how many there are.
     :param on_board: whether skills are executed on a skill board.
     """
 
@@ -75,34 +78,13 @@ class Played:
     violations: tuple[Violation, ...]
     history: RunHistory
     start_us: int
+    answers: tuple[Answer, ...]
+    agents: int
     on_board: bool
 
     def violation(self, name: str) -> Violation | None:
         """Return how a property is violated; None when it is not."""
         return next((each for each in self.violations if each.property == name), None)
-
-
-class _WatchedRun(JudgedRun):
-    """A run that is judged by properties, too."""
-
-    def __init__(
-        self, options: RunOptions, properties: Sequence[Property], chooser: Chooser, *, briefly: bool
-    ) -> None:
-        super().__init__(options, chooser)
-        self._briefly = briefly
-        assembly = self.world.assembly
-        self.history = RunHistory(UNLIMITED, assembly.clock.now_us())
-        self.watch = PropertyWatch(properties, assembly.agents, assembly.clock)
-        assembly.bus.subscribe(self.history.take, *TRANSITION_TYPES)
-
-    def _look(self) -> bool:
-        is_violated = self.watch.look()
-        return super()._look() or (self._briefly and is_violated)
-
-    @property
-    def is_stuck(self) -> bool:
-        """Whether it has ended because nothing can happen any more."""
-        return self._is_stuck
 
 
 def play(
@@ -111,10 +93,12 @@ def play(
     chooser: Chooser,
     trace: Path | None = None,
     *,
+    world: WorldModel | None = None,
     briefly: bool = False,
 ) -> Played:
     """Play a run to its end.
 
+    :param world: what can happen; None: what the file beside the scenario says.
     :param briefly: only until a property is violated.
     :param trace: the file that it is recorded to.
     :raises CxbridgeError: when the scenario is wrong, or the file cannot be written.
@@ -122,15 +106,21 @@ def play(
     if trace is not None:
         options = replace(options, trace=trace, trace_level="facts")
     with ExitStack() as stack:
-        run = stack.enter_context(_WatchedRun(options, properties, chooser, briefly=briefly))
+        run = stack.enter_context(ExploredRun(options, properties, chooser, world=world, briefly=briefly))
         assembly = run.world.assembly
+        history = RunHistory(UNLIMITED, assembly.clock.now_us())
+        assembly.bus.subscribe(history.take, *TRANSITION_TYPES)
         stack.callback(start_recording(assembly, options).close)
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         start_us = assembly.clock.now_us()
-        ended, result = run.play()
-        ending = Ending.OVER if result.is_over else Ending.STUCK if run.is_stuck else Ending.CUT
-        run.watch.end(RunEnd(ending, "" if result.is_over else ended.reason))
-        assembly.stop()
-        run.watch.released()
+        _, result = run.play()
         on_board = any(agent.context.skill_board is not None for agent in assembly.agents)
-        return Played(result.choices, tuple(run.watch.violations), run.history, start_us, on_board)
+        return Played(
+            result.choices,
+            tuple(run.properties.violations),
+            history,
+            start_us,
+            tuple(run.world.answers),
+            len(assembly.agents),
+            on_board,
+        )

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-import ast
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.counterexample_playing import Played
-from cxbridge.explore.counterexample_words import skill_of
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.estimators import Outcome
 from cxbridge.skiller.status import Status
-from cxbridge.worlds.points import USUAL
+from cxbridge.testing.skills import FOREVER
+from cxbridge.worlds.points import USUAL, ChoiceKind
 
 _OPTIONS: Final = (
     "spec",
@@ -28,6 +28,10 @@ _OPTIONS: Final = (
     "skill_dirs",
     "config",
 )
+_OF_SKILLS: Final = frozenset({ChoiceKind.SKILL, ChoiceKind.DURATION})
+_USUAL_S: Final = 1.0
+"""Seconds that a scripted skill takes unless the test says otherwise."""
+
 _NO_NAME: Final = re.compile(r"\W+")
 
 
@@ -62,51 +66,34 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
 
 def _script(played: Played) -> Iterator[str]:
     """Yield the lines that say how skills end."""
-    counts: dict[str, list[tuple[str, Any]]] = {}
-    calls: dict[str, str] = {}
+    if played.agents > 1:
+        raise CxbridgeError("a test runs one agent, and not several")
     for choice in played.choices:
-        skill = skill_of(choice)
-        if skill is None:
-            if choice.option != USUAL:
-                raise CxbridgeError(f"a test cannot script {choice.point.subject}")
-            continue
-        who, called, args = skill
-        if "/" in who:
-            raise CxbridgeError("a test runs one agent, and not several")
-        calls[f"{called}{{{args}}}"] = f"run.skills({', '.join((repr(called), *_keywords(args)))})"
-        outcomes = counts.setdefault(f"{called}{{{args}}}", [])
-        outcomes.append((choice.taken.name if choice.option != USUAL else "", choice.taken.value))
-    for key, outcomes in counts.items():
-        last = max((place for place, each in enumerate(outcomes) if each[0]), default=-1)
-        if last >= 0:
-            yield calls[key] + "".join(_behaviours(outcomes[: last + 1], on_board=played.on_board))
+        if choice.option != USUAL and choice.point.kind not in _OF_SKILLS:
+            raise CxbridgeError(f"a test cannot script {choice.point.subject}")
+    outcomes: dict[str, list[Outcome | None]] = {}
+    for call, outcome in played.answers:
+        args = [f"{key}={value!r}" for key, value in call.args.items() if isinstance(key, str)]
+        outcomes.setdefault(f"run.skills({', '.join((repr(call.name), *args))})", []).append(outcome)
+    for selection, found in outcomes.items():
+        while found and found[-1] is None:
+            found.pop()
+        if found:
+            yield selection + "".join(_behaviours(found, on_board=played.on_board))
 
 
-def _behaviours(outcomes: list[tuple[str, Any]], *, on_board: bool) -> Iterator[str]:
-    while outcomes:
-        first = outcomes[0]
-        times = next((place for place, each in enumerate(outcomes) if each != first), len(outcomes))
-        del outcomes[:times]
-        name, value = first
-        if not name:
-            yield f".does(usual, times={times})" if on_board else f".succeeds(times={times})"
-            continue
-        if not isinstance(value, Outcome):
-            raise CxbridgeError(f"a test cannot script that a skill {name}")
-        more = [repr(value.error)] if value.error else []
-        more += [f"after={value.seconds!r}"] if value.seconds != 1.0 else []
-        verb = "fails" if value.status is Status.S_FAILED else "succeeds"
-        yield f".{verb}({', '.join((*more, f'times={times}'))})"
-
-
-def _keywords(args: str) -> Iterator[str]:
-    """Yield the arguments of a call that have a name, as Python has them."""
-    try:
-        call = ast.parse(f"call({args})", mode="eval").body
-    except SyntaxError:
-        return
-    if isinstance(call, ast.Call):
-        yield from (ast.unparse(each) for each in call.keywords)
+def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterator[str]:
+    for outcome, same in groupby(outcomes):
+        times = f"times={len(list(same))}"
+        if outcome is None:
+            yield f".does(usual, {times})" if on_board else f".succeeds({times})"
+        elif outcome.seconds >= FOREVER:
+            yield f".hangs({times})"
+        else:
+            more = [repr(outcome.error)] if outcome.error else []
+            more += [f"after={outcome.seconds!r}"] if outcome.seconds != _USUAL_S else []
+            verb = "fails" if outcome.status is Status.S_FAILED else "succeeds"
+            yield f".{verb}({', '.join((*more, times))})"
 
 
 def _given(options: RunOptions) -> Iterator[tuple[str, Any]]:

@@ -24,6 +24,7 @@ from cxbridge.explore.worker import serve
 from cxbridge.properties.builtin.table import builtin_properties
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import DivergedError
 
 
@@ -33,6 +34,7 @@ def explore(
     means: Means,
     *,
     properties: Sequence[Property] | None = None,
+    world: WorldModel | None = None,
     resume: Path | None = None,
     show: Callable[[str], None] | None = None,
 ) -> ExploreResult:
@@ -42,6 +44,7 @@ def explore(
 
     :param options: as for ``cxbridge run``.
     :param properties: what every run is to have; None: the built-in ones.
+    :param world: what can happen; None: what the file beside the scenario says.
     :param resume: an exploration that was interrupted, which goes on.
     :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
@@ -50,7 +53,7 @@ def explore(
     options.check()
     bounds.check()
     means.check()
-    make = partial(ExploredRun, options, properties)
+    make = partial(ExploredRun, options, properties, world=world)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, options, bounds)

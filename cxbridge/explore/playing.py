@@ -9,8 +9,11 @@ from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
 from cxbridge.properties.monitor import Ending, Property, RunEnd
 from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.options import RunOptions
+from cxbridge.run.result import RunResult
 from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Chooser, DivergedError
+from cxbridge.worlds.run import WorldResult
 
 
 class ExploredRun(JudgedRun):
@@ -19,24 +22,40 @@ class ExploredRun(JudgedRun):
     :param options: as for ``cxbridge run``.
     :param properties: those that it is to have.
     :param chooser: is asked at each choice point.
+    :param world: what can happen; None: what the file beside the scenario says.
+    :param briefly: end as soon as a property is violated.
     :raises CxbridgeError: when the scenario is wrong.
     """
 
-    def __init__(self, options: RunOptions, properties: Sequence[Property], chooser: Chooser) -> None:
-        super().__init__(options, chooser)
+    def __init__(
+        self,
+        options: RunOptions,
+        properties: Sequence[Property],
+        chooser: Chooser,
+        *,
+        world: WorldModel | None = None,
+        briefly: bool = False,
+    ) -> None:
+        super().__init__(options, chooser, world)
+        self._briefly = briefly
         assembly = self.world.assembly
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
 
-    def leaf(self) -> Leaf:
-        """Play it to its end.
-
-        :raises CxbridgeError: when the agent is broken.
-        """
-        ended, result = self.play()
+    def play(self) -> tuple[RunResult, WorldResult]:
+        """Play it to its end, and let the properties see it; see :class:`JudgedRun`."""
+        ended, result = super().play()
         ending = Ending.OVER if result.is_over else Ending.STUCK if self._is_stuck else Ending.CUT
         self.properties.end(RunEnd(ending, "" if result.is_over else ended.reason))
         self.world.assembly.stop()
         self.properties.released()
+        return ended, result
+
+    def leaf(self) -> Leaf:
+        """Play it to its end, and return what is kept of it.
+
+        :raises CxbridgeError: when the agent is broken.
+        """
+        ended, result = self.play()
         return Leaf(
             ended.word,
             ended.reason,
@@ -46,8 +65,8 @@ class ExploredRun(JudgedRun):
         )
 
     def _look(self) -> bool:
-        self.properties.look()
-        return super()._look()
+        is_violated = self.properties.look()
+        return super()._look() or (self._briefly and is_violated)
 
 
 MakeRun = Callable[[Chooser], ExploredRun]

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from typing import Any
 
+from cxbridge.explore.counterexample import Counterexample
 from cxbridge.explore.graph import Graph
 from cxbridge.properties.monitor import Property
 
@@ -26,6 +27,7 @@ class ExploreResult:
     :param hidden: why states were not compared.
     :param cpu_seconds: of all processes.
     :param wall_seconds: from the first to the last.
+    :param counterexamples: what was written of the violations, by property.
     """
 
     graph: Graph
@@ -33,6 +35,7 @@ class ExploreResult:
     hidden: tuple[str, ...]
     cpu_seconds: float
     wall_seconds: float
+    counterexamples: Mapping[str, Counterexample] = field(default_factory=dict)
 
     @property
     def is_complete(self) -> bool:
@@ -48,7 +51,7 @@ class ExploreResult:
 
     @property
     def violations(self) -> list[dict[str, Any]]:
-        """The properties that do not hold, each with a shortest path of choices to where it does not."""
+        """The properties that do not hold, each with its counterexample if one was written, or a path."""
         found: dict[str, dict[str, Any]] = {}
         for edge, leaf in self.graph.leaves.items():
             for each in leaf.violations:
@@ -73,6 +76,7 @@ class ExploreResult:
                     "test": None,
                 },
             )
+        found |= {name: {**found[name], **each.as_dict()} for name, each in self.counterexamples.items()}
         return [found[name] for name in sorted(found)]
 
     @property
@@ -112,9 +116,12 @@ class ExploreResult:
         for outcome, count in self.outcomes.items():
             yield f"  {outcome}: {count}"
         for each in self.violations:
-            yield f"violated: {each['property']}: {each['message']}"
+            yield f"violated: {each['property']}: {each.get('words') or each['message']}"
             for choice in each["choices"]:
                 yield f"  {choice['seconds']:8.2f} s {choice['subject']}: {choice['option']}"
+            for name in ("recording", "test"):
+                if each[name] is not None:
+                    yield f"  {name}: {each[name]}"
         for text in self.hidden:
             yield f"equal states were not merged: {text}"
         if self.vacuous:

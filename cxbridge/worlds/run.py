@@ -22,7 +22,7 @@ from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Choice, Chooser, NotedChooser
 from cxbridge.worlds.reading import find_world, read_world
 from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
-from cxbridge.worlds.skills import SkillChoices
+from cxbridge.worlds.skills import Answer, SkillChoices
 from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
@@ -138,6 +138,11 @@ class WorldRun(Closing):
         return tuple(part.state(now_us) for part in self._parts.values())
 
     @property
+    def answers(self) -> list[Answer]:
+        """How the calls of skills end that have begun, of the agents that live, one after the other."""
+        return [answer for part in self._parts.values() for answer in part.answers]
+
+    @property
     def is_over(self) -> bool:
         """Whether every root goal is over, no skill runs, the agenda is empty and nobody will come back."""
         waits = any(part.running for part in self._parts.values()) or any(
@@ -186,6 +191,7 @@ class AgentWorld(Closing):
         with ExitStack() as stack:
             choices = SkillChoices(agent.context, world, ask, prefix, self._note)
             self._skills = choices.script
+            self.answers = choices.answers
             stack.callback(self._skills.close)
             agent.loop.add(Hook.SKILL, self._skills.loop)
             stack.callback(agent.loop.remove, Hook.SKILL, self._skills.loop)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import random
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NamedTuple
 
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
@@ -43,6 +44,16 @@ class DurationDraw:
             return None
 
 
+class Answer(NamedTuple):
+    """How a call of a skill ends.
+
+    :param outcome: None: as it does when nothing is said of it.
+    """
+
+    call: Call
+    outcome: Outcome | None
+
+
 def takes(seconds: float, faults: int = 0) -> Option:
     """Return the option that something takes so many seconds."""
     return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
@@ -69,8 +80,10 @@ class SkillChoices:
         self._usual: tuple[Estimator, ...] = ()
         if config.keys(STATIC_PREFIX):
             self._usual = (StaticEstimator.from_config(config),)
+        self.answers: list[Answer] = []
+        """How the calls so far end, in the order of their begin."""
         self.script = ScriptedSkills(context, self._usual)
-        self.script.otherwise.does(self._outcome)
+        self.script.otherwise.does(self._answer)
         context.skills.execution = self._execute
 
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
@@ -83,6 +96,11 @@ class SkillChoices:
             if self._ask(ChoiceKind.FEEDBACK, self._subject(call.agent, string), options).name == "mute":
                 return _muted(steps)
         return steps
+
+    def _answer(self, call: Call) -> Outcome | None:
+        outcome = self._outcome(call)
+        self.answers.append(Answer(call, outcome))
+        return outcome
 
     def _outcome(self, call: Call) -> Outcome | None:
         """Ask how a call ends; None: as usual."""

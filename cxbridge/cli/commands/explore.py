@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -12,12 +12,15 @@ import typer
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
+from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 
 if TYPE_CHECKING:
     from cxbridge.explore.bounds import Bounds
     from cxbridge.explore.result import ExploreResult
+    from cxbridge.properties.monitor import Property
+    from cxbridge.worlds.model import WorldModel
 
 RESUME: Final = "explore.resume"
 """Where an exploration goes that was interrupted."""
@@ -77,11 +80,38 @@ class _Means:
     ] = 60.0
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Judging:
+    """What can happen, and what is to hold."""
+
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What can happen; by default world.yaml beside the scenario.",
+            show_default=False,
+        ),
+    ] = None
+    properties: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--property",
+            metavar="NAME|FORM",
+            help="Watch this one, e.g. 'never (goal (mode FAILED))'. Repeatable; by default all that are "
+            "built in, and those of properties.yaml beside the scenario.",
+        ),
+    ] = ()
+    out: Annotated[
+        Path, typer.Option(metavar="FOLDER", help="Where the recording and the test of each violation go.")
+    ] = Path("out/explore")
+
+
 @option_groups
 def explore(
     agent: _Agent,
     bounds: _Bounds,
     means: _Means,
+    judging: _Judging,
     *,
     resume: Annotated[
         Path | None,
@@ -101,14 +131,20 @@ def explore(
     """
     from cxbridge.explore.bounds import Bounds, Means
     from cxbridge.explore.explore import explore as explore_scenario
+    from cxbridge.worlds.reading import read_world
 
     options = RunOptions(**vars(agent), skiller="none")
     limits = Bounds(**vars(bounds))
     how = Means(**{name: value for name, value in vars(means).items() if value is not None})
     show = _show_line if sys.stderr.isatty() else None
-    result = explore_scenario(options, limits, how, resume=resume, show=show)
+    properties = _properties(judging, options)
+    world = None if judging.world is None else read_world(judging.world)
+    result = explore_scenario(
+        options, limits, how, properties=properties, world=world, resume=resume, show=show
+    )
     if show is not None:
         _show_line("")
+    result = _with_counterexamples(result, options, world, judging.out)
     if not result.is_complete:
         _keep(result, options, limits, resume or Path(RESUME))
     if as_json:
@@ -117,6 +153,35 @@ def explore(
         for line in result.lines():
             say(line)
     return result.status
+
+
+def _properties(judging: _Judging, options: RunOptions) -> tuple[Property, ...]:
+    """Return what the runs are to have."""
+    from cxbridge.properties.builtin.table import builtin_properties
+    from cxbridge.properties.reading import beside, find_property, joined
+    from cxbridge.run.paths import find_config_file
+
+    if judging.properties:
+        return joined(map(find_property, judging.properties))
+    return joined(builtin_properties(), beside(find_config_file(options)))
+
+
+def _with_counterexamples(
+    result: ExploreResult, options: RunOptions, world: WorldModel | None, folder: Path
+) -> ExploreResult:
+    """Write what people can use of each violation; return the result with it."""
+    from cxbridge.explore.counterexample import write_counterexample
+    from cxbridge.worlds.points import read_path
+
+    found = {}
+    for each in result.violations:
+        name = each["property"]
+        try:
+            path = read_path(each["choices"])
+            found[name] = write_counterexample(options, result.properties, name, path, folder, world)
+        except CxbridgeError as error:
+            complain(f"{name}: there is no counterexample: {error}")
+    return replace(result, counterexamples=found)
 
 
 def _show_line(text: str) -> None:

@@ -1,0 +1,77 @@
+"""A violated property: the shortest path, a recording and a test that fails in the same way."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.trace.formats.registry import open_run
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "test-scenario"
+PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FAILED))"
+
+
+@pytest.fixture(scope="module")
+def explored(tmp_path_factory):
+    """The result of the command, and its folder."""
+    folder = tmp_path_factory.mktemp("explored")
+    done = subprocess.run(
+        [sys.executable, "-m", "cxbridge", "explore", str(SCENARIO), "--faults", "2", "--json",
+         "--property", PROPERTY, "--out", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+    )  # fmt: skip
+    assert (done.returncode, done.stderr) == (1, "")
+    return json.loads(done.stdout), folder
+
+
+def test_scripts_get_the_path_the_recording_and_the_test(explored):
+    found, folder = explored
+    (violation,) = found["violations"]
+    assert violation["property"] == "no-failed-talk"
+    assert [choice["option"] for choice in violation["choices"]] == ["fails"]
+    assert violation["words"].startswith("say (text='Hello peggy', wait=True) fails the first time")
+    assert Path(violation["recording"]) == folder / "no_failed_talk.mcap"
+    assert Path(violation["test"]) == folder / "test_no_failed_talk.py"
+
+
+def test_the_recording_opens(explored):
+    _, folder = explored
+    ends = [str(event) for event in open_run(folder / "no_failed_talk.mcap")]
+    assert any("TALK" in end and "FAILED" in end for end in ends)
+
+
+def test_the_test_fails_as_the_run_does(explored):
+    _, folder = explored
+    done = subprocess.run(
+        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(folder)],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=folder,
+    )
+    assert done.returncode == 1
+    assert "1 failed" in done.stdout
+    assert "no-failed-talk" in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("text", "complaint"),
+    [
+        ("run-end", "there is no property 'run-end'"),
+        ("newer (goal)", "a property begins with"),
+        ("never (gaol (mode FAILED))", "gaol"),
+    ],
+)
+def test_a_misspelt_property(text, complaint, capfd):
+    assert invoke(["explore", str(SCENARIO), "--property", text]) == 2
+    said = capfd.readouterr().err
+    assert complaint in said
+    assert "Traceback" not in said
