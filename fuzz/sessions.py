@@ -125,7 +125,6 @@ class Fuzzed:
         assert not len(service.deliveries), "messages under way are left"
         assert not service._channels, "channels are left"  # noqa: SLF001
         self.board.unregister_observer(self.server)
-        self.server._context.term()  # noqa: SLF001
 
     def sessions(self) -> list[ZmqSession]:
         """Return the sessions that there are."""

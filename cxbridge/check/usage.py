@@ -6,7 +6,6 @@ import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
-from difflib import get_close_matches
 from functools import cached_property
 from typing import Final
 
@@ -14,6 +13,7 @@ from cxbridge.agent.clips import CONDITIONS, literal
 from cxbridge.agent.model import AgentModel
 from cxbridge.agent.names import Kind, Name, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
+from cxbridge.suggestions import nearest
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
 _FACT_IN_TEXT: Final = re.compile(r"\(\s*([A-Za-z][\w:/-]*)")
@@ -249,7 +249,7 @@ class Usage:
         """Whether a template may be one of the program's: not if it is nearly one that is known."""
         if not OF_PROGRAM.fullmatch(template) or template in self.of_core:
             return bool(OF_PROGRAM.fullmatch(template))
-        return not get_close_matches(template, self.of_core | self.made.keys(), 1, _NEARLY)
+        return not nearest(template, self.of_core | self.made.keys(), _NEARLY)
 
     def find(self, file: str, keyword: str, name: str) -> Construct | None:
         """Return the last construct of this name in a file."""

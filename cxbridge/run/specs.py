@@ -208,10 +208,11 @@ def _check_entry(config: Configuration, path: str, where: str) -> Iterator[str]:
         files = config.get(f"{path}/files")
         if not files.is_list or (files.items and files.type is not ConfigType.STRING):
             raise _error(f"the files of {where} are not a list of file names", files, "write [a.clp, b.clp]")
-    for key in sorted(set(keys) - _ENTRY_KEYS):
+    unknown = sorted(set(keys) - _ENTRY_KEYS)
+    for key in unknown:
         known = ", ".join(sorted(_ENTRY_KEYS))
         yield f"{_at(config, f'{path}/{key}')}nobody reads '{key}' of {where}; known are {known}"
-    if not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
+    if not unknown and not where.startswith(STAGES[0]) and not _ENTRY_KEYS.intersection(keys) - {"name"}:
         yield f"{_at(config, path)}{where} does nothing: it names no file"
 
 

@@ -64,5 +64,6 @@ def test_what_dies_with_a_function_and_a_template(tmp_path):
 def test_what_another_construct_makes_too_is_not_lost(tmp_path):
     other = f"(defrule other (thing) =>{_MAKES}"
     clips = f"(defrule first (thing (c 1)) =>{_MAKES}{other}{_REST}"
-    (one,) = check(RunOptions(scenario=agent(tmp_path, clips)))
+    findings = check(RunOptions(scenario=agent(tmp_path, clips)))
+    (one,) = (each for each in findings if each.code.name.startswith("CX2"))
     assert one.message == "defrule first: the deftemplate 'thing' has no slot 'c'"

@@ -418,7 +418,7 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
             ):
                 with pytest.raises(CxbridgeError, match="refused"):
                     request(way, verb, WAIT_S, env="executive", **given)
-            assert request(way, "break-add", WAIT_S, specs=["rule:none"])
+            assert request(way, "break-add", WAIT_S, specs=["rule:time-retract"])
             assert request(
                 way, "assert", WAIT_S, env="executive", fact='(battery (level 1) (cells a "b" -2.5))'
             )

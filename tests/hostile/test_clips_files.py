@@ -194,7 +194,7 @@ def test_bytes_of_any_kind(bench, text):
 def test_a_pipe_is_no_file(bench):
     os.mkfifo(bench.file)
     assert not bench.env.load(bench.file)
-    assert "no regular file" in bench.lines[0]
+    assert "not a regular file" in bench.lines[0]
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,7 @@ from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
+from cxbridge.printing import terminal_of
 from cxbridge.run.options import ScenarioOptions, SourceOptions
 
 if TYPE_CHECKING:
@@ -194,7 +195,7 @@ def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+    with Progress(*columns, console=Console(file=terminal_of(sys.stderr)), transient=True) as progress:
         task = progress.add_task(name, total=total)
         yield lambda: progress.advance(task)
 

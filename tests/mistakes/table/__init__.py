@@ -23,7 +23,7 @@ WITHOUT_LINE: Final = {
     **dict.fromkeys(
         (
             "command line: the scenario is not there",
-            "command line: the folder is no scenario",
+            "command line: the folder is not a scenario",
             "command line: an option is misspelt",
             "command line: a command is misspelt",
             "command line: a value is none of those allowed",
@@ -34,9 +34,9 @@ WITHOUT_LINE: Final = {
             "command line: the recording overwrites the agent",
             "command line: the URL of the Skiller is misspelt",
             "command line: the spec is misspelt",
-            "daemon: the endpoint is no address",
+            "daemon: the endpoint is not an address",
             "daemon: the configuration is not there",
-            "daemon: a word is no policy",
+            "daemon: a word is not a policy",
         ),
         "argument",
     ),
