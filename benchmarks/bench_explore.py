@@ -11,6 +11,7 @@ import os
 import statistics
 import subprocess
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -21,6 +22,8 @@ ROOT = Path(__file__).resolve().parent.parent
 SCENARIO = "test-scenario"
 PAIRS = 5
 COMMAND = [sys.executable, "-m", "cxbridge", "explore", SCENARIO, "--faults", "2", "--no-merge", "--json"]
+WAYS = 6
+"""In how many ways each skill fails, so that there are 25 runs: loading is a part of each run's cost."""
 
 
 def own_kilobytes(pid: int) -> int:
@@ -29,10 +32,18 @@ def own_kilobytes(pid: int) -> int:
     return next(int(line.split()[1]) for line in lines if line.startswith("Private_Dirty:"))
 
 
-def largest_run() -> int:
+def write_world(folder: Path) -> Path:
+    """Write a world in which each skill fails in several ways."""
+    ways = "".join(f"    - {{error: way {number}}}\n" for number in range(WAYS))
+    file = folder / "world.yaml"
+    file.write_text(f"otherwise:\n  fails:\n{ways}")
+    return file
+
+
+def largest_run(command: list[str]) -> int:
     """Return the most that a run of an exploration has of its own, of those seen, in kilobytes."""
     most = 0
-    with subprocess.Popen(COMMAND, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True) as process:
+    with subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, start_new_session=True) as process:
         while process.poll() is None:
             for folder in Path("/proc").glob("[0-9]*"):
                 try:
@@ -49,17 +60,23 @@ def largest_run() -> int:
 
 def main() -> None:
     """Measure and print."""
+    with tempfile.TemporaryDirectory() as folder:
+        measure([*COMMAND, "--world", str(write_world(Path(folder)))])
+
+
+def measure(command: list[str]) -> None:
+    """Measure an exploration, and print."""
     run = [sys.executable, "-m", "cxbridge", "run", SCENARIO, "--skiller", "simulator"]
     rows = []
     for _ in range(PAIRS):
-        done = subprocess.run(COMMAND, cwd=ROOT, check=True, capture_output=True, text=True)
+        done = subprocess.run(command, cwd=ROOT, check=True, capture_output=True, text=True)
         found = json.loads(done.stdout)
         rows.append((found["cpu_seconds"] / found["runs"], processor_seconds(run, dict(os.environ))))
     explored, alone = (statistics.median(column) for column in zip(*rows, strict=True))
     print(f"  {1000 * explored:.0f} ms of processor time a run, {1000 * alone:.0f} ms alone")
     print(f"  {1 / explored:.0f} runs a second a core")
     report("a run of an exploration / a run alone", explored / alone, limit=0.1)
-    report("memory of a run of its own / 5 MB", largest_run() / 5000, limit=1.0)
+    report("memory of a run of its own / 5 MB", largest_run(command) / 5000, limit=1.0)
 
 
 if __name__ == "__main__":

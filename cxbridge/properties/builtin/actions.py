@@ -123,7 +123,7 @@ class ExecutedOnce(ActionMonitor):
 
     A plan-action has one skill call, unless the agent has set it back to be tried again. And no action starts
     whose effects are there already because the same operator has been executed: by another robot, or for
-    another goal. An action without effects may be repeated as often as the agent likes.
+    another goal. An action that changes nothing may be repeated as often as the agent likes.
     """
 
     def begin(self) -> None:
@@ -197,7 +197,9 @@ class ExecutedOnce(ActionMonitor):
         effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]
         if any(each["name"] in conditional for each in effects):
             return frozenset()
-        return frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
+        found = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
+        # what it makes false and true at once stays as it is, e.g. a move from a place to the same place
+        return frozenset((made, atom) for made, atom in found if (not made, atom) not in found)
 
     def state(self) -> Hashable | None:
         """Return what has been achieved, and which actions have had their call."""
