@@ -2,5 +2,5 @@
 
 :class:`.model.AgentModel` is the front: files in, questions about names out. :mod:`.names` has what it
 answers with, :mod:`.loading` which files a spec loads, and there is one reader for each sort of file:
-:mod:`.clips`, :mod:`.pddl`, :mod:`.yaml`, :mod:`.lua`, :mod:`.interface_xml`.
+:mod:`.clips`, :mod:`.pddl`, :mod:`.yaml`, :mod:`.lua`, :mod:`.interface_xml`, :mod:`.protobuf`.
 """

@@ -50,6 +50,7 @@ SLOT_VALUES: Final[Mapping[tuple[str, str], Kind]] = {
     ("domain-object", "type"): Kind.OBJECT_TYPE,
     ("domain-object-type", "name"): Kind.OBJECT_TYPE,
     ("executive-init-request", "name"): Kind.FEATURE,
+    ("protobuf-msg", "type"): Kind.PROTO_MESSAGE,
 }
 """Slots of the core's templates whose values are names."""
 
@@ -65,9 +66,19 @@ ARGUMENTS: Final[Mapping[str, Kind]] = {
     ),
     "blackboard-create-msg": Kind.INTERFACE,
     "ff-feature-request": Kind.FEATURE,
+    **dict.fromkeys(("pb-create", "pb-register-type"), Kind.PROTO_MESSAGE),
     "plan-assert-action": Kind.ACTION,
 }
 """Functions whose first argument is a name."""
+
+OF_FIELDS: Final = frozenset(
+    f"pb-{what}"
+    for what in (
+        *("field-type", "field-label", "has-field", "field-is-list", "field-value", "field-list"),
+        *("set-field", "add-list"),
+    )
+)
+"""Functions whose arguments are a protobuf message and the name of one of its fields."""
 
 
 def read_clips(path: str, text: str, before: SourceFile | None = None) -> SourceFile:
@@ -115,6 +126,7 @@ class _Reader:
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
         self._templates: dict[str, str] = {}  # of the facts in variables
+        self._messages: dict[str, str] = {}  # types of the protobuf messages in variables
 
     def top(self, node: SyntaxNode) -> None:
         """Read a list at the top level."""
@@ -204,11 +216,19 @@ class _Reader:
         template = without_module(items[0].text)
         # with a single word beside them, lists are no slots: the fact is ordered
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
+        if template == "protobuf-msg":
+            self._message(node.arguments)
         for item in node.arguments:
             if has_slots:
                 self._slot(item, template, use)
             else:
                 self._expression(item)
+
+    def _message(self, slots: Iterable[SyntaxNode]) -> None:
+        """Note which type of message a pattern has in which variable."""
+        values = {slot.head: slot.arguments[0] for slot in slots if slot.arguments}
+        if "type" in values and "ptr" in values and literal(values["type"]):
+            self._messages[values["ptr"].text] = literal(values["type"])
 
     def _slot(self, node: SyntaxNode, template: str, use: Use) -> None:
         name = node.items[0] if node.items else node
@@ -279,13 +299,18 @@ class _Reader:
                 self._add(kind, argument, Use.NAMED)
             elif place == 0 and function == "bind" and argument.text.startswith("?*"):
                 self._add(Kind.GLOBAL, argument, Use.SET)
+            elif place == 1 and function in OF_FIELDS and literal(argument):
+                if owner := self._messages.get(arguments[0].text):
+                    self._add(Kind.PROTO_FIELD, argument, Use.NAMED, owner)
             elif place == 1 and function == "bind":
                 self._made_fact(arguments[0].text, argument)
             else:
                 self._expression(argument)
 
     def _made_fact(self, variable: str, value: SyntaxNode) -> None:
-        """Read ``(bind ?fact (assert (TEMPLATE ...)))``."""
+        """Read ``(bind ?fact (assert (TEMPLATE ...)))`` or ``(bind ?message (pb-create TYPE))``."""
+        if value.head == "pb-create" and value.arguments:
+            self._messages[variable] = literal(value.arguments[0])
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._templates[variable] = without_module(value.arguments[0].head)
         self._expression(value)

@@ -2,18 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path, PurePath
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cxbridge.agent.clips import read_clips
 from cxbridge.agent.interface_xml import read_interface
 from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
 from cxbridge.agent.pddl import read_pddl
+from cxbridge.agent.protobuf import read_proto
 from cxbridge.agent.yaml import read_yaml
 
-SUFFIXES = (".clp", ".pddl", ".yaml", ".yml", ".lua", ".xml")
+_READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
+    ".pddl": read_pddl,
+    ".yaml": read_yaml,
+    ".yml": read_yaml,
+    ".lua": read_lua,
+    ".xml": read_interface,
+    ".proto": read_proto,
+}
+SUFFIXES: Final = (".clp", *_READERS)
 """The endings of the files that an agent is made of."""
 
 _AS_TEMPLATE = {Kind.TEMPLATE: Kind.INTERFACE, Kind.SLOT: Kind.FIELD}
@@ -31,19 +40,11 @@ def read_source(path: str, text: str, before: SourceFile | None = None) -> Sourc
 
     :param before: the file as it was: what has not changed in it is not read again.
     """
-    match PurePath(path).suffix:
-        case ".clp":
-            return read_clips(path, text, before)
-        case ".pddl":
-            return read_pddl(path, text)
-        case ".yaml" | ".yml":
-            return read_yaml(path, text)
-        case ".lua":
-            return read_lua(path, text)
-        case ".xml":
-            return read_interface(path, text)
-        case _:
-            return None
+    suffix = PurePath(path).suffix
+    if suffix == ".clp":
+        return read_clips(path, text, before)
+    reader = _READERS.get(suffix)
+    return None if reader is None else reader(path, text)
 
 
 class AgentModel:

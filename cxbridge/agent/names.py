@@ -33,6 +33,8 @@ class Kind(StrEnum):
     INTERFACE = "interface"
     FIELD = "field"
     MESSAGE = "message"
+    PROTO_MESSAGE = "protobuf message"
+    PROTO_FIELD = "protobuf field"
     FEATURE = "feature"
     FILE = "file"
     SPEC = "spec"

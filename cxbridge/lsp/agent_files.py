@@ -10,6 +10,7 @@ from msgspec import Struct, field
 
 from cxbridge.agent.loading import SpecLoading
 from cxbridge.config import Configuration
+from cxbridge.executive.features.protobuf import ProtobufSettings
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.lsp.session import Session, files_below
 from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
@@ -48,11 +49,14 @@ class AgentFiles(Struct, frozen=True):
             yield from files_below(folder, (".clp",))
 
     def others(self) -> Iterator[Path]:
-        """Yield the files beside CLIPS that the agent can name: interfaces and skills."""
+        """Yield the files beside CLIPS that the agent can name: interfaces, skills and protobuf messages."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
             yield from files_below(folder, (".lua",))
+        own = self.paths.config_file.parent
+        for folder in ProtobufSettings.from_config(self.config, self.paths.placeholders, own).folders:
+            yield from files_below(folder, (".proto",))
 
     def loaded(self, session: Session) -> set[str]:
         """Return what the spec loads; files that the session does not have yet are read."""

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from cxbridge.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, SLOT_VALUES
+from cxbridge.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, OF_FIELDS, SLOT_VALUES
 from cxbridge.agent.names import Kind, Name, SourceFile, Use
 from cxbridge.agent.yaml import parents
 from cxbridge.clipstext.syntax import read
-from cxbridge.lsp.context import Context, context_at, template_of_fact
+from cxbridge.lsp.context import Context, context_at, message_type, template_of_fact
 from cxbridge.lsp.session import Session
 
 
@@ -26,6 +26,7 @@ class Proposal(NamedTuple):
 
 
 _ACTION_NAME: Final = re.compile(r"\(action-name\s+([^\s()?]+)")
+_MESSAGE: Final = re.compile(r"\(\s*pb-[\w-]+\s+(\?[\w-]+)\s+\Z")
 _SELECTED: Final = re.compile(r"(\?[\w-]+):[^\s()]*\Z")
 _CONSTRUCTS: Final = (*DEFINES, "defglobal")
 _PDDL_KEYS: Final = (":parameters", ":precondition", ":effect", ":duration", ":condition")
@@ -110,6 +111,9 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
             action = _ACTION_NAME.search(context.pattern)
             yield from _defined(session, file, Kind.PARAMETER, action[1] if action else None)
         yield from _allowed(session, file, template, head)
+    elif head in OF_FIELDS and (message := _MESSAGE.search(context.text)):
+        owner = message_type(context.text, message[1])
+        yield from _defined(session, file, Kind.PROTO_FIELD, owner) if owner else ()
     elif head in ARGUMENTS:
         yield from _names(session, file, ARGUMENTS[head])
     elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):

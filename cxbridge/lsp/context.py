@@ -109,3 +109,13 @@ def template_of_fact(text: str, variable: str) -> str:
         rf"\(\s*{name}\s+([^\s()?]+)\s*\)",  # of a query
     )
     return next((str(found[-1]) for way in ways if (found := re.findall(way, text))), "")
+
+
+def message_type(text: str, variable: str) -> str:
+    """Return the type of the protobuf message in a variable, by the text before; empty when unknown."""
+    name = re.escape(variable)
+    ways = (
+        rf"\(bind\s+{name}\s+\(pb-create\s+\"([^\"]+)\"",
+        rf"\(protobuf-msg\b[^\n]*\(type\s+\"([^\"]+)\"\)[^\n]*\(ptr\s+{name}\s*\)",
+    )
+    return next((str(found[-1]) for way in ways if (found := re.findall(way, text))), "")

@@ -6,6 +6,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
+from textwrap import dedent
 from typing import Final
 
 from cxbridge.agent.lua import skill_documentation
@@ -17,6 +18,7 @@ from cxbridge.lsp.session import Session, comment_above
 _MOST_ROWS: Final = 40
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
 _COMMENT: Final = re.compile(r"<comment>(.*?)</comment>", re.DOTALL)
+_BRACE: Final = re.compile(r"[{}]")
 _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 
@@ -48,6 +50,8 @@ def _definition(found: Found, name: Name) -> Iterator[str]:
         Kind.INTERFACE: _interface,
         Kind.FIELD: _field,
         Kind.MESSAGE: _field,
+        Kind.PROTO_MESSAGE: _proto_message,
+        Kind.PROTO_FIELD: _proto_field,
     }
     describer = describes.get(mention.name.kind)
     if describer is not None:
@@ -58,6 +62,26 @@ def _definition(found: Found, name: Name) -> Iterator[str]:
     else:
         yield from _construct(found)
     yield f"*{name.kind.value}*, {Path(file.path).name}:{file.lines.at(mention.start)}"
+
+
+def _proto_message(found: Found) -> Iterator[str]:
+    """Yield a message with its fields."""
+    file, mention = found
+    begin = file.text.rfind("\n", 0, mention.start) + 1
+    depth = 0
+    for match in _BRACE.finditer(file.text, mention.end):
+        depth += 1 if match[0] == "{" else -1
+        if depth <= 0:
+            yield f"```proto\n{dedent(file.text[begin : match.end()])}\n```"
+            return
+
+
+def _proto_field(found: Found) -> Iterator[str]:
+    """Yield the line of a field, and its comment."""
+    file, mention = found
+    begin = file.text.rfind("\n", 0, mention.start) + 1
+    yield f"```proto\n{file.text[begin:].partition(chr(10))[0].strip()}\n```"
+    yield f"of {mention.name.owner}"
 
 
 def _construct(found: Found) -> Iterator[str]:

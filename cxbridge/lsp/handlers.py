@@ -25,7 +25,7 @@ from cxbridge.lsp.symbols import Symbol, find, folds, outline
 _TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
 _WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
 _WORD_ELSEWHERE: Final = re.compile(r"[\w/.-]*\Z")
-_WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml}"
+_WATCHED: Final = "**/*.{clp,pddl,yaml,yml,lua,xml,proto}"
 
 
 def make_server(options: Mapping[str, Any] | None = None) -> AgentServer:

@@ -27,6 +27,8 @@ SYMBOL_KINDS: Final[Mapping[Kind, lsp.SymbolKind]] = {
     Kind.INTERFACE: lsp.SymbolKind.Interface,
     Kind.FIELD: lsp.SymbolKind.Field,
     Kind.MESSAGE: lsp.SymbolKind.Method,
+    Kind.PROTO_MESSAGE: lsp.SymbolKind.Struct,
+    Kind.PROTO_FIELD: lsp.SymbolKind.Field,
     Kind.FILE: lsp.SymbolKind.File,
 }
 COMPLETION_KINDS: Final[Mapping[Kind, lsp.CompletionItemKind]] = {
@@ -38,5 +40,7 @@ COMPLETION_KINDS: Final[Mapping[Kind, lsp.CompletionItemKind]] = {
     Kind.ACTION: lsp.CompletionItemKind.Method,
     Kind.SKILL: lsp.CompletionItemKind.Function,
     Kind.INTERFACE: lsp.CompletionItemKind.Interface,
+    Kind.PROTO_MESSAGE: lsp.CompletionItemKind.Struct,
+    Kind.PROTO_FIELD: lsp.CompletionItemKind.Field,
     Kind.FILE: lsp.CompletionItemKind.File,
 }

@@ -12,7 +12,18 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
-_FIXED: Final = frozenset({Kind.FILE, Kind.FEATURE, Kind.INTERFACE, Kind.FIELD, Kind.MESSAGE, Kind.SPEC})
+_FIXED: Final = frozenset(
+    {
+        Kind.FILE,
+        Kind.FEATURE,
+        Kind.INTERFACE,
+        Kind.FIELD,
+        Kind.MESSAGE,
+        Kind.SPEC,
+        Kind.PROTO_MESSAGE,
+        Kind.PROTO_FIELD,
+    }
+)
 """What a rename would not get everywhere: code in other languages has these names, too."""
 
 

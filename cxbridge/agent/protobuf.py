@@ -1,0 +1,55 @@
+"""Reads the names in a .proto file: its messages, by their full names, and their fields."""
+
+from __future__ import annotations
+
+import re
+from typing import Final
+
+from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
+
+_WORD: Final = re.compile(
+    r"""(?P<hidden>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
+    r"|(?P<word>[A-Za-z_][\w.]*|\d[\w.]*|.)",
+    re.DOTALL,
+)
+_SCOPES: Final = frozenset({"message", "enum", "oneof", "extend", "service", "group"})
+
+
+def read_proto(path: str, text: str) -> SourceFile:
+    """Return the names of a .proto file; of a broken one, as far as it can be read."""
+    words = [match for match in _WORD.finditer(text) if match["word"]]
+    mentions: list[Mention] = []
+    package = ""
+    scopes: list[tuple[str, str]] = []
+    """The blocks that are open: what each is, and the full name of its message."""
+    begin = 0  # of the statement
+    for place, match in enumerate(words):
+        word = match["word"]
+        if word not in "{};":
+            continue
+        statement, begin = words[begin:place], place + 1
+        heads = [each["word"] for each in statement]
+        if word == "}":
+            if scopes:
+                scopes.pop()
+        elif word == "{":
+            kind = next((head for head in heads if head in _SCOPES), "")
+            name = statement[-1] if statement else None
+            outer = scopes[-1][1] if scopes else package
+            full = outer
+            if kind == "message" and name is not None:
+                full = ".".join(filter(None, (outer, name["word"])))
+                mentions.append(_defined(Kind.PROTO_MESSAGE, full, "", name))
+            scopes.append((kind, full))
+        elif heads[:1] == ["package"] and len(heads) > 1:
+            package = heads[1]
+        elif scopes and scopes[-1][0] in ("message", "oneof") and "=" in heads[1:]:
+            name = statement[heads.index("=") - 1]
+            if heads[0] not in ("option", "reserved", "extensions"):
+                mentions.append(_defined(Kind.PROTO_FIELD, name["word"], scopes[-1][1], name))
+    piece = Piece("proto", None, text, tuple(sorted(mentions, key=lambda mention: mention.start)))
+    return SourceFile(path, text, (PlacedPiece(0, piece),))
+
+
+def _defined(kind: Kind, text: str, owner: str, word: re.Match[str]) -> Mention:
+    return Mention(Name(kind, text, owner), Use.DEFINED, word.start(), word.end())
