@@ -27,7 +27,7 @@ NO_NAMES = {
 NEW_NAMES = {
     ("new", "folder"), ("trace record", "scenario"), ("env create", "env"), ("keys", "name"),
     ("env add-logger", "logger"), ("env add-logger", "component"), ("skill executor", "name"),
-    ("env create", "log_as"), ("trace diff", "reason"),
+    ("env create", "log_as"), ("trace diff", "reason"), ("explore", "out"),
 }  # fmt: skip
 """Names that one makes oneself, or that nothing need have."""
 
@@ -38,6 +38,7 @@ CASES = {
     ("run", "agent"): ("run OWN --agent rob", "no agent 'rob'"),
     ("run", "skiller"): ("run OWN --skiller luaa", "lua, simulator, none"),
     ("run", "breaks"): ("run OWN --break rule:mini-begn", "did you mean mini-begin?"),
+    ("explore", "properties"): ("explore OWN --property runs-end", "did you mean run-ends?"),
     ("sweep", "engine"): ("sweep OWN --engine locl", "use local or dask"),
     ("new", "from_fawkes"): ("new OWN/x --from-fawkes tst", "--fawkes-dir"),
     ("check", "explain"): ("check --explain CX999", "there are: CX101"),
