@@ -105,7 +105,7 @@ def _given(options: RunOptions) -> Iterator[tuple[str, Any]]:
 
 def _plain(value: object) -> object:
     if isinstance(value, Path):
-        return str(value.resolve())
+        return str(value.resolve() if value.exists() else value)  # else it names a shipped scenario
     if isinstance(value, tuple):
         return tuple(map(_plain, value))
     return value

@@ -10,6 +10,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
+from cxbridge.explore.counterexample_playing import Wanted, WantedChooser, play
+from cxbridge.properties.reading import find_property
+from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT
 
@@ -75,3 +78,37 @@ def test_a_misspelt_property(text, complaint, capfd):
     said = capfd.readouterr().err
     assert complaint in said
     assert "Traceback" not in said
+
+
+def test_the_test_of_a_shipped_scenario_names_it(tmp_path):
+    done = subprocess.run(
+        [
+            sys.executable,
+            "-m",
+            "cxbridge",
+            "explore",
+            "test-scenario",
+            "--property",
+            PROPERTY,
+            "--out",
+            "out",
+        ],
+        capture_output=True,
+        text=True,
+        check=False,
+        cwd=tmp_path,
+    )
+    assert done.returncode == 1, done.stderr
+    assert "cx.run('test-scenario')" in (tmp_path / "out" / "test_no_failed_talk.py").read_text()
+
+
+def test_a_move_to_where_a_robot_is_counts_as_nothing():
+    """The office's robot fails there, the other one on its way: the first goes to the office once more."""
+    options = RunOptions(scenario=ROOT / "scenarios" / "two-robots", skiller="none")
+    faults = (
+        Wanted("robot2: inspect{place='office'}", 0, "fails"),
+        Wanted("robot1: move{to='office'}", 0, "fails"),
+    )
+    played = play(options, [find_property("executed-once")], WantedChooser(faults))
+    assert [choice.taken.name for choice in played.choices].count("fails") == 2
+    assert played.violations == ()
