@@ -6,6 +6,7 @@ import os
 from dataclasses import dataclass
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.process.forking import HAS_FORK
 
 PATIENCE_S = 60.0
 """Seconds of processor time that a run may take from one choice to the next."""
@@ -41,17 +42,15 @@ class Means:
     """
 
     jobs: int | None = None
-    fork: bool = hasattr(os, "fork")
+    fork: bool = HAS_FORK
     patience_s: float = PATIENCE_S
 
     @property
     def processes(self) -> int:
         """How many runs go on at the same time."""
-        return (
-            self.jobs or len(os.sched_getaffinity(0))
-            if hasattr(os, "sched_getaffinity")
-            else os.cpu_count() or 1
-        )
+        if self.jobs is not None:
+            return self.jobs
+        return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when something makes no sense here."""
@@ -59,7 +58,7 @@ class Means:
             raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
         if not self.patience_s > 0:
             raise CxbridgeError(f"--patience cannot be {self.patience_s:g}", hint="use seconds, more than 0")
-        if self.fork and not hasattr(os, "fork"):
+        if self.fork and not HAS_FORK:
             raise CxbridgeError(
                 "this system cannot fork", hint="leave --fork out: each run starts from the beginning"
             )

@@ -10,7 +10,6 @@ from __future__ import annotations
 import contextlib
 import os
 import selectors
-import signal
 import socket
 import tempfile
 import time
@@ -36,6 +35,7 @@ from cxbridge.explore.wire import (
     Reports,
     frame,
 )
+from cxbridge.process import forking
 from cxbridge.worlds.points import DivergedError
 
 _LOOK_S: Final = 0.25
@@ -76,7 +76,7 @@ class _Peer:
 
     def mark(self) -> None:
         """Count its processor time from now on."""
-        self.since, self.cpu_s = time.monotonic(), _cpu_seconds(self.pid)
+        self.since, self.cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
 
     def tell(self, order: Order) -> None:
         """Tell it what to do; a process that is gone shows by the end of its connection."""
@@ -100,7 +100,7 @@ class Coordinator(Closing):
         self._means, self._serve = means, serve
         self._folder = tempfile.TemporaryDirectory(prefix="cxbridge-explore-")
         self._address = str(Path(self._folder.name) / "socket")
-        self._listening = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._listening = forking.local_socket()
         self._listening.bind(self._address)
         self._listening.listen(_BACKLOG)
         self._selector = selectors.DefaultSelector()
@@ -135,7 +135,7 @@ class Coordinator(Closing):
     def _load(self) -> None:
         """Start the process that loads the scenario."""
         self._is_ready = False
-        pid = os.fork()
+        pid = forking.fork()
         if not pid:
             self._listening.close()
             self._serve(self._address)
@@ -276,7 +276,7 @@ class Coordinator(Closing):
 
     def _look_after_loader(self) -> None:
         """Start another process that loads the scenario when the one before is gone."""
-        if os.waitpid(self._loader_pid, os.WNOHANG) == (0, 0):
+        if not forking.has_ended(self._loader_pid):
             return
         self._loader_pid = 0
         self._deaths += 1
@@ -289,18 +289,18 @@ class Coordinator(Closing):
         for peer in list(self._peers.values()):
             if peer.edge is None or not peer.pid or time.monotonic() - peer.since < self._means.patience_s:
                 continue
-            if _cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
+            if forking.cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
                 reason = f"no end of a loop within {self._means.patience_s:g} s of processor time"
                 self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0))
                 self._drop(peer)
-                os.kill(peer.pid, signal.SIGKILL)
+                forking.kill(peer.pid)
 
     def close(self) -> None:
         """End all processes, and let go of everything; what is open stays so."""
         pids = {peer.pid for peer in self._peers.values()} | {self._loader_pid}
         for pid in pids - {0}:
             with contextlib.suppress(ProcessLookupError):
-                os.kill(pid, signal.SIGKILL)
+                forking.kill(pid)
         for connection, peer in self._peers.items():
             self.cpu_seconds += peer.used_s
             connection.close()
@@ -312,12 +312,3 @@ class Coordinator(Closing):
             with contextlib.suppress(ChildProcessError):
                 os.waitpid(self._loader_pid, 0)
             self._loader_pid = 0
-
-
-def _cpu_seconds(pid: int) -> float:
-    """Return how much processor time a process has used; where the system does not tell, the time of day."""
-    try:
-        fields = Path(f"/proc/{pid}/stat").read_bytes().rpartition(b")")[2].split()
-    except OSError:
-        return time.monotonic()
-    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import multiprocessing
 import random
 import signal
+import sys
 from collections.abc import Callable, Iterable
 from itertools import zip_longest
 from typing import TYPE_CHECKING, Final
@@ -81,7 +82,7 @@ class UsualRun:
 
 
 def _process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
-    if "fork" in multiprocessing.get_all_start_methods():
+    if sys.platform != "win32":
         return multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
     return multiprocessing.get_context("spawn").Process(target=target, args=arguments, daemon=True)
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import socket
 import struct
 from collections.abc import Iterator
 
@@ -10,6 +9,7 @@ from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
 from cxbridge.explore.graph import Leaf, Point
+from cxbridge.process.forking import local_socket
 
 _LENGTH = struct.Struct("!I")
 
@@ -106,7 +106,7 @@ class Link:
     """
 
     def __init__(self, address: str) -> None:
-        self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
+        self._socket = local_socket()
         self._socket.connect(address)
 
     def send(self, report: Report) -> None:

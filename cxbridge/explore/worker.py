@@ -5,7 +5,6 @@ from __future__ import annotations
 import gc
 import os
 import random
-import signal
 import sys
 import time
 from typing import NoReturn
@@ -15,6 +14,7 @@ from cxbridge.explore.graph import Edge, Point, Way
 from cxbridge.explore.playing import ExploredRun, MakeRun, failure
 from cxbridge.explore.state import Digest, state_digest
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
+from cxbridge.process import forking
 from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
@@ -42,7 +42,7 @@ class Process:
         link = Link(self._address)
         link.send(Hello(0, edge))
         try:
-            pid = os.fork()
+            pid = forking.fork()
         except OSError as error:
             self.link.send(Refused(f"the system cannot make another process: {error.strerror}"))
             leave(1)
@@ -58,7 +58,7 @@ class Process:
 
     def _bury(self) -> None:
         """Let go of the copies that are dead."""
-        self._copies = [pid for pid in self._copies if os.waitpid(pid, os.WNOHANG) == (0, 0)]
+        self._copies = [pid for pid in self._copies if not forking.has_ended(pid)]
 
 
 class ForkingChooser:
@@ -127,10 +127,7 @@ def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
     :param make: makes the run.
     :param merge: whether states are compared.
     """
-    signal.set_wakeup_fd(-1)
-    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the coordinator has got it, too, and ends us
-    signal.signal(signal.SIGTERM, signal.SIG_DFL)
-    signal.signal(signal.SIGHUP, signal.SIG_DFL)
+    forking.let_signals_end()  # the coordinator has got Ctrl-C, too, and ends us
     random.seed()  # each such process draws others: an agent that uses it unseeded is found out
     try:
         process = Process(address)

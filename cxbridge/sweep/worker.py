@@ -14,15 +14,14 @@ import sys
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import IO, Final
+from typing import IO
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.process import forking
 from cxbridge.sweep.frames import read_frame, write_frame
 from cxbridge.sweep.playing import play
 from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
 from cxbridge.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
-
-HAS_FORK: Final = hasattr(os, "fork")
 
 
 class Channel:
@@ -78,13 +77,13 @@ class ForkingSeeds:
 
     def _serve(self) -> None:
         """Play all seeds that come, each in a child; return in the children only."""
-        _limit_processor_time(None)
+        forking.limit_cpu_seconds(None)
         self._channel.send(None)
         gc.collect()
         gc.freeze()  # what is there now stays shared: no collection of a child touches it
         for seed in self._channel.seeds():
             reading, writing = os.pipe()
-            child = os.fork()
+            child = forking.fork()
             if child == 0:
                 os.close(reading)
                 self._become(seed, writing)
@@ -95,7 +94,7 @@ class ForkingSeeds:
 
     def _become(self, seed: int, row_end: int) -> None:
         """Be the run of a seed from here on."""
-        _limit_processor_time(self._job.cpu_seconds)
+        forking.limit_cpu_seconds(self._job.cpu_seconds)
         self.seed, self._row_end = seed, row_end
         self.started = time.process_time()
         self._chooser = RandomChooser(seed)
@@ -105,14 +104,6 @@ class ForkingSeeds:
         with os.fdopen(self._row_end, "wb") as pipe:
             pickle.dump(row, pipe)
         os._exit(0)
-
-
-def _limit_processor_time(seconds: int | None) -> None:
-    """Let this process be killed when it has taken so much; None: never."""
-    import resource  # noqa: PLC0415 - where there is fork, there is this
-
-    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
-    resource.setrlimit(resource.RLIMIT_CPU, (hard if seconds is None else seconds, hard))
 
 
 def _received(reading: int, child: int, seed: int) -> RunRow:
@@ -131,7 +122,7 @@ def serve(channel: Channel) -> None:
     """Play what comes, until nothing does."""
     job = channel.job()
     try:
-        if HAS_FORK:
+        if forking.HAS_FORK:
             _serve_forking(channel, job)
         else:
             channel.send(None)
@@ -144,11 +135,11 @@ def serve(channel: Channel) -> None:
 def _serve_forking(channel: Channel, job: SweepJob) -> None:
     """Play all seeds; return when there are none left."""
     chooser = ForkingSeeds(channel, job)
-    _limit_processor_time(job.cpu_seconds)
+    forking.limit_cpu_seconds(job.cpu_seconds)
     row = play(job, 0, chooser)
     if chooser.seed is not None:
         chooser.finish(replace(row, seed=chooser.seed, cpu_seconds=time.process_time() - chooser.started))
-    _limit_processor_time(None)
+    forking.limit_cpu_seconds(None)
     channel.send(None)
     for seed in channel.seeds():  # no choice came: all runs are this one
         channel.send(replace(row, seed=seed, cpu_seconds=0.0))
