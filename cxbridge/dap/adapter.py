@@ -10,9 +10,10 @@ from typing import Any, Final
 
 import msgspec
 
-from cxbridge.dap import protocol
+from cxbridge.dap import phases, protocol
 from cxbridge.dap.breaking import FILTERS, Breakpoints
 from cxbridge.dap.launching import make_target
+from cxbridge.dap.phases import Phase, check_phase
 from cxbridge.dap.stops import Sources, Stop
 from cxbridge.dap.target import Place, Stopped, Target
 from cxbridge.dap.wire import Wire, WireError
@@ -38,7 +39,6 @@ _SLICE_S: Final = 0.2
 _TARGETS: Final = {1: "rule", 2: "line"}
 _TARGET_TITLES: Final = {1: "the next rule", 2: "the next action of a right-hand side"}
 _ENDING: Final = ("disconnect", "terminate")
-_NOT_STOPPED: Final = "nothing is stopped now"
 
 
 class Adapter:
@@ -51,45 +51,64 @@ class Adapter:
         self._breakpoints = Breakpoints(self._sources)
         self._target: Target | None = None
         self._stop: Stop | None = None
-        self._begun = self._is_over = self._checked = False
+        self._run_phase = Phase.LAUNCHED
+        self._is_known = self._is_over = self._checked = False
         self._tells_changes = False
         self.problem = ""
         """Why the client's stream cannot be read any further; empty while it can."""
-        self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any]]] = {
-            "initialize": (protocol.InitializeArguments, self._initialize),
-            "launch": (dict[str, Any], self._launch),
-            "configurationDone": (protocol.Nothing, self._begin),
-            "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines),
-            "setFunctionBreakpoints": (protocol.SetFunctionBreakpointsArguments, self._set_functions),
-            "setExceptionBreakpoints": (protocol.SetExceptionBreakpointsArguments, self._set_filters),
-            "breakpointLocations": (protocol.BreakpointLocationsArguments, self._locations),
-            "threads": (protocol.Nothing, self._threads),
-            "stackTrace": (protocol.StackTraceArguments, self._stack),
-            "scopes": (protocol.FrameArguments, self._scopes),
-            "variables": (protocol.VariablesArguments, self._variables),
-            "setVariable": (protocol.SetVariableArguments, self._set_variable),
-            "evaluate": (protocol.EvaluateArguments, self._evaluate),
-            "source": (protocol.SourceArguments, self._source),
-            "loadedSources": (protocol.Nothing, self._loaded),
-            "stepInTargets": (protocol.FrameArguments, self._step_targets),
-            "continue": (protocol.ThreadArguments, self._continue),
-            "stepIn": (protocol.ThreadArguments, self._step_in),
-            "next": (protocol.ThreadArguments, lambda _: self._step("transition")),
-            "stepOut": (protocol.ThreadArguments, lambda _: self._step("loop")),
-            "stepBack": (protocol.ThreadArguments, lambda _: self._go_back("rule")),
-            "reverseContinue": (protocol.ThreadArguments, lambda _: self._go_back("")),
-            "pause": (protocol.ThreadArguments, lambda _: self._there.pause()),
-            "terminate": (protocol.Nothing, lambda _: None),
-            "disconnect": (protocol.Nothing, self._disconnect),
+        any_time, stopped = phases.KNOWN, Phase.STOPPED
+        launched = phases.LAUNCHED
+        self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], Phase]] = {
+            "initialize": (protocol.InitializeArguments, self._initialize, Phase.NEW),
+            "launch": (dict[str, Any], self._launch, Phase.READY),
+            "configurationDone": (protocol.Nothing, self._begin, Phase.LAUNCHED),
+            "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines, any_time),
+            "setFunctionBreakpoints": (
+                protocol.SetFunctionBreakpointsArguments,
+                self._set_functions,
+                any_time,
+            ),
+            "setExceptionBreakpoints": (
+                protocol.SetExceptionBreakpointsArguments,
+                self._set_filters,
+                any_time,
+            ),
+            "breakpointLocations": (protocol.BreakpointLocationsArguments, self._locations, any_time),
+            "threads": (protocol.Nothing, self._threads, launched),
+            "stackTrace": (protocol.StackTraceArguments, self._stack, stopped),
+            "scopes": (protocol.FrameArguments, self._scopes, stopped),
+            "variables": (protocol.VariablesArguments, self._variables, stopped),
+            "setVariable": (protocol.SetVariableArguments, self._set_variable, stopped),
+            "evaluate": (protocol.EvaluateArguments, self._evaluate, stopped),
+            "source": (protocol.SourceArguments, self._source, any_time),
+            "loadedSources": (protocol.Nothing, self._loaded, launched),
+            "stepInTargets": (protocol.FrameArguments, self._step_targets, stopped),
+            "continue": (protocol.ThreadArguments, self._continue, stopped),
+            "stepIn": (protocol.StepInArguments, self._step_in, stopped),
+            "next": (protocol.StepArguments, lambda given: self._step(given, "transition"), stopped),
+            "stepOut": (protocol.StepArguments, lambda given: self._step(given, "loop"), stopped),
+            "stepBack": (protocol.StepArguments, lambda given: self._go_back(given, "rule"), stopped),
+            "reverseContinue": (protocol.ThreadArguments, lambda given: self._go_back(given, ""), stopped),
+            "pause": (protocol.PauseArguments, self._pause, Phase.RUNNING),
+            "terminate": (protocol.EndArguments, self._terminate, launched),
+            "disconnect": (protocol.EndArguments, self._disconnect, phases.ANY),
         }
+
+    @property
+    def _phase(self) -> Phase:
+        """How far the session has come."""
+        if self._stop is not None:
+            return Phase.STOPPED
+        if self._target is not None:
+            return self._run_phase
+        return Phase.READY if self._is_known else Phase.NEW
 
     def serve(self) -> None:
         """Serve until the client has gone, or :attr:`problem` says what is wrong with what it sends."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
             self._take(self._inbox.get())
-            if self._begun:
-                self._begun = False
+            if self._phase is Phase.RUNNING:
                 self._run()
 
     def _read(self) -> None:
@@ -117,6 +136,7 @@ class Adapter:
         except CxbridgeError as error:
             self.tell("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
+        self._run_phase = Phase.OVER
         self.tell("exited", {"exitCode": status})
         self.tell("terminated")
 
@@ -127,8 +147,7 @@ class Adapter:
             return
         answer = protocol.Response(request.seq, request.command, success=False)
         try:
-            kind, carry_out = self._handlers.get(request.command, (protocol.Nothing, self._no_such(request)))
-            answer.body = carry_out(msgspec.json.decode(request.arguments, type=kind))
+            answer.body = self._carry_out(request)
             answer.success = True
         except CxbridgeError as error:
             answer.message = str(error)
@@ -143,12 +162,19 @@ class Adapter:
         if answer.success and request.command == "launch":
             self.tell("initialized")
 
-    @staticmethod
-    def _no_such(request: protocol.Request) -> Callable[[Any], Any]:
-        def refuse(_arguments: Any) -> None:
-            raise CxbridgeError(f"there is no request '{request.command}' here")
+    def _carry_out(self, request: protocol.Request) -> Any:
+        """Return the body of the answer to a request.
 
-        return refuse
+        :raises CxbridgeError: when there is none.
+        :raises msgspec.DecodeError: when its arguments are not those of the protocol.
+        """
+        known = self._handlers.get(request.command)
+        if known is None:
+            raise CxbridgeError(f"there is no request '{request.command}' here")
+        kind, carry_out, allowed = known
+        arguments = protocol.arguments_of(request, kind)
+        check_phase(request.command, allowed, self._phase)
+        return carry_out(arguments)
 
     # -- what targets ask for
 
@@ -195,25 +221,24 @@ class Adapter:
 
     @property
     def _there(self) -> Target:
-        if self._target is None:
-            raise CxbridgeError("nothing has been launched")
+        assert self._target is not None, "requests that need it come later"
         return self._target
 
     @property
     def _here(self) -> Stop:
-        if self._stop is None:
-            raise CxbridgeError(_NOT_STOPPED)
+        assert self._stop is not None, "requests that need it come while it is stopped"
         return self._stop
 
     def _initialize(self, arguments: protocol.InitializeArguments) -> Mapping[str, Any]:
         if not arguments.lines_start_at1 or not arguments.columns_start_at1:
             raise CxbridgeError("lines and columns are counted from 1 here")
+        if arguments.path_format != "path":
+            raise CxbridgeError(f"files are named by their paths here, not as '{arguments.path_format}'")
+        self._is_known = True
         self._tells_changes = arguments.supports_invalidated_event
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
-        if self._target is not None:
-            raise CxbridgeError("something has been launched already")
         self._target = make_target(arguments)
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._target)
@@ -221,10 +246,14 @@ class Adapter:
             self.tell("capabilities", {"capabilities": {"supportsStepBack": True}})
 
     def _begin(self, _arguments: protocol.Nothing) -> None:
-        _ = self._there
-        self._begun = True
+        self._run_phase = Phase.RUNNING
 
-    def _disconnect(self, _arguments: protocol.Nothing) -> None:
+    def _terminate(self, _arguments: protocol.EndArguments) -> None:
+        if self._phase is Phase.LAUNCHED:  # there is nothing that could end by itself
+            self._run_phase = Phase.OVER
+            self.tell("terminated")
+
+    def _disconnect(self, _arguments: protocol.EndArguments) -> None:
         self._is_over = True
 
     # -- where to stop
@@ -236,18 +265,28 @@ class Adapter:
         return {"breakpoints": self._breakpoints.set_functions(arguments.breakpoints)}
 
     def _set_filters(self, arguments: protocol.SetExceptionBreakpointsArguments) -> Mapping[str, Any]:
-        return {"breakpoints": self._breakpoints.set_filters(arguments.filters)}
+        return {"breakpoints": self._breakpoints.set_filters(arguments)}
 
     def _locations(self, arguments: protocol.BreakpointLocationsArguments) -> Mapping[str, Any]:
         return {"breakpoints": [{"line": line} for line in self._breakpoints.lines_between(arguments)]}
 
     # -- looking
 
+    def _check_thread(self, number: int) -> None:
+        """See that there is a thread of this number.
+
+        :raises CxbridgeError: when there is not.
+        """
+        if not 0 < number <= len(self._there.agents):
+            there = ", ".join(f"{each} ({name})" for each, name in enumerate(self._there.agents, start=1))
+            raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {there or 'none'}")
+
     def _threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        agents = () if self._target is None else self._target.agents
+        agents = () if self._phase is Phase.OVER else self._there.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
     def _stack(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
+        self._check_thread(arguments.thread_id)
         if arguments.thread_id != self._here.stopped.agent:
             return {"stackFrames": [], "totalFrames": 0}
         return self._here.frames(arguments.start_frame, arguments.levels)
@@ -257,7 +296,7 @@ class Adapter:
 
     def _variables(self, arguments: protocol.VariablesArguments) -> Mapping[str, Any]:
         found = self._here.variables(arguments.variables_reference, arguments.start, arguments.count)
-        return {"variables": found}
+        return {"variables": [] if arguments.filter == "indexed" else found}
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
         value = self._here.change(arguments.variables_reference, arguments.name, arguments.value)
@@ -265,6 +304,8 @@ class Adapter:
         return {"value": value}
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
+        if arguments.frame_id is not None:
+            self._here.check_frame(arguments.frame_id)
         body, printed = self._here.evaluate(arguments.expression)
         for line in printed:
             self.tell("output", {"category": "console", "output": f"{line}\n"})
@@ -281,28 +322,37 @@ class Adapter:
         return {"content": self._sources.named(wanted)[1], "mimeType": "text/x-clips"}
 
     def _loaded(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        files = () if self._target is None else self._target.files()
-        return {"sources": [self._sources.of(Place(file, 1)) for file in files]}
+        return {"sources": [self._sources.of(Place(file, 1)) for file in self._there.files()]}
 
     # -- going
 
     def _step_targets(self, arguments: protocol.FrameArguments) -> Mapping[str, Any]:
-        _ = self._here.scopes(arguments.frame_id)
-        known = [number for number in _TARGETS if number == 1 or self._there.can_stop_at_actions]
-        return {"targets": [{"id": number, "label": _TARGET_TITLES[number]} for number in known]}
+        self._here.check_frame(arguments.frame_id)
+        return {"targets": [{"id": each, "label": _TARGET_TITLES[each]} for each in self._step_kinds]}
 
-    def _continue(self, _arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
-        _ = self._here
+    @property
+    def _step_kinds(self) -> list[int]:
+        return [number for number in _TARGETS if number == 1 or self._there.can_stop_at_actions]
+
+    def _continue(self, arguments: protocol.ThreadArguments) -> Mapping[str, Any]:
+        self._check_thread(arguments.thread_id)
         self._there.go_on()
         return {"allThreadsContinued": True}
 
-    def _step_in(self, arguments: protocol.ThreadArguments) -> None:
-        self._step(_TARGETS.get(arguments.target_id or 1, "rule"))
+    def _step_in(self, arguments: protocol.StepInArguments) -> None:
+        target = 1 if arguments.target_id is None else arguments.target_id
+        if target not in self._step_kinds:
+            raise CxbridgeError(f"there is no target {target} to step into")
+        self._step(arguments, _TARGETS[target])
 
-    def _step(self, what: str) -> None:
-        _ = self._here
+    def _step(self, arguments: protocol.StepArguments, what: str) -> None:
+        self._check_thread(arguments.thread_id)
         self._there.step(what)
 
-    def _go_back(self, what: str) -> None:
-        _ = self._here
+    def _go_back(self, arguments: protocol.ThreadArguments, what: str) -> None:
+        self._check_thread(arguments.thread_id)
         self._there.go_back(what)
+
+    def _pause(self, arguments: protocol.PauseArguments) -> None:
+        self._check_thread(arguments.thread_id)
+        self._there.pause()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
@@ -42,6 +42,7 @@ class Breakpoints:
         self._last = 0
         self._groups: dict[str, dict[int, Breakpoint]] = {}
         self._on_lines: dict[str, list[_OnLine]] = {}
+        self._functions: dict[int, protocol.Breakpoint] = {}
         self._target: Target | None = None
 
     def attach(self, target: Target) -> None:
@@ -72,20 +73,20 @@ class Breakpoints:
         made: dict[int, Breakpoint] = {}
         found: list[protocol.Breakpoint] = []
         on_lines: list[_OnLine] = []
-        for wanted in arguments.breakpoints:
-            number, place = self._next(), lines.at(wanted.line)
+        for wanted in arguments.wanted:
+            number = self._next()
+            place = lines.at(wanted.line) if wanted.line > 0 else None
             if place is None:
-                message = "no rule begins at this line or below"
+                below = "no rule begins at this line or below"
+                message = below if wanted.line > 0 else "lines are counted from 1"
                 found.append(protocol.Breakpoint(number, verified=False, message=message, line=wanted.line))
                 continue
             try:
-                check_hits(wanted.hit_condition or "")
+                check_hits(wanted.hit_condition)
             except CxbridgeError as error:
                 found.append(protocol.Breakpoint(number, verified=False, message=str(error), line=place.line))
                 continue
-            made[number] = place.breakpoint(
-                wanted.condition or "", wanted.hit_condition or "", wanted.log_message or ""
-            )
+            made[number] = place.breakpoint(wanted.condition, wanted.hit_condition, wanted.log_message)
             shown = protocol.Breakpoint(
                 number, verified=True, message=_where(place.rule, action=place.action), line=place.line
             )
@@ -106,9 +107,13 @@ class Breakpoints:
         return protocol.Breakpoint(item.shown.id, verified=False, message=reason, line=item.shown.line)
 
     def check(self) -> list[protocol.Breakpoint]:
-        """Return those that have turned out to be at rules that there are not."""
-        pairs = [(item, self._checked(item)) for items in self._on_lines.values() for item in items]
-        return [shown for item, shown in pairs if shown.verified != item.shown.verified]
+        """Return those that have turned out to be at rules, or to have names, that there are not."""
+        pairs = [(self._checked(item), item.shown) for items in self._on_lines.values() for item in items]
+        pairs += [
+            (self._reachable(number, item), self._functions[number])
+            for number, item in self._groups.get(_FUNCTIONS, {}).items()
+        ]
+        return [now for now, before in pairs if now.verified != before.verified]
 
     def lines_between(self, arguments: protocol.BreakpointLocationsArguments) -> list[int]:
         """Return the lines of a file that one can stop at.
@@ -125,25 +130,39 @@ class Breakpoints:
     def set_functions(self, wanted: Sequence[protocol.FunctionBreakpoint]) -> list[protocol.Breakpoint]:
         """Set those on goals, plan-actions, skills and rules, by name; returns how they stand."""
         made: dict[int, Breakpoint] = {}
-        found: list[protocol.Breakpoint] = []
+        self._functions.clear()
         for each in wanted:
             number = self._next()
-            hits = f" hit {each.hit_condition.replace(' ', '')}" if each.hit_condition else ""
-            condition = f" if {each.condition}" if each.condition else ""
             try:
-                made[number] = parse_breakpoint(f"{each.name}{hits}{condition}")
+                item = parse_breakpoint(each.name)
+                check_hits(each.hit_condition)
             except CxbridgeError as error:
-                found.append(protocol.Breakpoint(number, verified=False, message=str(error)))
-            else:
-                found.append(protocol.Breakpoint(number, verified=True))
+                self._functions[number] = protocol.Breakpoint(number, verified=False, message=str(error))
+                continue
+            made[number] = replace(
+                item,
+                condition=each.condition or item.condition,
+                hits=each.hit_condition or item.hits,
+            )
+            self._functions[number] = self._reachable(number, made[number])
         self._put(_FUNCTIONS, made)
-        return found
+        return list(self._functions.values())
 
-    def set_filters(self, names: Sequence[str]) -> list[protocol.Breakpoint]:
+    def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
+        """Return how a breakpoint with a name stands, as far as it is known which names there are."""
+        reason = ""
+        if self._target is not None and self._target.is_loaded:
+            reason = self._target.why_never(item)
+        return protocol.Breakpoint(number, verified=not reason, message=reason)
+
+    def set_filters(self, wanted: protocol.SetExceptionBreakpointsArguments) -> list[protocol.Breakpoint]:
         """Set those on what fails; returns how they stand.
 
-        :raises CxbridgeError: when there is no such filter.
+        :raises CxbridgeError: when there is no such filter, or it is to have a condition.
         """
+        if wanted.exception_options or any(each.condition for each in wanted.filter_options):
+            raise CxbridgeError("what fails is stopped at without conditions and options here")
+        names = [*wanted.filters, *(each.filter_id for each in wanted.filter_options)]
         unknown = [name for name in names if name not in FILTERS]
         if unknown:
             raise CxbridgeError(f"there is no filter '{unknown[0]}'", hint=f"there are: {', '.join(FILTERS)}")

@@ -46,9 +46,10 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
         if name not in _OF_EDITORS and not name.startswith("__") and value is not None
     }
     _enter(_text(given, "cwd"))
-    without_stops = bool(arguments.get("noDebug"))
+    without_stops = _flag(dict(arguments), "noDebug", default=False)
     recording, env = _text(given, "recording"), _text(given, "env")
-    stop_on_entry, actions = given.pop("stopOnEntry", False), given.pop("stopInRules", True)
+    stop_on_entry = _flag(given, "stopOnEntry", default=False) and not without_stops
+    actions = _flag(given, "stopInRules", default=True) and not without_stops
     if recording:
         if given:
             raise CxbridgeError(f"'{next(iter(given))}' does not go with a recording")
@@ -70,11 +71,7 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     for name, value in options.items():
         _check_type(name, value)
     scenario = options.pop("scenario", None)
-    return LiveRun(
-        make_options(scenario, **options),
-        stop_on_entry=bool(stop_on_entry) and not without_stops,
-        actions=bool(actions) and not without_stops,
-    )
+    return LiveRun(make_options(scenario, **options), stop_on_entry=stop_on_entry, actions=actions)
 
 
 def _check_type(name: str, value: object) -> None:
@@ -98,6 +95,13 @@ def _text(given: dict[str, Any], name: str) -> str:
     value = given.pop(name, "")
     if not isinstance(value, str):
         raise CxbridgeError(f"'{name}' must be a text")
+    return value
+
+
+def _flag(given: dict[str, Any], name: str, *, default: bool) -> bool:
+    value = given.pop(name, default)
+    if not isinstance(value, bool):
+        raise CxbridgeError(f"'{name}' must be true or false")
     return value
 
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.dap.agent import DebuggedAgent, LiveMoment
 from cxbridge.dap.target import Client, Stopped, Target
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.explain.rules.environment import rulebook
 from cxbridge.explain.rules.locations import why_missing
@@ -155,6 +156,19 @@ class LiveRun(Target):
             return ""
         return why_missing(rule, book) or f"the spec does not load {file.name}"
 
+    def why_never(self, item: Breakpoint) -> str:
+        """Return why no agent ever reaches a breakpoint."""
+        reasons = [_mistake(agent, item) for agent in self._agents]
+        return reasons[0] if all(reasons) else ""
+
     def files(self) -> Iterator[Path]:
         """Yield the files with rules that were loaded."""
         yield from dict.fromkeys(file.resolve() for agent in self._agents for file in agent.env.loader.files)
+
+
+def _mistake(agent: DebuggedAgent, item: Breakpoint) -> str:
+    try:
+        agent.debugger.names.check(item)
+    except CxbridgeError as error:
+        return str(error)
+    return ""

@@ -5,11 +5,17 @@ Source of the names: the specification of the protocol, version 1.68.
 
 from __future__ import annotations
 
-from typing import Any, Final
+from typing import Annotated, Any, Final, Literal, TypeVar
 
 import msgspec
 
 EMPTY: Final = msgspec.Raw(b"{}")
+
+Count = Annotated[int, msgspec.Meta(ge=0)]
+Number = Annotated[int, msgspec.Meta(ge=1)]
+"""Of a line or a column."""
+
+_T = TypeVar("_T")
 
 
 class Request(msgspec.Struct):
@@ -47,13 +53,56 @@ class Nothing(Shape):
     """Arguments that nobody looks at."""
 
 
+def arguments_of(request: Request, kind: type[_T]) -> _T:
+    """Return the arguments of a request. What is null counts as left out: some clients write it so.
+
+    :raises msgspec.DecodeError: when they are not of that kind.
+    """
+    given = msgspec.json.decode(request.arguments)
+    return msgspec.convert({} if given is None else _without_nulls(given), type=kind)
+
+
+def _without_nulls(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {name: _without_nulls(each) for name, each in value.items() if each is not None}
+    return [_without_nulls(each) for each in value] if isinstance(value, list) else value
+
+
 class InitializeArguments(Shape):
     """Of ``initialize``."""
 
+    adapter_id: str = msgspec.field(name="adapterID")
     client_id: str = msgspec.field(default="", name="clientID")
+    client_name: str = ""
+    locale: str = ""
     lines_start_at1: bool = True
     columns_start_at1: bool = True
+    path_format: str = "path"
+    supports_variable_type: bool = False
+    supports_variable_paging: bool = False
+    supports_run_in_terminal_request: bool = False
+    supports_memory_references: bool = False
+    supports_progress_reporting: bool = False
     supports_invalidated_event: bool = False
+    supports_memory_event: bool = False
+    supports_args_can_be_interpreted_by_shell: bool = False
+    supports_start_debugging_request: bool = False
+    supports_ansi_styling: bool = msgspec.field(default=False, name="supportsANSIStyling")
+
+
+class EndArguments(Shape):
+    """Of ``disconnect`` and ``terminate``."""
+
+    restart: bool = False
+    terminate_debuggee: bool = False
+    suspend_debuggee: bool = False
+
+
+class Checksum(Shape):
+    """Of a file."""
+
+    algorithm: Literal["MD5", "SHA1", "SHA256", "timestamp"]
+    checksum: str
 
 
 class Source(Shape):
@@ -61,66 +110,145 @@ class Source(Shape):
 
     name: str = ""
     path: str = ""
-    source_reference: int = 0
+    source_reference: Count = 0
+    presentation_hint: Literal["", "normal", "emphasize", "deemphasize"] = ""
+    origin: str = ""
+    sources: list[Source] = []
+    adapter_data: Any = None
+    checksums: list[Checksum] = []
 
 
 class SourceBreakpoint(Shape):
     """A breakpoint that a client wants in a file."""
 
     line: int
-    condition: str | None = None
-    hit_condition: str | None = None
-    log_message: str | None = None
+    column: int | None = None
+    condition: str = ""
+    hit_condition: str = ""
+    log_message: str = ""
+    mode: str = ""
 
 
 class SetBreakpointsArguments(Shape):
     """Of ``setBreakpoints``."""
 
     source: Source
-    breakpoints: list[SourceBreakpoint] = []
+    breakpoints: list[SourceBreakpoint] | None = None
+    lines: list[int] = []
+    source_modified: bool = False
+
+    @property
+    def wanted(self) -> list[SourceBreakpoint]:
+        """The breakpoints; those of old clients are lines."""
+        return (
+            [SourceBreakpoint(line) for line in self.lines] if self.breakpoints is None else self.breakpoints
+        )
 
 
 class FunctionBreakpoint(Shape):
     """A breakpoint with a name."""
 
     name: str
-    condition: str | None = None
-    hit_condition: str | None = None
+    condition: str = ""
+    hit_condition: str = ""
 
 
 class SetFunctionBreakpointsArguments(Shape):
     """Of ``setFunctionBreakpoints``."""
 
-    breakpoints: list[FunctionBreakpoint] = []
+    breakpoints: list[FunctionBreakpoint]
+
+
+class ExceptionFilterOptions(Shape):
+    """A filter with a condition."""
+
+    filter_id: str
+    condition: str = ""
+    mode: str = ""
+
+
+class ExceptionPathSegment(Shape):
+    """A part of a tree of exceptions."""
+
+    names: list[str]
+    negate: bool = False
+
+
+class ExceptionOptions(Shape):
+    """A tree of exceptions; there is none here."""
+
+    break_mode: Literal["never", "always", "unhandled", "userUnhandled"]
+    path: list[ExceptionPathSegment] = []
 
 
 class SetExceptionBreakpointsArguments(Shape):
     """Of ``setExceptionBreakpoints``."""
 
-    filters: list[str] = []
+    filters: list[str]
+    filter_options: list[ExceptionFilterOptions] = []
+    exception_options: list[ExceptionOptions] = []
 
 
 class BreakpointLocationsArguments(Shape):
     """Of ``breakpointLocations``."""
 
     source: Source
-    line: int
-    end_line: int | None = None
+    line: Number
+    column: Number | None = None
+    end_line: Number | None = None
+    end_column: Number | None = None
+
+
+class PauseArguments(Shape):
+    """Of ``pause``."""
+
+    thread_id: int
 
 
 class ThreadArguments(Shape):
-    """Of requests that go on, or stop, a thread."""
+    """Of requests that go on."""
 
-    thread_id: int = 0
+    thread_id: int
+    single_thread: bool = False
+
+
+class StepArguments(ThreadArguments):
+    """Of requests that step."""
+
+    granularity: Literal["statement", "line", "instruction"] = "statement"
+
+
+class StepInArguments(StepArguments):
+    """Of ``stepIn``."""
+
     target_id: int | None = None
+
+
+class ValueFormat(Shape):
+    """How a value is to be shown; numbers of CLIPS are decimal."""
+
+    hex: bool = False
+
+
+class StackFrameFormat(ValueFormat):
+    """How a frame is to be shown; there is one way."""
+
+    parameters: bool = False
+    parameter_types: bool = False
+    parameter_names: bool = False
+    parameter_values: bool = False
+    line: bool = False
+    module: bool = False
+    include_all: bool = False
 
 
 class StackTraceArguments(Shape):
     """Of ``stackTrace``."""
 
     thread_id: int
-    start_frame: int = 0
-    levels: int = 0
+    start_frame: Count = 0
+    levels: Count = 0
+    format: StackFrameFormat | None = None
 
 
 class FrameArguments(Shape):
@@ -133,8 +261,10 @@ class VariablesArguments(Shape):
     """Of ``variables``."""
 
     variables_reference: int
-    start: int = 0
-    count: int = 0
+    filter: Literal["", "indexed", "named"] = ""
+    start: Count = 0
+    count: Count = 0
+    format: ValueFormat | None = None
 
 
 class SetVariableArguments(Shape):
@@ -143,6 +273,7 @@ class SetVariableArguments(Shape):
     variables_reference: int
     name: str
     value: str
+    format: ValueFormat | None = None
 
 
 class EvaluateArguments(Shape):
@@ -150,13 +281,17 @@ class EvaluateArguments(Shape):
 
     expression: str
     frame_id: int | None = None
+    line: int | None = None
+    column: int | None = None
+    source: Source | None = None
     context: str = ""
+    format: ValueFormat | None = None
 
 
 class SourceArguments(Shape):
     """Of ``source``."""
 
-    source_reference: int = 0
+    source_reference: Count
     source: Source | None = None
 
 

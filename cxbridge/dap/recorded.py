@@ -15,6 +15,7 @@ from cxbridge.dap.expressions import expanded
 from cxbridge.dap.target import Client, Firing, Moment, Place, Stopped, Target
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, RuleFired
+from cxbridge.executive.breakpoint_names import MetNames
 from cxbridge.executive.breakpoints import Breakpoint, describe
 from cxbridge.executive.host.evaluating import Evaluation
 from cxbridge.explain.rules.constructs import Constructs, TextFile
@@ -22,6 +23,7 @@ from cxbridge.explain.rules.matcher import FACT_FUNCTION, Matcher
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import MAX_FACTS, Snapshot
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
+from cxbridge.suggestions import or_similar
 from cxbridge.trace.scrubbing import Scrubber
 from cxbridge.trace.sources import building_steps
 
@@ -213,6 +215,21 @@ class RecordedRun(Target):
             return f"the run had no rule {rule} of {file.name}"
         return ""
 
+    def why_never(self, item: Breakpoint) -> str:
+        """Return why nothing that was recorded reaches a breakpoint."""
+        met = MetNames()
+        for event in self._scrubber.events:
+            if self._is_mine(event):
+                if _reaches(item, event):
+                    return ""
+                met.take(event)
+        known = self._sources.constructs.rule_texts()
+        if not item.is_of_rules:
+            return met.lacks(item) or f"nothing in the recording reaches {item}"
+        if any(map(item.has_rule, known)):
+            return ""  # it has not fired
+        return f"there is no rule '{item.name}' in the recording{or_similar(item.name, known)}"
+
     def files(self) -> Iterator[Path]:
         """Yield the files with rules that were loaded."""
         yield from (Path(name).resolve() for name in self._sources.texts)
@@ -253,15 +270,7 @@ class RecordedRun(Target):
         if not self._is_mine(event):
             return None
         for identity, item in ((i, b) for group in self._groups.values() for i, b in group.items()):
-            hit = (
-                item.is_of_rules and item.has_rule(event.rule)
-                if isinstance(event, RuleFired)
-                else isinstance(event, TRANSITION_TYPES)
-                and item.is_of_transitions
-                and self._is_news(number)
-                and item.has_transition(event)
-            )
-            if hit:
+            if _reaches(item, event) and (isinstance(event, RuleFired) or self._is_news(number)):
                 found = self._reach(identity, item, event, number, client)
                 if found is not None:
                     return found
@@ -348,3 +357,10 @@ class RecordedRun(Target):
             if isinstance(event, FactChange) and event.env == self._env and not event.asserted:
                 found[event.index] = event
         return found
+
+
+def _reaches(item: Breakpoint, event: Event) -> bool:
+    """Whether an event is at the place of a breakpoint."""
+    if isinstance(event, RuleFired):
+        return item.is_of_rules and item.has_rule(event.rule)
+    return isinstance(event, TRANSITION_TYPES) and item.is_of_transitions and item.has_transition(event)

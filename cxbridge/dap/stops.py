@@ -52,13 +52,20 @@ class Stop:
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
         return protocol.StackFrame(number, frame.name, frame.place.line, 1, self._source_of(frame.place))
 
+    def check_frame(self, frame: int) -> None:
+        """See that there is a frame of this number.
+
+        :raises CxbridgeError: when there is not.
+        """
+        if not 0 < frame <= len(self._stack):
+            raise CxbridgeError(f"there is no frame {frame} now")
+
     def scopes(self, frame: int) -> list[protocol.Scope]:
         """Return what is shown of a frame.
 
         :raises CxbridgeError: when there is no such frame.
         """
-        if not 0 < frame <= len(self._stack):
-            raise CxbridgeError(f"there is no frame {frame} now")
+        self.check_frame(frame)
         groups = groups_of(self.stopped.moment, self._stack[frame - 1])
         return [
             protocol.Scope(group.name, self._number(group.children), group.expensive, group.hint)
@@ -147,6 +154,8 @@ class Sources:
             if source.source_reference > len(self._texts):
                 raise CxbridgeError(f"there is no source {source.source_reference}")
             return self._texts[source.source_reference - 1]
+        if not source.path:
+            raise CxbridgeError("the source has neither a path nor a reference")
         path = Path(source.path).resolve()
         try:
             return path, path.read_bytes().decode("utf-8", "surrogateescape")

@@ -211,5 +211,9 @@ class Target(ABC):
         """Return why a rule of a file cannot stop, of what is loaded; empty when it can."""
 
     @abstractmethod
+    def why_never(self, item: Breakpoint) -> str:
+        """Return why nothing of what is loaded ever reaches a breakpoint; empty when something may."""
+
+    @abstractmethod
     def files(self) -> Iterator[Path]:
         """Yield the files with rules that were loaded."""

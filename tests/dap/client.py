@@ -7,7 +7,7 @@ import queue
 import subprocess
 import sys
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, Self
 
@@ -86,6 +86,9 @@ class Client:
 
     def send(self, command: str, **arguments: Any) -> int:
         """Send a request; returns its number."""
+        return self._send(command, arguments)
+
+    def _send(self, command: str, arguments: Any) -> int:
         self._seq += 1
         message = {"seq": self._seq, "type": "request", "command": command, "arguments": arguments}
         self.log.append(message)
@@ -95,7 +98,13 @@ class Client:
 
     def answer(self, command: str, **arguments: Any) -> dict[str, Any]:
         """Send a request; returns the whole answer."""
-        number = self.send(command, **arguments)
+        return self._answer_to(self.send(command, **arguments))
+
+    def answers(self, requests: Iterable[tuple[str, Any]]) -> list[dict[str, Any]]:
+        """Send requests with any arguments, all at once; returns the answers."""
+        return [self._answer_to(number) for number in [self._send(*each) for each in requests]]
+
+    def _answer_to(self, number: int) -> dict[str, Any]:
         while True:
             message = self._next()
             if message["type"] == "response":

@@ -1,0 +1,281 @@
+"""All requests of the protocol with all kinds of wrong arguments, and in all wrong phases: each is an error.
+
+The requests and their arguments are those of the protocol's own schema: see tests/dap/schema.py.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from tests.dap.client import Client
+from tests.dap.conftest import GOALS, line_of
+from tests.support import ROOT
+
+REQUESTS = json.loads((Path(__file__).parent / "requests.json").read_text())
+GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
+
+SAMPLES = {"string": "x", "integer": 1, "boolean": True, "array": [], "object": {}}
+WRONG = {
+    "string": [3, True, [], {}],
+    "integer": ["x", True, 1.5, [], {}],
+    "boolean": ["true", 1, [], {}],
+    "array": ["x", 3, True, {}],
+    "object": ["x", 3, True, []],
+}
+
+
+def sample(shape):
+    """Something of a type, with what it needs."""
+    if "enum" in shape:
+        return shape["enum"][0]
+    made = SAMPLES.get(shape["type"], {})
+    if shape["type"] == "object":
+        return {name: sample(shape["parts"][name]) for name in shape.get("required", ())}
+    return made
+
+
+def wrong(shape, name) -> Iterator[tuple[str, object]]:
+    """Values that are not of a type, and what an error has to name."""
+    for value in WRONG.get(shape["type"], ()):
+        yield name, value
+    if "enum" in shape:
+        yield name, "neither"
+    for part in shape.get("required", ()):
+        yield part, {each: value for each, value in sample(shape).items() if each != part}
+    for part, inner in shape.get("parts", {}).items():
+        for what, value in wrong(inner, part):
+            yield what, {**sample(shape), part: value}
+    for what, value in wrong(shape["items"], name) if "items" in shape else ():
+        yield what, [value]
+
+
+CASES = [
+    (command, what, arguments)
+    for command, shape in REQUESTS.items()
+    for what, arguments in wrong({"type": "object"} if shape["type"] == "any" else shape, "")
+]
+
+
+def everywhere(client, phase):
+    """Bring a session into a phase."""
+    if phase == "new":
+        return
+    if phase == "ready":
+        client.ask("initialize", adapterID="cxbridge")
+        return
+    client.launch(scenario="test-scenario", **({"clock": "real"} if phase == "running" else {}))
+    if phase == "stopped":
+        client.break_at(GOALS, GOES_ON)
+    if phase != "launched":
+        client.begin()
+    if phase == "running":
+        client.event("thread")
+    elif phase == "stopped":
+        client.stopped()
+    elif phase == "over":
+        client.event("terminated")
+
+
+PHASES = ["new", "ready", "launched", "running", "stopped", "over"]
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_arguments_of_another_type_or_missing(client, phase):
+    assert len(CASES) > 500
+    everywhere(client, phase)
+    answers = client.answers((command, arguments) for command, _, arguments in CASES)
+    for (command, what, arguments), answer in zip(CASES, answers, strict=True):
+        asked = f"{command} {json.dumps(arguments)}: {answer}"
+        assert not answer["success"], asked
+        assert "fault" not in answer["message"], asked
+        if command == "launch" and phase != "ready":
+            continue  # its arguments depend on what is launched: the phase comes first
+        if "there is no request" not in answer["message"]:
+            assert what in answer["message"], asked
+    assert client.stderr == ""
+
+
+RIGHT = {
+    "initialize": {"adapterID": "x"},
+    "launch": {"scenario": "test-scenario"},
+    "source": {"sourceReference": 0, "source": {"path": str(GOALS)}},
+    "breakpointLocations": {"source": {"path": str(GOALS)}, "line": 1},
+    "setBreakpoints": {"source": {"path": str(GOALS)}},
+    "setFunctionBreakpoints": {"breakpoints": []},
+    "setExceptionBreakpoints": {"filters": []},
+}
+AT_ANY_TIME = {"setBreakpoints", "setFunctionBreakpoints", "setExceptionBreakpoints"} | {
+    "breakpointLocations",
+    "source",
+}
+AFTER_LAUNCH = AT_ANY_TIME | {"threads", "loadedSources", "terminate"}
+ALLOWED = {
+    "new": {"initialize"},
+    "ready": AT_ANY_TIME | {"launch"},
+    "launched": AFTER_LAUNCH | {"configurationDone"},
+    "running": AFTER_LAUNCH | {"pause"},
+    "stopped": AFTER_LAUNCH
+    | {"stackTrace", "scopes", "variables", "setVariable", "evaluate", "stepInTargets"}
+    # going on ends the stop; see test_run.py
+    | {"continue", "next", "stepIn", "stepOut", "stepBack", "reverseContinue"},
+    "over": AFTER_LAUNCH,
+}
+
+
+@pytest.mark.parametrize("phase", PHASES)
+def test_requests_in_a_phase_that_has_no_answer_to_them(client, phase):
+    everywhere(client, phase)
+    commands = [name for name in REQUESTS if name not in ALLOWED[phase] | {"disconnect"}]
+    answers = client.answers((name, RIGHT.get(name, sample(REQUESTS[name]))) for name in commands)
+    for command, answer in zip(commands, answers, strict=True):
+        assert not answer["success"], answer
+        assert answer["message"], command
+        assert "fault" not in answer["message"], answer
+        assert "make no sense" not in answer["message"], answer
+    for command in sorted(ALLOWED[phase] & RIGHT.keys()):  # the others are right
+        client.ask(command, **RIGHT[command])
+
+
+OF_THREADS = [name for name, shape in REQUESTS.items() if "threadId" in shape.get("parts", {})]
+
+
+@pytest.mark.parametrize("command", OF_THREADS)
+@pytest.mark.parametrize("number", [0, -1, 2, 10**20])
+def test_unknown_threads(stopped, command, number):
+    answer = stopped.answer(command, **{**sample(REQUESTS[command]), "threadId": number})
+    assert not answer["success"]
+    found = answer["message"]
+    assert any(why in found for why in ("thread", "no request", "no sense", "stopped already")), found
+
+
+def test_a_pause_of_an_unknown_thread(client):
+    everywhere(client, "running")
+    assert "there is no thread 9" in client.answer("pause", threadId=9)["message"]
+
+
+@pytest.fixture(scope="module")
+def stopped():
+    with Client(ROOT) as client:
+        everywhere(client, "stopped")
+        yield client
+
+
+@pytest.mark.parametrize(
+    ("command", "arguments", "message"),
+    [
+        ("scopes", {"frameId": 0}, "no frame 0"),
+        ("scopes", {"frameId": 99}, "no frame 99"),
+        ("stepInTargets", {"frameId": 99}, "no frame 99"),
+        ("evaluate", {"expression": "1", "frameId": 99}, "no frame 99"),
+        ("variables", {"variablesReference": 0}, "no variables 0"),
+        ("variables", {"variablesReference": 9999}, "no variables 9999"),
+        ("variables", {"variablesReference": 1, "start": -1}, "start"),
+        ("variables", {"variablesReference": 1, "count": -1}, "count"),
+        ("stackTrace", {"threadId": 1, "startFrame": -1}, "startFrame"),
+        ("stackTrace", {"threadId": 1, "levels": -1}, "levels"),
+        ("setVariable", {"variablesReference": 9999, "name": "x", "value": "1"}, "no variables 9999"),
+        ("stepIn", {"threadId": 1, "targetId": 99}, "no target 99"),
+        ("stepIn", {"threadId": 1, "targetId": 0}, "no target 0"),
+        ("stepBack", {"threadId": 1}, "cannot go back"),
+        ("reverseContinue", {"threadId": 1}, "cannot go back"),
+        ("source", {"sourceReference": 99}, "no source 99"),
+        ("source", {"sourceReference": -1}, "sourceReference"),
+        ("source", {"sourceReference": 0}, "neither a path nor a reference"),
+        ("source", {"sourceReference": 0, "source": {"path": "/nowhere/at/all"}}, "cannot read it"),
+        ("setBreakpoints", {"source": {"path": "/nowhere/at/all"}}, "cannot read it"),
+        ("setBreakpoints", {"source": {}}, "neither a path nor a reference"),
+        ("breakpointLocations", {"source": {"path": str(GOALS)}, "line": 0}, "line"),
+        ("setExceptionBreakpoints", {"filters": ["often"]}, "no filter 'often'"),
+        ("setExceptionBreakpoints", {"filters": [], "filterOptions": [{"filterId": "often"}]}, "'often'"),
+        (
+            "setExceptionBreakpoints",
+            {"filters": [], "filterOptions": [{"filterId": "goal-failed", "condition": "x"}]},
+            "conditions",
+        ),
+        (
+            "setExceptionBreakpoints",
+            {"filters": [], "exceptionOptions": [{"breakMode": "always"}]},
+            "options",
+        ),
+        ("evaluate", {"expression": ""}, "expression"),
+        ("evaluate", {"expression": "(+ 1"}, ""),
+    ],
+)
+def test_references_that_there_are_not(stopped, command, arguments, message):
+    answer = stopped.answer(command, **arguments)
+    assert not answer["success"], answer
+    assert message in answer["message"]
+    assert "fault" not in answer["message"]
+
+
+@pytest.mark.parametrize("name", ["noDebug", "stopOnEntry", "stopInRules"])
+@pytest.mark.parametrize("value", ["false", 0, [], {}])
+def test_a_launch_with_something_that_is_not_a_truth_value(client, name, value):
+    client.ask("initialize", adapterID="cxbridge")
+    answer = client.answer("launch", scenario="test-scenario", **{name: value})
+    assert not answer["success"]
+    assert answer["message"] == f"'{name}' must be true or false"
+
+
+NAMES = {
+    "goal:TALK:FINISHD": "FINISHED",
+    "goal:TALK:FAILED": "use goal:TALK:*:FAILED",
+    "action:say-hello:RUNING": "RUNNING",
+    "skill:sey": "say",
+    "skill:say:S_FINAAL": "S_FINAL",
+    "rule:talk-root-goes-onn": "talk-root-goes-on",
+    "after:nothing-like-it": "there is no rule",
+    "TALK": "is not a breakpoint",
+    "goal:TALK hit often": "is not a count",
+}
+
+
+def test_breakpoints_with_names_that_there_are_not(client):
+    client.launch(scenario="test-scenario", stopOnEntry=True)
+    before = client.break_on(*NAMES)
+    client.break_at(GOALS, GOES_ON)
+    client.begin()
+    client.stopped()
+    client.go()
+    told = [event["body"]["breakpoint"] for event in client.log if event.get("event") == "breakpoint"]
+    late = {each["id"]: each for each in told}
+    for first, (name, hint) in zip(before, NAMES.items(), strict=True):
+        shown = late.get(first["id"], first)
+        assert (shown["verified"], hint in shown["message"]) == (False, True), (name, shown)
+    again = client.break_on(*NAMES, "goal:TALK", "rule:talk-*")
+    assert [each["verified"] for each in again] == [False] * len(NAMES) + [True, True]
+    assert all(hint in each["message"] for each, hint in zip(again, NAMES.values(), strict=False))
+
+
+def test_breakpoints_with_names_that_a_recording_lacks(client, recording):
+    client.launch(recording=str(recording))
+    wrong_ones = [
+        "goal:TALKS",
+        "action:say-helo",
+        "skill:sey",
+        "rule:talk-root-goes-onn",
+        "goal:TALK:FINISHD",
+    ]
+    made = client.break_on(*wrong_ones, "goal:TALK:FINISHED", "skill:say", "rule:talk-root-goes-on")
+    assert [each["verified"] for each in made] == [False] * len(wrong_ones) + [True] * 3
+    assert "did you mean TALK" in made[0]["message"]
+    assert all(each["message"] for each in made[: len(wrong_ones)])
+
+
+def test_a_condition_and_a_count_beside_the_name(client):
+    client.launch(scenario="test-scenario")
+    count, spaced, condition = client.ask(
+        "setFunctionBreakpoints",
+        breakpoints=[
+            {"name": "goal:TALK", "hitCondition": "often"},
+            {"name": "goal:TALK", "hitCondition": "> 1"},
+            {"name": "goal:TALK:FINISHED", "condition": "FALSE"},
+        ],
+    )["breakpoints"]
+    assert [each["verified"] for each in (count, spaced, condition)] == [False, True, True]
+    client.begin()
+    assert client.stopped()["hitBreakpointIds"] == [spaced["id"]]
