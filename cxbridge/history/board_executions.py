@@ -25,7 +25,7 @@ class BoardExecutions:
 
     def take(self, event: InterfaceMessage, here: tuple[int, int]) -> None:
         """Take a message of a run."""
-        for message, _master in self._exchange.read([event]):
+        for message, _master in self._exchange.take(event):
             if message.type == "CONFIRM":
                 self._begin(message, event.msgid, here)
             elif message.type == "FEEDBACK" and message.node_id in self._running:

@@ -73,13 +73,14 @@ class Exchange:
     def read(self, events: Iterable[Event]) -> Iterator[_Found]:
         """Yield each message with the name of its master."""
         for event in events:
-            if isinstance(event, InterfaceMessage) and event.outcome != _REFUSED:
-                yield from self._take(event)
+            if isinstance(event, InterfaceMessage):
+                yield from self.take(event)
         for ticket, early in self._early.items():
             yield from (self._message(ticket, event) for event in early)
 
-    def _take(self, event: InterfaceMessage) -> Iterator[_Found]:
-        ticket = _ticket(event)
+    def take(self, event: InterfaceMessage) -> Iterator[_Found]:
+        """Yield what a message says, and those that waited for it; nothing while its question is missing."""
+        ticket = None if event.outcome == _REFUSED else _ticket(event)
         if ticket is None:
             return
         if event.message != _REQUEST:

@@ -41,6 +41,11 @@ def test_an_execution_that_is_not_over_has_no_end():
     assert (call.status, call.end) == ("S_RUNNING", None)
 
 
+def test_what_began_before_the_recording_is_no_call():
+    """Nobody knows its skill; before, each of its messages made one more call."""
+    assert RunHistory.of(exchange()[1:]).calls == []
+
+
 def test_actions_have_the_arguments_of_the_plan():
     plan = "(move tb3 here there)\n0.5: (wait) [1.0]"
     history = RunHistory.of(

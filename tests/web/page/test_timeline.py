@@ -10,6 +10,7 @@ import pytest
 from cxbridge.history.builder import RunHistory
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.report.page import report
+from tests.history.test_board_executions import exchange
 from tests.trace.runs import MemoryRun, family, goal
 from tests.web.page.conftest import in_both, wait_for
 from tests.web.page.fake import START_US, FakeDaemon, Served, goal_event
@@ -337,8 +338,10 @@ def test_steps_give_each_transition_the_same_room(recorded):
     assert found["from"] < 0 < count < found["to"] < count * 1.2
 
 
-def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site):
-    events = family()
+@pytest.mark.parametrize(
+    "events", [family(), exchange(), exchange("FAILED", "door closed"), exchange()[:-1], exchange()[1:]]
+)
+def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site, events):
     known = RunHistory.of(events)
     tab.goto(site.url)
     found = tab.evaluate(
@@ -346,6 +349,7 @@ def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site):
           const { History } = await import("/js/timeline/history.js");
           const history = History.of(events);
           return {
+            errors: history.calls.map(({ error }) => error),
             goals: [...history.goals.values()].map((goal) => [goal.id, goal.changes.map(({ mode }) => mode)]),
             actions: [...history.actions.values()]
               .map((action) => [action.id, action.changes.map(({ state }) => state)]),
@@ -355,6 +359,7 @@ def test_the_reader_in_javascript_finds_what_the_one_in_python_finds(tab, site):
         }""",
         [json.loads(encode_with_kind(event)) for event in events],
     )
+    assert found["errors"] == [call.error for call in known.calls]
     assert found["goals"] == [[goal.id, goal.modes] for goal in known.goals]
     assert found["actions"] == [[each.id, each.states] for each in known.actions]
     assert found["calls"] == [

@@ -2,6 +2,7 @@
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
 import { skillOutcome } from "../outcome.js";
 import { MAIN_ENV, bare, goalKey } from "../names.js";
+import { BoardMessages } from "./board.js";
 
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
@@ -59,6 +60,7 @@ export class History {
     this.lastCalls = new Map();
     this.waiting = new Set();
     this.skillers = new Map(); // what their interfaces hold
+    this.board = new BoardMessages();
     this.planning = new Map();
     this.stepTimes = []; // the time of each step
   }
@@ -256,6 +258,22 @@ export class History {
       held = { ...this.skillers.get(skiller), ...event.values };
     this.skillers.set(skiller, held);
     this.skillIs({ skiller, ...held }, held.error);
+  }
+
+  on_message(event) {
+    for (const { type, executor, text, progress, status, succeeded } of this.board.read(event)) {
+      const call = this.lastCalls.get(executor);
+      if (type === "CONFIRM") {
+        const { msgid } = event;
+        this.skillIs({ skiller: executor, skill_string: text, msgid, status: "S_RUNNING", env: event.env });
+      } else if (!call || call.end) continue;
+      else if (type === "FEEDBACK") {
+        call.feedbacks = (call.feedbacks || 0) + 1;
+        const last = (Math.round(progress * 100) + "% " + status).trimEnd();
+        call.text = text + ": " + call.feedbacks + " times feedback, the last: " + last;
+      } else if (type === "FINISH")
+        this.endCall(call, succeeded ? "S_FINAL" : "S_FAILED", succeeded ? "" : status);
+    }
   }
 
   on_planner(event) {

@@ -1,0 +1,63 @@
+// The messages between the masters and the executors of a skill board, as beginnings, progress and ends of
+// calls. cxbridge/history/exchange.py and board_executions.py read recordings in the same way.
+const BOARD = "SkillBoardInterface::",
+  EXECUTOR = "SkillExecutorInterface::";
+
+/** What a message is about: a board, one of its lives, a master's number. Null when it is about no skill. */
+function ticketOf({ uid, values }) {
+  let board = null;
+  if (uid.startsWith(BOARD)) board = uid.slice(BOARD.length);
+  else if (uid.startsWith(EXECUTOR)) board = values.board || "";
+  return board === null ? null : [board, values.epoch, values.master].join("\n");
+}
+
+function words(parameters) {
+  let found;
+  try {
+    found = JSON.parse(parameters);
+  } catch {
+    return [];
+  }
+  if (found === null || typeof found !== "object" || Array.isArray(found)) return [];
+  return Object.entries(found)
+    .filter(([name]) => name !== "mapped_action")
+    .map(([name, value]) => (/^\d+$/.test(name) ? String(value) : name + "=" + value));
+}
+
+export class BoardMessages {
+  constructor() {
+    this.asked = new Map(); // what each master wants, in words
+    this.early = new Map(); // between processes an answer may come before its question
+  }
+
+  /** What a message says: a list of {type, executor, text, progress, status, succeeded}. */
+  read(event) {
+    const ticket = event.outcome === "refused" ? null : ticketOf(event);
+    if (ticket === null) return [];
+    if (event.message === "RequestMessage") {
+      if (this.asked.has(ticket)) return []; // the same question, to somebody else
+      const { skill, parameters, agent } = event.values,
+        early = this.early.get(ticket) || [];
+      this.asked.set(ticket, [skill, ...words(parameters)].join(" ") + " of " + (agent || "no agent"));
+      this.early.delete(ticket);
+      return early.flatMap((each) => this.said(ticket, each));
+    }
+    if (this.asked.has(ticket)) return this.said(ticket, event);
+    this.early.set(ticket, [...(this.early.get(ticket) || []), event]);
+    if (this.early.size > 1000) this.early.delete(this.early.keys().next().value);
+    return [];
+  }
+
+  said(ticket, { uid, message, values }) {
+    const executor = values.executor || (uid.startsWith(EXECUTOR) ? uid.slice(EXECUTOR.length) : ""),
+      type = message.replace(/Message$/, "").toUpperCase(),
+      outcome = values.outcome,
+      found = { type, executor, text: this.asked.get(ticket), progress: values.progress || 0 };
+    if (type === "FEEDBACK") return [{ ...found, status: values.text || "" }];
+    if (type !== "FINISH") return [found];
+    if (outcome === "REFUSED") return []; // the master asks others
+    this.asked.delete(ticket);
+    const succeeded = outcome === "SUCCEEDED";
+    return [{ ...found, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
+  }
+}
