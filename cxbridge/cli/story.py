@@ -16,6 +16,7 @@ from cxbridge.events import Event, GoalTransition, Level, LogLine
 from cxbridge.explain.brief import BRIEF_TYPES, BriefReasons, forget_oldest
 from cxbridge.history.outcome import ENDED_MODES, Outcome, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
+from cxbridge.mainloop import Hook
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.result import COMPLETED
 
@@ -96,12 +97,19 @@ class RunStory:
         self._brush = Brush(on=wants_colour(sys.stdout))
         self._width = shutil.get_terminal_size().columns if sys.stdout.isatty() else 0
         self._agents = 0
+        self._failed: OSError | None = None
 
     def attach(self, assembly: Assembly) -> None:
         """Follow the goals of an agent, that is made and not started."""
         self._agents += 1
         if not self._quiet:
             assembly.bus.subscribe(_Teller(assembly, self).take, *BRIEF_TYPES)
+            assembly.loop.add(Hook.POST_LOOP, self._check)
+
+    def _check(self) -> None:
+        """Raise what stdout has refused: goals end within a call of CLIPS, which no exception may leave."""
+        if self._failed is not None:
+            raise self._failed
 
     def tell(self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str) -> None:
         """Print how a goal ended.
@@ -118,11 +126,16 @@ class RunStory:
         room = self._width - sum(map(len, (time, name, self._plain_mark(outcome), title))) - 2 * len("  ")
         if self._width and len(reason) > max(room, _LEAST_REASON):
             reason = reason[: max(room, _LEAST_REASON) - 1] + "…"
-        self._print(
-            self._brush(time, "dim"),
-            f"{name}{self._brush(self._plain_mark(outcome), outcome.colour)}",
-            title + self._brush(reason, outcome.colour),
-        )
+        if self._failed is not None:
+            return
+        try:
+            self._print(
+                self._brush(time, "dim"),
+                f"{name}{self._brush(self._plain_mark(outcome), outcome.colour)}",
+                title + self._brush(reason, outcome.colour),
+            )
+        except OSError as error:
+            self._failed = error
 
     def _plain_mark(self, outcome: Outcome) -> str:
         icon = f"{outcome.icon} " if self._brush.on else ""
@@ -135,6 +148,7 @@ class RunStory:
 
     def finish(self, result: RunResult) -> None:
         """Print the tree of goals, and how the run ended."""
+        self._check()
         for line in self._result_lines(result):
             self._print(line)
 

@@ -28,6 +28,7 @@ _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_INTERFACES = "src/libs/interfaces"
 _FAWKES_PLUGIN_INTERFACES = "src/plugins/*/interfaces"
 _FAWKES_LUA = "src/lua"
+_OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
 
 
 class RunPaths(Struct, frozen=True):
@@ -139,6 +140,8 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
     interface_dirs, skill_dirs = list(options.interface_dirs), list(options.skill_dirs)
     if config_file.name == SCENARIO_FILE:
         clips_dirs.append(here)
+        if (here / _OWN_INTERFACES).is_dir():
+            interface_dirs.append(here / _OWN_INTERFACES)
     if fawkes is not None:
         fawkes_cx = _needed(fawkes, _FAWKES_CX)
         interface_dirs += fawkes_interface_dirs(fawkes)

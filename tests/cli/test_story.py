@@ -8,6 +8,7 @@ import os
 import pty
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 
@@ -217,3 +218,34 @@ class TestBriefReasons:
             assert reasons.reason(failed) == "TIMEOUT"
         assert len(looks) == MOST_LOOKS
         assert len(reasons._below) == MOST_KEPT
+
+
+def test_a_reader_that_has_seen_enough_ends_the_run_without_a_word():
+    """Goals end within calls of CLIPS: an exception there is no exception of the run."""
+    scenario = ROOT / "scenarios" / "workshop"
+    process = subprocess.Popen(
+        [sys.executable, "-m", "cxbridge", "run", str(scenario)],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+    )
+    assert process.stdout is not None
+    assert process.stderr is not None
+    assert b"completed" in process.stdout.readline()
+    process.stdout.close()
+    said = process.stderr.read()
+    process.stderr.close()
+    assert (process.wait(60), said) == (0, b"")
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device")
+def test_a_full_disk_behind_stdout_is_one_error():
+    with Path("/dev/full").open("wb") as full:
+        done = subprocess.run(
+            [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / "two-robots")],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            check=False,
+        )
+    assert done.returncode == 2
+    assert done.stderr.splitlines() == ["cxbridge: error: cannot write to stdout: No space left on device"]

@@ -9,7 +9,8 @@ import pytest
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.trace.codec import encode_with_kind
-from tests.trace.runs import family
+from cxbridge.trace.report.page import report
+from tests.trace.runs import MemoryRun, family, goal
 from tests.web.page.conftest import in_both, wait_for
 from tests.web.page.fake import START_US, FakeDaemon, Served, goal_event
 
@@ -147,6 +148,20 @@ def test_bars_have_the_colours_of_their_outcomes(recorded):
     for seconds, outcome in ((1.0, "formulated"), (4.5, "failed")):
         assert colour(tab, x_of(tab, seconds), row) == fill(tab, outcome)
     assert colour(tab, x_of(tab, 0.5), y_of(tab, "IDLE")) != fill(tab, "failed")
+
+
+def test_bars_of_a_report_are_beside_their_names(tab):
+    """Also far down: the list learns how high a row is when the page shows it, later than it is filled."""
+    names = [f"G{number}" for number in range(12)]
+    begins = [goal(name, "DISPATCHED", time_us=0) for name in names]
+    ends = [goal(name, "FINISHED", "FAILED", time_us=SECOND) for name in names]
+    tab.set_content(report(MemoryRun([*begins, *ends]), "Many goals"))
+    tab.wait_for_selector(".tl [role=treeitem]:has-text('G11')")
+    box = tab.locator(".tl-chart").bounding_box()
+    middle = box["x"] + box["width"] / 2
+    wait_for(tab, lambda: colour(tab, middle, y_of(tab, "G0")) == fill(tab, "failed"))
+    assert colour(tab, middle, y_of(tab, "G11")) == fill(tab, "failed")
+    assert colour(tab, middle, y_of(tab, "G11") + 28) != fill(tab, "failed")
 
 
 @in_both

@@ -69,15 +69,18 @@ export class VirtualList {
     this.update();
   }
 
-  measure() {
-    if (!this.high || !this.box.isConnected)
+  /** The height of a row in pixels. A list that is no part of the page yet has no style: that is no answer. */
+  get rowHeight() {
+    if (!this.high || !this.isMeasured) {
+      this.isMeasured = this.box.isConnected;
       this.high = parseFloat(getComputedStyle(this.box).getPropertyValue(this.height)) || 30;
+    }
+    return this.high;
   }
 
   update() {
     if (this.held) return;
-    this.measure();
-    const { box, room, high, items } = this;
+    const { box, room, rowHeight: high, items } = this;
     room.style.height = items.length * high + "px";
     const first = Math.max(0, Math.floor(box.scrollTop / high) - EXTRA);
     const end = Math.min(items.length, Math.ceil((box.scrollTop + box.clientHeight) / high) + EXTRA);
@@ -128,12 +131,11 @@ export class VirtualList {
 
   reveal(at) {
     if (at < 0) return;
-    this.measure();
-    const top = at * this.high,
+    const high = this.rowHeight;
+    const top = at * high,
       { box } = this;
     if (top < box.scrollTop) box.scrollTop = top;
-    else if (top + this.high > box.scrollTop + box.clientHeight)
-      box.scrollTop = top + this.high - box.clientHeight;
+    else if (top + high > box.scrollTop + box.clientHeight) box.scrollTop = top + high - box.clientHeight;
   }
 
   toEnd() {

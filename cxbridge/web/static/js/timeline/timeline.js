@@ -157,7 +157,7 @@ export class Timeline {
       palette: this.palette,
       now: this.now,
       zero: this.zero,
-      high: this.list.high || 30,
+      high: this.list.rowHeight,
       selected: this.list.selected,
       rows: this.list.items,
       marks: this.marks,

@@ -1,0 +1,233 @@
+"""The machines of the workshop, and the referee: each machine has room for one piece."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from random import Random
+from typing import Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
+
+WOODS = ("oak", "ash")
+COLOURS = ("red", "blue", "white")
+POINTS = 10
+"""For a delivery; each coat brings as many."""
+IN_TIME = 20
+"""For a delivery within its window."""
+
+_BEFORE = 2.0  # seconds until the production begins
+_CHECK = 1.0  # seconds that the referee looks at a piece
+
+
+@dataclass
+class Order:
+    """An order; times are seconds of the production."""
+
+    number: int
+    wood: str
+    coats: tuple[str, ...]
+    announced: float
+    begin: float
+    end: float
+
+    @property
+    def name(self) -> str:
+        """The id of its OrderInterface."""
+        return f"order{self.number}"
+
+    @property
+    def piece(self) -> str:
+        """What is to be delivered."""
+        return "+".join((self.wood, *self.coats))
+
+
+def draw_orders(seed: int, count: int, seconds: float) -> list[Order]:
+    """Draw the orders of a game.
+
+    :param seconds: how long the production is.
+    """
+    random = Random(seed)  # noqa: S311 - a game, not a secret
+    orders = []
+    for number in range(1, count + 1):
+        coats = tuple(random.sample(COLOURS, random.randint(0, 2)))
+        announced = (number - 1) * seconds * 0.6 / count
+        begin = announced + random.uniform(0.0, 20.0)
+        end = min(seconds, begin + 60.0 + 30.0 * len(coats) + random.uniform(0.0, 30.0))
+        orders.append(Order(number, random.choice(WOODS), coats, announced, begin, end))
+    return orders
+
+
+class Machine(SkillExecutor):
+    """Takes pieces from robots and gives them back, while it does not work; executes ``clear{}``."""
+
+    skills: tuple[str, ...] = ("clear",)
+
+    def start(self) -> None:
+        """Publish that it is empty."""
+        self.state: Any = self.board.open_for_writing("MachineInterface", self.agent, owner=self.agent)
+        self.state.write()
+
+    def close(self) -> None:
+        """Be gone."""
+        self.state.close()
+
+    def idle(self) -> None:
+        """Serve the robots."""
+        while (message := self.state.msgq_pop()) is not None:
+            if (message.type == "PutMessage") == (not self.state.piece):
+                self.state.piece = getattr(message, "piece", "")
+                self.state.robot = message.robot
+                self.state.handled += 1
+        self.state.write()
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Throw away what is in it."""
+        assert call.skill == "clear"
+        self.state.piece = ""
+        self.state.write()
+        yield from ()
+
+    def work(self, seconds: float, text: str) -> Steps:
+        """Be busy for a while."""
+        self.state.busy = True
+        begin_us = self.clock.now_us()
+        try:
+            while (done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
+                self.state.write()
+                yield Progress(done, text)
+        finally:
+            self.state.busy = False
+            self.state.write()
+
+
+class Saw(Machine):
+    """Executes ``cut{wood="oak"}``; its setting: seconds."""
+
+    skills = ("cut", "clear")
+    known_settings = ("seconds",)
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Make a piece."""
+        if call.skill == "clear":
+            yield from super().execute(call)
+            return
+        if self.state.piece:
+            raise SkillFailedError(f"{self.state.piece} is in the way")
+        yield from self.work(self.setting("seconds", 6.0), f"cutting {call.text('wood')}")
+        self.state.piece = call.text("wood")
+        self.state.write()
+
+
+class Booth(Machine):
+    """Executes ``paint{colour="red"}``; its setting: seconds."""
+
+    skills = ("paint", "clear")
+    known_settings = ("seconds",)
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Paint the piece that is in it."""
+        if call.skill == "clear":
+            yield from super().execute(call)
+            return
+        if not self.state.piece:
+            raise SkillFailedError("there is nothing to paint")
+        yield from self.work(self.setting("seconds", 5.0), f"painting {call.text('colour')}")
+        self.state.piece += f"+{call.text('colour')}"
+        self.state.write()
+
+
+class Counter(Machine):
+    """The counter, with the referee behind it; executes ``hand_over{order="order2"}``.
+
+    Settings: ``seed`` of the orders, how many ``orders``, how many ``minutes`` the production takes.
+    """
+
+    skills = ("hand_over", "clear")
+    known_settings = ("seed", "orders", "minutes")
+
+    def start(self) -> None:
+        """Publish that the game has not begun."""
+        super().start()
+        self._seconds = self.setting("minutes", 5.0) * 60
+        self._orders = draw_orders(self.setting("seed", 1), self.setting("orders", 6), self._seconds)
+        self._begin_us = self.clock.now_us() + int(_BEFORE * MICROSECONDS)
+        game: Any = self.board.open_for_writing("GameInterface", "Game", owner="referee")
+        self._game = game
+        self._game.orders = len(self._orders)
+        self._game.write()
+        self._states: list[Any] = []
+        for order in self._orders:
+            state = self.board.open_for_writing("OrderInterface", order.name, owner="referee")
+            state.write()
+            self._states.append(state)
+
+    def close(self) -> None:
+        """Be gone."""
+        for state in (*self._states, self._game):
+            state.close()
+        super().close()
+
+    def idle(self) -> None:
+        """Serve the robots, and go on with the game."""
+        super().idle()
+        self._referee()
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Compare the piece with an order."""
+        if call.skill == "clear":
+            yield from super().execute(call)
+            return
+        name = call.text("order")
+        order = next((order for order in self._orders if order.name == name), None)
+        if order is None:
+            raise SkillFailedError(f"there is no order '{name}'")
+        for step in self.work(_CHECK, f"looking at {self.state.piece}"):
+            self._referee()
+            yield step
+        piece, self.state.piece = self.state.piece, ""
+        self.state.write()
+        self._judge(order, piece)
+
+    def _judge(self, order: Order, piece: str) -> None:
+        """Give the points for a piece.
+
+        :raises SkillFailedError: when there are none.
+        """
+        state, now = self._states[order.number - 1], self._second
+        if self._game.phase != self._game.Phase.PRODUCTION:
+            raise SkillFailedError("the game is over")
+        if state.delivered > 0:
+            raise SkillFailedError(f"{order.name} was delivered before")
+        if piece != order.piece:
+            raise SkillFailedError(f"{order.name} is {order.piece}, not {piece or 'nothing'}")
+        in_time = order.begin <= now <= order.end
+        state.delivered = now
+        state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if in_time else 0)
+        state.write()
+        self._game.deliveries += 1
+        self._game.points += state.points
+        self._game.write()
+        self.log.info(f"{order.name} is delivered {'in time' if in_time else 'late'}: {state.points} points")
+
+    @property
+    def _second(self) -> float:
+        return (self.clock.now_us() - self._begin_us) / MICROSECONDS
+
+    def _referee(self) -> None:
+        """Announce what is due; the game ends when the time is over, or when nothing is left to do."""
+        now = self._second
+        for order, state in zip(self._orders, self._states, strict=True):
+            if now >= max(0.0, order.announced) and not state.number:
+                state.number, state.wood, state.coats = order.number, order.wood, "+".join(order.coats)
+                state.begin, state.end = order.begin, order.end
+                state.write()
+                self.log.info(f"{order.name}: {order.piece}, from {order.begin:.0f} s to {order.end:.0f} s")
+        phases = self._game.Phase
+        is_over = now >= self._seconds or self._game.deliveries == len(self._orders)
+        phase = phases.PRE_GAME if now < 0 else phases.POST_GAME if is_over else phases.PRODUCTION
+        if phase != self._game.phase:
+            self._game.phase = phase
+            self.log.info(f"the game is in {phase.name}, with {self._game.points} points")
+        self._game.second = float(max(0, int(now)))
+        self._game.write()

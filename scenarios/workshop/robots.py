@@ -1,0 +1,87 @@
+"""The hand of a robot of the workshop."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.navgraph import load_navgraph
+from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.executor import ExecutorContext
+
+_REACH = 0.3  # metres
+_HANDLING = 2.0  # seconds
+_PATIENCE = 1.0  # seconds until the machine has done its part
+
+
+class Hand(SkillExecutor):
+    """Executes ``take{machine="saw"}``, ``put{machine="booth"}`` and ``drop{}``; its setting: navgraph."""
+
+    skills = ("take", "put", "drop")
+    known_settings = ("navgraph",)
+
+    def __init__(self, context: ExecutorContext) -> None:
+        super().__init__(context)
+        self._graph = load_navgraph(self.folder / str(self.setting("navgraph")), allow_multi_graph=True)
+        self._piece = ""
+
+    def start(self) -> None:
+        """Look where the robot is."""
+        self._pose: Any = self.board.open_for_reading("Position3DInterface", f"Pose-{self.agent}")
+
+    def close(self) -> None:
+        """Look no more."""
+        self._pose.close()
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Take a piece, put it, or drop it."""
+        if call.skill == "drop":
+            self._piece = ""
+            return
+        name = call.text("machine")
+        if not self._is_near(name):
+            raise SkillFailedError(f"{self.agent} is not at the {name}")
+        with self.board.open_for_reading("MachineInterface", name) as machine:
+            yield from self._wait(_HANDLING, f"{call.skill} at the {name}")
+            yield from self._take(machine, name) if call.skill == "take" else self._put(machine, name)
+
+    def _take(self, machine: Any, name: str) -> Steps:
+        machine.read()
+        if self._piece:
+            raise SkillFailedError(f"{self.agent} holds {self._piece}")
+        if not machine.piece:
+            raise SkillFailedError(f"there is nothing in the {name}")
+        piece = machine.piece
+        yield from self._ask(machine, name, machine.create_message("TakeMessage", self.agent))
+        self._piece = piece
+
+    def _put(self, machine: Any, name: str) -> Steps:
+        machine.read()
+        if not self._piece:
+            raise SkillFailedError(f"{self.agent} holds nothing")
+        if machine.piece:
+            raise SkillFailedError(f"{machine.piece} is in the {name}")
+        yield from self._ask(machine, name, machine.create_message("PutMessage", self.agent, self._piece))
+        self._piece = ""
+
+    def _ask(self, machine: Any, name: str, message: Any) -> Steps:
+        """Ask the machine, and wait until it has done its part."""
+        before = machine.handled
+        machine.msgq_enqueue(message)
+        begin_us = self.clock.now_us()
+        while machine.handled == before or machine.robot != self.agent:
+            if self.clock.now_us() - begin_us > _PATIENCE * MICROSECONDS:
+                raise SkillFailedError(f"the {name} does not answer")
+            yield None
+            machine.read()
+
+    def _wait(self, seconds: float, text: str) -> Steps:
+        begin_us = self.clock.now_us()
+        while (done := (self.clock.now_us() - begin_us) / MICROSECONDS / seconds) < 1:
+            yield Progress(done, text)
+
+    def _is_near(self, name: str) -> bool:
+        node = self._graph.node(name)
+        self._pose.read()
+        x, y, _ = self._pose.translation
+        return node is not None and node.distance(x, y) < _REACH

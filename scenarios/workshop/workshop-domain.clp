@@ -1,0 +1,28 @@
+;;; The domain model, and who works in the workshop.
+
+(deftemplate robot "A robot, and the goal that it works for."
+  (slot name (type SYMBOL))   ; in the domain; on the skill board the same as a string
+  (slot goal (type SYMBOL) (default nil)))
+
+(deftemplate machine "A machine, and the order whose piece it is kept for."
+  (slot name (type SYMBOL))
+  (slot order (type SYMBOL) (default nil)))
+
+(defrule workshop-domain-load
+  (executive-init)
+  (not (domain-loaded))
+  =>
+  (parse-pddl-domain (path-resolve "domain.pddl"))
+  (assert (domain-loaded)))
+
+(defrule workshop-domain-facts
+  "The robots stand at their docks, the machines are empty."
+  (executive-init)
+  (domain-loaded)
+  =>
+  (progn$ (?robot (create$ robot1 robot2))
+    (assert (robot (name ?robot))
+            (domain-fact (name at) (param-values ?robot (sym-cat dock ?robot-index)))))
+  (progn$ (?machine (create$ saw booth counter))
+    (assert (machine (name ?machine))))
+  (assert (domain-facts-loaded)))

@@ -1,0 +1,71 @@
+;;; The game: one goal that lasts as long as the referee says, with a sub-goal for each order.
+
+(deffunction workshop-coats (?text)
+  "The colours of an order, such as red+blue."
+  (bind ?coats (create$))
+  (progn$ (?colour (str-split ?text "+"))
+    (bind ?coats ?coats (sym-cat ?colour)))
+  ?coats)
+
+(defrule workshop-game-open
+  "The referee's words."
+  (domain-facts-loaded)
+  =>
+  (blackboard-open-reading "GameInterface" "Game"))
+
+(defrule workshop-game-formulate
+  (GameInterface (phase PRODUCTION))
+  (not (goal (class GAME)))
+  =>
+  (assert (goal (id GAME) (class GAME))))
+
+(defrule workshop-game-goes-on
+  "Nothing is to be decided: it goes from one mode to the next until it is dispatched."
+  ?goal <- (goal (class GAME) (mode ?mode&FORMULATED|SELECTED|EXPANDED|COMMITTED))
+  =>
+  (bind ?modes (create$ FORMULATED SELECTED EXPANDED COMMITTED DISPATCHED))
+  (modify ?goal (mode (nth$ (+ 1 (member$ ?mode ?modes)) ?modes))))
+
+(defrule workshop-order-look
+  "As many interfaces as the game has orders: the referee fills them as time goes by."
+  (goal (id GAME) (mode DISPATCHED))
+  (GameInterface (orders ?count))
+  =>
+  (loop-for-count (?number 1 ?count)
+    (blackboard-open-reading "OrderInterface" (str-cat "order" ?number))))
+
+(defrule workshop-order-formulate
+  (goal (id GAME) (mode DISPATCHED))
+  (OrderInterface (id ?id) (number ?number&:(> ?number 0)) (wood ?wood) (coats ?coats)
+                  (end ?end) (delivered 0.0))
+  (not (goal (class ORDER) (params $? order =(sym-cat ?id) $?)))
+  =>
+  (bind ?order (sym-cat ?id))
+  (bind ?piece (sym-cat piece ?number))
+  (assert (domain-object (name ?piece) (type piece))
+          (domain-object (name ?order) (type order))
+          (goal (id (sym-cat ORDER- ?number)) (class ORDER) (sub-type RUN-ALL-OF-SUBGOALS) (parent GAME)
+                (priority (- 0 ?end))
+                (params order ?order piece ?piece wood (sym-cat ?wood)
+                        coats (workshop-coats ?coats)))))
+
+(defrule workshop-game-over
+  "What is not delivered by then is lost."
+  ?game <- (goal (id GAME) (mode DISPATCHED))
+  (GameInterface (phase POST_GAME) (points ?points) (deliveries ?deliveries) (orders ?orders))
+  (not (goal (parent GAME) (mode ~FORMULATED&~RETRACTED)))
+  =>
+  (printout t ?deliveries " of " ?orders " orders, " ?points " points" crlf)
+  (modify ?game (mode FINISHED)
+                (outcome (if (= ?deliveries ?orders) then COMPLETED else FAILED))
+                (message (str-cat ?deliveries " of " ?orders " orders were delivered"))))
+
+(defrule workshop-game-evaluate
+  ?game <- (goal (id GAME) (mode FINISHED))
+  =>
+  (modify ?game (mode EVALUATED)))
+
+(defrule workshop-game-retract
+  ?game <- (goal (id GAME) (mode EVALUATED))
+  =>
+  (modify ?game (mode RETRACTED)))

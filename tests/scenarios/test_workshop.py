@@ -1,0 +1,123 @@
+"""scenarios/workshop: a whole game of production, with a referee and points."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.run.options import RunOptions
+from cxbridge.testing.agent_run import AgentRun
+from tests.support import ROOT
+
+SCENARIO = ROOT / "scenarios" / "workshop"
+GAME = "GameInterface::Game"
+
+
+def played(tmp_path: Path, **referee: Any) -> AgentRun:
+    """Return a game with other orders, which has not begun."""
+    settings = ", ".join(f"{name}: {value}" for name, value in referee.items())
+    config = tmp_path / "game.yaml"
+    config.write_text(f"skill-board/agents/counter/executors/referee: {{{settings}}}\n")
+    return AgentRun(RunOptions(scenario=SCENARIO, skiller="none", config=config), scripted=True)
+
+
+@pytest.fixture
+def short(tmp_path):
+    """A game with two orders: oak; ash+red."""
+    with played(tmp_path, seed=1, orders=2, minutes=3.0) as run:
+        yield run
+
+
+def order(run: AgentRun, number: int) -> dict[str, Any]:
+    return run.read(f"OrderInterface::order{number}")
+
+
+def end(run: AgentRun) -> dict[str, Any]:
+    """Play to the end, and return how the game stood when the agent had seen its end."""
+    run.until(lambda: any(goal.outcome != "UNKNOWN" for goal in run.goals("GAME")), timeout=400)
+    return run.read(GAME)
+
+
+def test_a_whole_game(cx):
+    run = cx.run(SCENARIO)
+    run.to_end()
+    assert {goal.outcome for goal in run.goals()} == {"COMPLETED"}
+    assert len(run.goals("ORDER")) == 8
+    carried = {call.skiller for call in run.skills("take").calls}
+    assert carried == {"robot1", "robot2"}
+
+
+def test_a_short_game_is_the_golden_one(cx, tmp_path):
+    config = tmp_path / "game.yaml"
+    config.write_text("skill-board/agents/counter/executors/referee: {orders: 2, minutes: 3.0}\n")
+    run = cx.run(SCENARIO, config=config)
+    run.to_end()
+    run.assert_golden()
+
+
+def test_its_properties(cx):
+    run = cx.run(SCENARIO)
+    run.assert_properties(
+        "run-ends", "no-errors", "goals-retracted", "no-idle-rest", "preconditions", "executed-once"
+    )
+
+
+def test_both_orders_are_delivered_in_time(short):
+    game = end(short)
+    assert (game["phase"].name, game["deliveries"], game["points"]) == ("POST_GAME", 2, 30 + 40)
+    for number in (1, 2):
+        state = order(short, number)
+        assert state["begin"] <= state["delivered"] <= state["end"]
+
+
+def test_what_comes_late_brings_less(short):
+    short.skills("put").fails("no room", times=2)
+    short.skills("cut").succeeds(after=100.0)
+    game = end(short)
+    assert game["points"] < 70
+
+
+def test_an_order_that_fails_leaves_nothing_behind(short):
+    short.skills("paint").fails("no paint", times=3)
+    game = end(short)
+    outcomes = {goal.id: goal.outcome for goal in short.goals("ORDER")}
+    assert outcomes == {"ORDER-1": "COMPLETED", "ORDER-2": "FAILED"}
+    assert [goal.outcome for goal in short.goals("CLEAR")] == ["COMPLETED"]
+    assert short.read("MachineInterface::booth")["piece"] == ""
+    assert (game["deliveries"], game["points"]) == (1, 30)
+
+
+def test_a_robot_that_keeps_the_piece_drops_it(short):
+    short.skills("put").fails("no room", times=3)
+    end(short)
+    assert [goal.outcome for goal in short.goals("DROP")] == ["COMPLETED"]
+    assert {goal.id: goal.outcome for goal in short.goals("ORDER")}["ORDER-1"] == "FAILED"
+
+
+def test_the_robot_that_has_the_piece_tries_again(short):
+    short.skills("put").fails("no room", times=1)
+    end(short)
+    calls = [call.skiller for call in short.skills("put").calls]
+    assert calls[0] == calls[1]
+    assert {goal.outcome for goal in short.goals("ORDER")} == {"COMPLETED"}
+
+
+@pytest.mark.parametrize("seed", range(2, 5))
+def test_other_games_end_with_points(seed, tmp_path):
+    with played(tmp_path, seed=seed, orders=3, minutes=3.0) as run:
+        game = end(run)
+        numbers = [order(run, number) for number in (1, 2, 3)]
+    assert game["phase"].name == "POST_GAME"
+    assert game["points"] == sum(each["points"] for each in numbers) > 0
+    assert all(one["end"] > 0 for one in numbers)
+    assert all(one["begin"] < other["end"] for one, other in pairwise(numbers))
+
+
+def test_the_referee_takes_no_wrong_piece(short):
+    short.skills("paint").succeeds(after=1.0)  # by script: nothing is painted
+    game = end(short)
+    assert game["deliveries"] == 1
+    assert "order2 is ash+red, not ash" in "".join(line.text for line in short.log)
