@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
@@ -26,6 +26,7 @@ QUERIES: Final = frozenset(
 
 _NO_CALLS: Final = frozenset({"case", "default"})
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
+_LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 _FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
 
 DEFINES: Final[Mapping[str, Kind]] = {
@@ -120,16 +121,31 @@ def _is_variable(node: SyntaxNode) -> bool:
     return node.items is None and node.text.startswith(("?", "$?"))
 
 
+def _rebound(node: SyntaxNode) -> Iterator[str]:
+    """Yield the variables that a construct gives values to which are not facts that it has just made."""
+    for each in node.walk():
+        if each.head == "bind" and len(each.arguments) > 1 and each.arguments[1].head != "assert":
+            variable, value = each.arguments[:2]
+            same = value.head in _CHANGES and value.arguments and value.arguments[0].text == variable.text
+            if not same:
+                yield variable.text
+        elif each.head in _LOOPS and each.arguments:
+            first = each.arguments[0]
+            yield first.items[0].text if first.items else first.text
+
+
 class _Reader:
     """Reads one construct, or one command of a batch file."""
 
     def __init__(self) -> None:
         self.mentions: list[Mention] = []
         self._templates: dict[str, str] = {}  # of the facts in variables
+        self._rebound: frozenset[str] = frozenset()  # variables that get other values, wherever that is
         self._messages: dict[str, str] = {}  # types of the protobuf messages in variables
 
     def top(self, node: SyntaxNode) -> None:
         """Read a list at the top level."""
+        self._rebound = frozenset(_rebound(node))
         readers: dict[str, Callable[[SyntaxNode], object]] = {
             "defrule": self._rule,
             "deftemplate": self._template,
@@ -207,7 +223,7 @@ class _Reader:
         elif node.items and node.items[0].items is None:
             self._slots(node, Use.MATCHED)
             if variable:
-                self._templates[variable] = without_module(node.head)
+                self._is_fact(variable, without_module(node.head))
 
     def _slots(self, node: SyntaxNode, use: Use) -> None:
         """Read a pattern or a fact: its template, and its slots or fields."""
@@ -250,6 +266,12 @@ class _Reader:
             words = [value.text for value in values[:2]]
             if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
                 self._add(Kind.PREDICATE, values[2], use)
+
+    def _is_fact(self, variable: str, template: str) -> None:
+        """Note the template of the facts in a variable, unless it may have others."""
+        known = self._templates.setdefault(variable, template)
+        if known != template or variable in self._rebound:
+            self._templates[variable] = ""
 
     # ---- expressions
 
@@ -311,19 +333,22 @@ class _Reader:
         """Read ``(bind ?fact (assert (TEMPLATE ...)))`` or ``(bind ?message (pb-create TYPE))``."""
         if value.head == "pb-create" and value.arguments:
             self._messages[variable] = literal(value.arguments[0])
-        if value.head == "assert" and value.arguments and value.arguments[0].head:
-            self._templates[variable] = without_module(value.arguments[0].head)
         self._expression(value)
+        if value.head == "assert" and value.arguments and value.arguments[0].head:
+            self._is_fact(variable, without_module(value.arguments[0].head))
 
     def _query(self, arguments: tuple[SyntaxNode, ...]) -> None:
+        outside = dict(self._templates)
         for member in arguments[0].items or ():
-            for template in member.arguments:
-                if template.items is None:
-                    self._add(Kind.TEMPLATE, template, Use.QUERIED)
-                    if member.items:
-                        self._templates[member.items[0].text] = without_module(template.text)
+            templates = [each for each in member.arguments if each.items is None]
+            for template in templates:
+                self._add(Kind.TEMPLATE, template, Use.QUERIED)
+            if member.items:
+                one = without_module(templates[0].text) if len(templates) == 1 else ""
+                self._templates[member.items[0].text] = one
         for item in arguments[1:]:
             self._expression(item)
+        self._templates = outside
 
     def _fact(self, node: SyntaxNode) -> None:
         if node.items and node.items[0].items is None and not _is_variable(node.items[0]):

@@ -10,7 +10,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
-from cxbridge.clipstext.parts import open_lists
+from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
 from cxbridge.lsp.session import Definitions, Session
@@ -22,32 +22,30 @@ TEMPLATE: Final = "CX202"
 SLOT: Final = "CX203"
 FUNCTION: Final = "CX204"
 GLOBAL: Final = "CX205"
+SLOT_OF_VARIABLE: Final = "CX210"
 DOMAIN: Final = "CX301"
-LIVE: Final = frozenset({UNREADABLE, UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, DOMAIN})
+LIVE: Final = frozenset({UNREADABLE, UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE, DOMAIN})
 """The codes of ``cxbridge check`` that the text of the files is enough for."""
 
 _PROBLEM: Final = re.compile(r"^[^;\n]*\(\s*problem\b", re.MULTILINE)
+_OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
 
 class LiveFinding(Struct, frozen=True):
-    """A mistake, between two offsets of its file.
-
-    :param is_warning: whether CLIPS loads the construct all the same.
-    """
+    """A mistake, between two offsets of its file."""
 
     code: str
     start: int
     end: int
     message: str
     hint: str = ""
-    is_warning: bool = False
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
     """Return the mistakes of a file that can be seen without running anything."""
     if file.path.endswith(".clp"):
-        return [*_unclosed(file), *_unknown_names(session, file)]
+        return [*_unclosed(session, file), *_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
         return list(_domain(file))
     if file.problem is None or PurePath(file.path).suffix == ".lua":
@@ -56,20 +54,16 @@ def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
     return [LiveFinding(UNREADABLE, at, _word_end(file, at), file.problem.message, file.problem.hint)]
 
 
-def _unclosed(file: SourceFile) -> Iterator[LiveFinding]:
+def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
+    slots = session.definitions(file.path).slots | {
+        name: set(names) for name, names in session.knowledge.templates.items()
+    }
     for placed in file.pieces:
-        if placed.piece.closed:
-            continue
-        opened = open_lists(placed.piece.text)
-        name = placed.piece.name
-        what = placed.piece.keyword + (f" {name.text}" if name else "") or "this"
-        hint = "a string in it never closes"
-        if opened:
-            line = file.lines.at(placed.start + opened[-1])
-            hint = f"the innermost parenthesis that never closes is in line {line}"
-        end = file.text.find("\n", placed.start)
-        end = placed.end if end < 0 else min(end, placed.end)
-        yield LiveFinding(UNCLOSED, placed.start, end, f"{what} never closes", hint)
+        if not placed.piece.closed:
+            found = describe_unclosed(placed.piece.text, placed.start, file.lines, file.text, slots)
+            end = file.text.find("\n", found.start)
+            end = placed.end if end < 0 else min(end, placed.end)
+            yield LiveFinding(UNCLOSED, found.start, end, found.message, found.hint)
 
 
 def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
@@ -93,8 +87,7 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
             if found is not None:
                 code, message, hint = found
                 start, end = placed.start + mention.start, placed.start + mention.end
-                at_run_time = mention.use is Use.QUERIED  # CLIPS looks at ?fact:slot when it gets there
-                yield LiveFinding(code, start, end, message, hint, is_warning=at_run_time)
+                yield LiveFinding(code, start, end, message, hint)
 
 
 _What = tuple[str, str, str]
@@ -122,7 +115,8 @@ def _slot(session: Session, known: Definitions, mention: Mention) -> _What | Non
     if not slots or name in slots or mention.use is Use.DEFINED:
         return None
     hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
-    return SLOT, f"the deftemplate '{owner}' has no slot '{name}'", hint
+    code = SLOT_OF_VARIABLE if mention.use in _OF_VARIABLES else SLOT
+    return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
 def _function(session: Session, known: Definitions, mention: Mention) -> _What | None:

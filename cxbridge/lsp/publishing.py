@@ -90,7 +90,7 @@ def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterat
         yield Diagnostic(
             range=positions.range(file, finding.start, finding.end),
             message=_message(finding.message, finding.hint),
-            severity=DiagnosticSeverity.Warning if finding.is_warning else DiagnosticSeverity.Error,
+            severity=DiagnosticSeverity.Error,
             code=finding.code,
             source=SOURCE,
         )

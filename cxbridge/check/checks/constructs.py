@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 from typing import Final
 
 from cxbridge.agent.names import Kind, Use
+from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Place, Severity
 from cxbridge.check.lost import Losses
 from cxbridge.clipstext.parts import parts
-from cxbridge.clipstext.syntax import HIDDEN, Definition, SyntaxNode, read, without_module
-from cxbridge.clipstext.unclosed import unclosed_lists
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 
@@ -84,7 +84,6 @@ _OF_CLIPS: Final = {
     "UNCLOSED": UNCLOSED,
 }
 
-_BEGINNING: Final = re.compile(r"\((def\w+)\s+([^\s()\";]+)")
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 _CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
@@ -194,24 +193,14 @@ def _word(construct: Definition | None, diagnostic: Diagnostic) -> SyntaxNode | 
 
 def _unclosed(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, losses: Losses) -> Iterator[Finding]:
     """Yield a finding for each construct that never closes, at the list in it that is open."""
-    rows = file.text.splitlines()
     for part in parts(file.text):
         if part.closed:
             continue
-        start, line = part.start, file.lines.at(part.start)
-        what = _BEGINNING.match(part.text)
-        message = f"{' '.join(what.groups()) if what else 'this'} never closes"
-        after = next((n for n, row in enumerate(rows[line:], line + 1) if row.lstrip().startswith("(def")), 0)
-        hint = f"a ) is missing before {f'line {after}' if after else 'the end of the file'}"
-        if any(match["unclosed"] for match in HIDDEN.finditer(part.text)):
-            hint = "a string in it never closes"
-        elif inner := next(iter(unclosed_lists(part.text, agent.slots)), 0):
-            start += inner
-            head = read(part.text[inner:], close=True)[0].head
-            message += f": its list ({head} is open" if head else ": a list in it is open"
-            hint += f"; {what[1] if what else 'the construct'} begins in line {line}"
-        lost = losses.swallowed(str(file.path), part.start) if line == diagnostic.line else None
-        yield Finding(UNCLOSED, file.place_at(start), message + (f"; {lost}" if lost else ""), hint)
+        found = describe_unclosed(part.text, part.start, file.lines, file.text, agent.slots)
+        is_first = file.lines.at(part.start) == diagnostic.line
+        lost = losses.swallowed(str(file.path), part.start) if is_first else None
+        message = found.message + (f"; {lost}" if lost else "")
+        yield Finding(UNCLOSED, file.place_at(found.start), message, found.hint)
 
 
 def _lost(file: ClipsFile) -> Iterator[str]:

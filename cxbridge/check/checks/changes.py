@@ -1,0 +1,100 @@
+"""Finds slots and values in changes of facts that CLIPS refuses, or never looks at, only while rules fire."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge.agent.clips import literal
+from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.clipstext.syntax import read
+from cxbridge.suggestions import did_you_mean
+
+SLOT: Final = Code(
+    "CX210",
+    Severity.ERROR,
+    "a slot that a fact in a variable does not have",
+    "A modify, a duplicate or ?fact:slot names a slot that the deftemplate of the fact lacks. CLIPS does not "
+    "see that when it reads the rule: the action fails each time the rule fires.",
+)
+VALUE: Final = Code(
+    "CX211",
+    Severity.ERROR,
+    "a value that the slot does not allow",
+    "A modify or a duplicate gives a slot a value that is none of those that its deftemplate allows. CLIPS "
+    "looks at such values only in assert and in patterns: the fact gets the value, and no rule knows it.",
+)
+
+CODES: Final = (SLOT, VALUE)
+
+_USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
+_ANY: Final = frozenset({"FALSE"})
+"""What CLIPS answers for a slot that allows any value."""
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each slot and each value that no fact of the variable's deftemplate can have."""
+    slots, allowed = agent.slots, _Allowed(agent)
+    for construct in agent.usage.constructs:
+        file, placed = construct.file, construct.placed
+        if (file.path, construct.keyword, construct.name) in agent.dropped or not placed.piece.closed:
+            continue
+        for mention in placed.piece.mentions:
+            owner = mention.name.owner
+            if mention.name.kind is not Kind.SLOT or mention.use not in _USES or owner not in slots:
+                continue
+            if mention.name.text not in slots[owner]:
+                yield _unknown(file, placed, mention, slots[owner])
+            elif mention.use is Use.CHANGED:
+                yield from _values(file, placed, mention, allowed)
+
+
+class _Allowed:
+    """The values that slots allow."""
+
+    def __init__(self, agent: Agent) -> None:
+        self._agent = agent
+        self._known: dict[tuple[str, str], frozenset[str]] = {}
+
+    def values(self, template: str, slot: str) -> frozenset[str]:
+        """Return the values that a slot allows; none when it allows any, or nobody knows."""
+        key = template, slot
+        if key not in self._known:
+            found = ()
+            if template in self._agent.deftemplates:
+                found = self._agent.env.eval(f"(deftemplate-slot-allowed-values {template} {slot})")
+            self._known[key] = frozenset(map(str, found)) if isinstance(found, tuple) else frozenset()
+        return self._known[key]
+
+
+def _place(file: SourceFile, offset: int) -> Place:
+    return Place(file.path, file.lines.at(offset), file.lines.column(offset))
+
+
+def _unknown(file: SourceFile, placed: PlacedPiece, mention: Mention, slots: set[str]) -> Finding:
+    name, owner = mention.name.text, mention.name.owner
+    hint = did_you_mean(name, slots) or f"it has: {', '.join(sorted(slots))}"
+    what = f"{_named(placed)}the deftemplate '{owner}' has no slot '{name}'"
+    return Finding(SLOT, _place(file, placed.start + mention.start), what, hint)
+
+
+def _values(file: SourceFile, placed: PlacedPiece, mention: Mention, allowed: _Allowed) -> Iterator[Finding]:
+    known = allowed.values(mention.name.owner, mention.name.text)
+    if not known:
+        return
+    begin = placed.piece.text.rfind("(", 0, mention.start)
+    for value in read(placed.piece.text[begin:], close=True)[0].arguments:
+        word = literal(value)
+        if word and word not in known:
+            message = (
+                f"{_named(placed)}the slot '{mention.name.text}' of '{mention.name.owner}' cannot be {word}"
+            )
+            hint = did_you_mean(word, known) or f"it can be: {', '.join(sorted(known))}"
+            yield Finding(VALUE, _place(file, placed.start + begin + value.start), message, hint)
+
+
+def _named(placed: PlacedPiece) -> str:
+    name = placed.piece.name
+    return "" if name is None else f"{placed.piece.keyword} {name.text}: "

@@ -1,0 +1,93 @@
+"""Slots and values in changes of facts: wrong ones are found, and of what may be right nothing is said."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.check.run import check
+from cxbridge.run import RunOptions
+from tests.check.test_check import agent
+
+TEMPLATES = (
+    "(deftemplate lamp (slot state (allowed-values ON OFF)) (multislot tags) (slot a))\n(deffacts l (lamp))\n"
+)
+
+
+def findings(folder, clips):
+    return check(RunOptions(scenario=agent(folder, TEMPLATES + clips)))
+
+
+@pytest.mark.parametrize(
+    ("clips", "code", "word"),
+    [
+        ("(defrule r ?l <- (lamp) => (modify ?l (sate ON)))", "CX210", "state"),
+        ("(defrule r ?l <- (lamp) => (duplicate ?l (sate ON)))", "CX210", "state"),
+        ("(defrule r ?l <- (lamp) => (if TRUE then (modify ?l (sate ON))))", "CX210", "state"),
+        (
+            "(defrule r (exists (lamp)) => (do-for-fact ((?l lamp)) TRUE (modify ?l (sate ON))))",
+            "CX210",
+            "state",
+        ),
+        ("(defrule r (lamp) => (do-for-all-facts ((?l lamp)) ?l:sate (retract ?l)))", "CX210", "state"),
+        (
+            "(defrule r (lamp) => (delayed-do-for-all-facts ((?l lamp)) TRUE (modify ?l (sate ON))))",
+            "CX210",
+            "st",
+        ),
+        ("(defrule r (lamp) => (any-factp ((?l lamp)) (eq ?l:sate ON)))", "CX210", "state"),
+        ("(defrule r (lamp) => (bind ?l (assert (lamp))) (modify ?l (sate ON)))", "CX210", "state"),
+        (
+            "(defrule r ?l <- (lamp) => (bind ?l (modify ?l (state ON))) (modify ?l (sate ON)))",
+            "CX210",
+            "state",
+        ),
+        (
+            "(deffunction f () (do-for-fact ((?l lamp)) TRUE (modify ?l (sate ON))))(defrule r => (f))",
+            "CX210",
+            "",
+        ),
+        ("(defrule r ?l <- (lamp) => (modify ?l (state ONN)))", "CX211", "did you mean ON"),
+        ("(defrule r ?g <- (goal (class X)) => (modify ?g (mod FINISHED)))", "CX210", "did you mean mode"),
+        ("(defrule r ?g <- (goal (class X)) => (modify ?g (mode FINISHD)))", "CX211", "FINISHED"),
+        ("(defrule r ?g <- (goal (class X)) => (modify ?g (mode FINISHED) (outcome DONE)))", "CX211", "DONE"),
+        ("(defrule r ?p <- (plan-action (id 1)) => (modify ?p (state PENDNG)))", "CX211", "PENDING"),
+        # another variable of that name is shadowed, and is back behind the query
+        (
+            "(defrule r ?l <- (lamp) => (do-for-fact ((?l thing)) TRUE (modify ?l (a 1))) (modify ?l (b 1)))",
+            "CX210",
+            "'lamp' has no slot 'b'",
+        ),
+    ],
+)
+def test_what_no_fact_of_the_deftemplate_can_have(tmp_path, clips, code, word):
+    found = [each for each in findings(tmp_path, clips) if each.code.name in ("CX210", "CX211")]
+    assert [each.code.name for each in found] == [code]
+    assert word in f"{found[0].message} {found[0].hint}"
+    assert found[0].place.line == 4
+
+
+@pytest.mark.parametrize(
+    "clips",
+    [
+        "(defrule r ?l <- (lamp) => (modify ?l (state OFF) (tags A B) (a 1)))",
+        "(defrule r ?l <- (lamp (state ?s)) => (modify ?l (state ?s)))",
+        "(defrule r ?l <- (lamp) => (modify ?l (state (sym-cat O N))))",
+        "(defrule r (or ?l <- (lamp) ?l <- (thing)) => (modify ?l (b 1)))",
+        "(defrule r ?l <- (lamp) => (bind ?l (nth$ 1 (find-fact ((?t thing)) TRUE))) (modify ?l (b 1)))",
+        "(defrule r ?l <- (lamp) => (foreach ?l (find-all-facts ((?t thing)) TRUE) (modify ?l (b 1))))",
+        "(defrule r ?l <- (lamp) => (progn$ (?l (find-all-facts ((?t thing)) TRUE)) (modify ?l (b 1))))",
+        "(defrule r (lamp) => (do-for-fact ((?l lamp thing)) TRUE (modify ?l (b 1))))",
+        "(defrule r (lamp) => (do-for-fact ((?l lamp) (?t thing)) TRUE (modify ?t (b 1)) (modify ?l (a 1))))",
+        "(deffunction f (?l) (modify ?l (nothing 1)))(defrule r ?l <- (lamp) => (f ?l))",
+        "(defrule r (lamp) => (bind ?l (assert (thing))) (bind ?l (assert (lamp))) (modify ?l (b 1)))",
+        "(defrule r ?l <- (lamp) => (do-for-fact ((?l thing)) TRUE (modify ?l (b 1))))",
+        "(defrule r ?x <- (word 1) => (modify ?x (b 1)))",
+    ],
+)
+def test_what_may_be_right(tmp_path, clips):
+    assert [each for each in findings(tmp_path, clips) if each.code.name in ("CX210", "CX211")] == []
+
+
+def test_the_findings_are_silenced_as_others(tmp_path):
+    clips = "; cx-check: ignore CX210 known\n(defrule r ?l <- (lamp) => (modify ?l (sate ON)))"
+    assert findings(tmp_path, clips) == []
