@@ -30,6 +30,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"dap", "lsp", "monitor", "testing"},
     {"worlds"},
     {"explore", "sweep"},
+    {"game"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

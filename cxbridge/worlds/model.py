@@ -185,3 +185,7 @@ class WorldModel:
     def skill(self, call: SkillStringCall) -> SkillModel:
         """Return what a call can do."""
         return next((each for each in self.skills if each.matches(call)), self.otherwise)
+
+
+NOTHING_FAILS: Final = WorldModel(otherwise=SkillModel(SkillPattern("*"), failures=()))
+"""The world in which each skill succeeds after its usual time."""

@@ -13,6 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import find_config_file
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
@@ -48,9 +49,7 @@ def world_beside(options: RunOptions) -> WorldModel:
 
     :raises CxbridgeError: when something in its file makes no sense.
     """
-    scenario = options.scenario
-    folder = scenario if scenario is None or scenario.is_dir() else scenario.parent
-    file = None if folder is None else find_world(folder)
+    file = find_world(find_config_file(options).parent)
     return WorldModel() if file is None else read_world(file)
 
 

@@ -154,7 +154,7 @@ class Counter(Machine):
         self._begin_us = self.clock.now_us() + int(_BEFORE * MICROSECONDS)
         game: Any = self.board.open_for_writing("GameInterface", "Game", owner="referee")
         self._game = game
-        self._game.orders = len(self._orders)
+        self._game.team, self._game.orders = "workshop", len(self._orders)
         self._game.write()
         self._states: list[Any] = []
         for order in self._orders:
@@ -204,6 +204,7 @@ class Counter(Machine):
         in_time = order.begin <= now <= order.end
         state.delivered = now
         state.points = POINTS * (1 + len(order.coats)) + (IN_TIME if in_time else 0)
+        state.reason = f"{order.piece} {'in time' if in_time else 'late'}"
         state.write()
         self._game.deliveries += 1
         self._game.points += state.points
@@ -219,7 +220,7 @@ class Counter(Machine):
         now = self._second
         for order, state in zip(self._orders, self._states, strict=True):
             if now >= max(0.0, order.announced) and not state.number:
-                state.number, state.wood, state.coats = order.number, order.wood, "+".join(order.coats)
+                state.number, state.product = order.number, order.piece
                 state.begin, state.end = order.begin, order.end
                 state.write()
                 self.log.info(f"{order.name}: {order.piece}, from {order.begin:.0f} s to {order.end:.0f} s")

@@ -1,11 +1,11 @@
 ;;; The game: one goal that lasts as long as the referee says, with a sub-goal for each order.
 
-(deffunction workshop-coats (?text)
-  "The colours of an order, such as red+blue."
-  (bind ?coats (create$))
-  (progn$ (?colour (str-split ?text "+"))
-    (bind ?coats ?coats (sym-cat ?colour)))
-  ?coats)
+(deffunction workshop-words (?product)
+  "A product such as oak+red+blue: its wood, then its coats."
+  (bind ?words (create$))
+  (progn$ (?word (str-split ?product "+"))
+    (bind ?words ?words (sym-cat ?word)))
+  ?words)
 
 (defrule workshop-game-open
   "The referee's words."
@@ -36,18 +36,19 @@
 
 (defrule workshop-order-formulate
   (goal (id GAME) (mode DISPATCHED))
-  (OrderInterface (id ?id) (number ?number&:(> ?number 0)) (wood ?wood) (coats ?coats)
+  (OrderInterface (id ?id) (number ?number&:(> ?number 0)) (product ?product)
                   (end ?end) (delivered 0.0))
   (not (goal (class ORDER) (params $? order =(sym-cat ?id) $?)))
   =>
   (bind ?order (sym-cat ?id))
   (bind ?piece (sym-cat piece ?number))
+  (bind ?words (workshop-words ?product))
   (assert (domain-object (name ?piece) (type piece))
           (domain-object (name ?order) (type order))
           (goal (id (sym-cat ORDER- ?number)) (class ORDER) (sub-type RUN-ALL-OF-SUBGOALS) (parent GAME)
                 (priority (- 0 ?end))
-                (params order ?order piece ?piece wood (sym-cat ?wood)
-                        coats (workshop-coats ?coats)))))
+                (params order ?order piece ?piece wood (first$ ?words)
+                        coats (rest$ ?words)))))
 
 (defrule workshop-game-over
   "What is not delivered by then is lost."

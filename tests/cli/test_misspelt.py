@@ -128,15 +128,16 @@ WAITING = {
 """What waits for something that may come yet says so on stderr."""
 
 ALIKE = {
-    **{(command, "scenario"): ("run", "scenario") for command in ("check", "explore", "sweep")},
+    **{(command, "scenario"): ("run", "scenario") for command in ("check", "explore", "sweep", "game")},
     ("sweep", "against"): ("run", "scenario"),
+    ("game", "against"): ("run", "scenario"),
     ("lsp", "scenario"): ("run", "scenario"),
     ("daemon start", "agent"): ("run", "agent"),
     ("daemon start", "spec"): ("run", "spec"),
     ("daemon start", "skiller"): ("run", "skiller"),
     **{
         (command, name): ("run", name)
-        for command in ("check", "lsp", "explore", "sweep")
+        for command in ("check", "lsp", "explore", "sweep", "game")
         for name in ("spec", "agent")
     },
     ("lsp", "core"): ("check", "core"),

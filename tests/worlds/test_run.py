@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import pytest
 
 from cxbridge.run.options import RunOptions
+from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import (
     Choice,
     ChoicePath,
@@ -14,7 +17,8 @@ from cxbridge.worlds.points import (
     UsualChooser,
     read_path,
 )
-from cxbridge.worlds.run import WorldResult, WorldRun
+from cxbridge.worlds.reading import read_world
+from cxbridge.worlds.run import WorldResult, WorldRun, world_beside
 from tests.support import ROOT
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none")
@@ -73,3 +77,12 @@ def test_several_agents_are_in_one_world():
     assert result.is_over
     subjects = [choice.point.subject for choice in result.choices]
     assert subjects[:2] == ["robot1/robot1: sweep{room='kitchen'}", "robot2/robot2: sweep{room='bath'}"]
+
+
+def test_the_world_beside_a_shipped_scenario_that_is_named(monkeypatch, tmp_path):
+    """Not the one of the folder that one happens to be in."""
+    (tmp_path / "world.yaml").write_text("skills: [{name: zebra}]\n")
+    monkeypatch.chdir(tmp_path)
+    world = world_beside(RunOptions(scenario=Path("workshop")))
+    assert world == read_world(ROOT / "scenarios" / "workshop" / "world.yaml")
+    assert world_beside(RunOptions(scenario=Path("two-robots"))) == WorldModel()

@@ -11,7 +11,7 @@ HELP_SECTIONS: Final = {
     "Explore": ("explore",),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),
-    "Test": ("sweep",),
+    "Test": ("sweep", "game"),
     "Edit": ("lsp", "format"),
     "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),

@@ -17,12 +17,12 @@ import typer
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
+from cxbridge.cli.progress import progress
 from cxbridge.errors import CxbridgeError
-from cxbridge.printing import terminal_of
 from cxbridge.run.options import ScenarioOptions, SourceOptions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
     from cxbridge.sweep.engine import Engine
     from cxbridge.sweep.kept import KeptRows
@@ -176,28 +176,13 @@ def _play(
     before = {} if kept is None else kept.of(name)
     rows = {seed: before[seed] for seed in seeds if seed in before}
     missing = [seed for seed in seeds if seed not in rows]
-    with _progress(name, len(missing)) as advance:
+    with progress(name, len(missing)) as advance:
         for row in engine.rows(job, missing) if missing else ():
             rows[row.seed] = row
             if kept is not None:
                 kept.add(name, row)
             advance()
     return [rows[seed] for seed in seeds]
-
-
-@contextmanager
-def _progress(name: str, total: int) -> Iterator[Callable[[], None]]:
-    """Show how far it is, on a terminal."""
-    if not sys.stderr.isatty():
-        yield lambda: None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeRemainingColumn())
-    with Progress(*columns, console=Console(file=terminal_of(sys.stderr)), transient=True) as progress:
-        task = progress.add_task(name, total=total)
-        yield lambda: progress.advance(task)
 
 
 def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:

@@ -1,0 +1,59 @@
+"""What `cxbridge game` prints for people: a score, and how two agents compare."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+from cxbridge.cli.console import say
+from cxbridge.game.match import GamesSummary, Match
+from cxbridge.game.score import GameResult
+
+
+def say_game(result: GameResult) -> None:
+    """Print the points in the order in which they came, who was busy, and the score."""
+    score = result.score
+    for award in score.awards:
+        say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
+    for delivery in score.deliveries:
+        order = f"order {delivery.order} ({delivery.complexity})"
+        say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {order}")
+    for name, seconds in result.robots.items():
+        say(f"busy: {name} {seconds:g} s")
+    points = ", ".join(f"{team} {points}" for team, points in score.points.items())
+    ended = "over" if result.is_over else f"not over, in {score.phase}"
+    say(
+        f"{points}; {len(score.deliveries)} deliveries; the game is {ended} after {score.game_time:g} s; "
+        f"seed {result.seed}, {result.wall_seconds:g} s"
+    )
+
+
+def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
+    """Print the points of each game, and what they say together."""
+    for name, results in games.items():
+        summary = GamesSummary(results)
+        over = sum(each.is_over for each in results.values())
+        say(f"{name}: {len(results)} games, {over} over, {_words(summary)}")
+    if len(games) == 1:
+        for seed, result in next(iter(games.values())).items():
+            say(f"  seed {seed}: {result.points} points, {len(result.score.deliveries)} deliveries")
+        return
+    (first, second), (one, other) = games, games.values()
+    match = Match(one, other)
+    found = match.difference
+    say(
+        f"{second} minus {first}: {found.estimate:+.1f} points a game ({found.low:+.1f} to {found.high:+.1f})"
+    )
+    for seed, mine, theirs in match.farthest():
+        say(f"  seed {seed}: {mine} and {theirs} points")
+    better = match.better
+    if better is None:
+        say("these games do not show that one is better")
+    else:
+        say(f"{(first, second)[better]} is better")
+
+
+def _words(summary: GamesSummary) -> str:
+    points = summary.points
+    if len(summary.results) == 1:
+        return f"{points.estimate:g} points"
+    return f"{points.estimate:.1f} points a game ({points.low:.1f} to {points.high:.1f})"

@@ -1,0 +1,1 @@
+"""Games: runs that a referee judges by points."""

@@ -1,0 +1,124 @@
+"""Many games of an agent, or of two that meet the same seeds."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from dataclasses import dataclass
+from multiprocessing import get_context
+from typing import Any, Final, Protocol
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.game.score import GameResult
+from cxbridge.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
+
+_SHOWN_SEEDS: Final = 10
+
+
+class Game(Protocol):
+    """A game that can be played with any seed, in another process, too."""
+
+    def play(self, seed: int) -> GameResult:
+        """Play it.
+
+        :raises CxbridgeError: when something is wrong.
+        """
+
+
+def play_games(
+    games: Mapping[str, Game], seeds: Sequence[int], processes: int, advance: Callable[[], None]
+) -> dict[str, dict[int, GameResult]]:
+    """Play each game with each seed, in processes of their own.
+
+    :param advance: called after each game.
+    :returns: the results by name and seed, in order.
+    :raises CxbridgeError: when a scenario is wrong, or a process dies.
+    """
+    found: dict[str, dict[int, GameResult]] = {name: {} for name in games}
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+        waiting = {
+            pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
+        }
+        try:
+            for future in as_completed(waiting):
+                name, seed = waiting[future]
+                found[name][seed] = future.result()
+                advance()
+        except BrokenProcessPool:
+            raise CxbridgeError(
+                "a process that played a game has died", hint="play fewer at once: --jobs 1"
+            ) from None
+        finally:
+            pool.shutdown(cancel_futures=True)
+    return {name: {seed: results[seed] for seed in seeds} for name, results in found.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class GamesSummary:
+    """The games of one agent.
+
+    :param results: by seed; at least one.
+    """
+
+    results: Mapping[int, GameResult]
+
+    @property
+    def points(self) -> Interval:
+        """The mean of the points."""
+        return mean_interval([float(each.points) for each in self.results.values()])
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        quantiles = Quantiles.of([float(each.points) for each in self.results.values()])
+        return {
+            "games": len(self.results),
+            "complete": sum(each.is_over for each in self.results.values()),
+            "points": None if quantiles is None else quantiles.as_dict(),
+            "mean": self.points.as_dict(),
+            "deliveries": sum(len(each.score.deliveries) for each in self.results.values()),
+            "by_seed": {seed: each.points for seed, each in self.results.items()},
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Match:
+    """The games of two agents on the same seeds.
+
+    :param first: the results of one, by seed.
+    :param second: those of the other, which is compared with it.
+    """
+
+    first: Mapping[int, GameResult]
+    second: Mapping[int, GameResult]
+
+    @property
+    def difference(self) -> Interval:
+        """By how many points the second one is better, per game."""
+        return mean_interval([float(value) for value in self._differences().values()])
+
+    def _differences(self) -> dict[int, int]:
+        return {seed: self.second[seed].points - each.points for seed, each in self.first.items()}
+
+    def farthest(self) -> Iterator[tuple[int, int, int]]:
+        """Yield the seeds in which they differ most, with the points of both."""
+        differences = {seed: value for seed, value in self._differences().items() if value}
+        for seed in sorted(differences, key=lambda seed: (-abs(differences[seed]), seed))[:_SHOWN_SEEDS]:
+            yield seed, self.first[seed].points, self.second[seed].points
+
+    @property
+    def better(self) -> int | None:
+        """Return which one is better: 0, 1; None: the games do not show it."""
+        difference = self.difference
+        if not difference.excludes_zero:
+            return None
+        return 1 if difference.estimate > 0 else 0
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "difference": self.difference.as_dict(),
+            "confidence": CONFIDENCE,
+            "better": self.better,
+            "seeds": [{"seed": seed, "points": [one, other]} for seed, one, other in self.farthest()],
+        }

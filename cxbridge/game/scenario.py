@@ -1,0 +1,175 @@
+"""Games of scenarios whose referee publishes GameInterface and OrderInterface."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass, replace
+from operator import itemgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import yaml
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import LogLine, Sink
+from cxbridge.game.busy import BusyTimes
+from cxbridge.game.score import Award, Delivery, GameResult, Score
+from cxbridge.run.agent_context import load_configuration
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import find_config_file
+from cxbridge.run.recording import start_recording
+from cxbridge.run.result import FAULT
+from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.model import NOTHING_FAILS
+from cxbridge.worlds.points import RandomChooser
+from cxbridge.worlds.reading import find_world, read_world
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.blackboard.info import InterfaceInfo
+    from cxbridge.config import Configuration
+    from cxbridge.run.assembly import Assembly
+
+GAME: Final = "GameInterface"
+ORDER: Final = "OrderInterface"
+POST_GAME: Final = "POST_GAME"
+
+SEED: Final = "/game/seed"
+MINUTES: Final = "/game/minutes"
+"""Configuration values that hold the paths of the referee's own."""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ScenarioGame:
+    """A game of a scenario.
+
+    :param run: the scenario, its configuration and recordings.
+    :param minutes: of the production; None: as the scenario says.
+    :param world: what can fail; None: as ``world.yaml`` beside the scenario says; without one nothing fails.
+    """
+
+    run: RunOptions
+    minutes: float | None = None
+    world: Path | None = None
+
+    def play(
+        self,
+        seed: int,
+        console: Sink | None = None,
+        attach: Callable[[Assembly], None] | None = None,
+    ) -> GameResult:
+        """Play it.
+
+        :param seed: of the orders and of all that is drawn.
+        :param console: gets the log lines.
+        :param attach: called with the run, before it is played.
+        :raises CxbridgeError: when the scenario is wrong, or is no game.
+        """
+        started = time.perf_counter()
+        file = self.world or find_world(find_config_file(self.run).parent)
+        world = NOTHING_FAILS if file is None else read_world(file)
+        with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder, ExitStack() as stack:
+            overlay = Path(folder) / "game.yaml"
+            overlay.write_text(yaml.safe_dump(self._values(seed)))
+            options = replace(self.run, config=(*_overlays(self.run), overlay))
+            run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world))
+            assembly = run.world.assembly
+            if console is not None:
+                assembly.bus.subscribe(console, LogLine)
+            if attach is not None:
+                for agent in assembly.agents:
+                    attach(agent)
+            busy = BusyTimes(assembly.clock.now_us())
+            assembly.bus.subscribe(busy, *BusyTimes.events)
+            recorder = start_recording(assembly, options)
+            stack.callback(recorder.close)
+            stack.callback(assembly.stop)
+            ended, _ = run.play()
+            score = score_on(assembly.agents)
+            recorder.describe(
+                {"status": str(ended.status), "reason": f"{ended.reason}; points: {score.points}"}
+            )
+            return GameResult(
+                score,
+                score.phase == POST_GAME,
+                seed,
+                round(time.perf_counter() - started, 3),
+                busy.seconds(assembly.clock.now_us()),
+                (ended.reason,) if ended.status == FAULT else (),
+            )
+
+    def _values(self, seed: int) -> dict[str, int | float]:
+        """Return the values of the referee's configuration that differ from game to game.
+
+        :raises CxbridgeError: when the scenario does not say where they go.
+        """
+        config, file = load_configuration(self.run)
+        found: dict[str, int | float] = {_path(config, file, SEED): seed}
+        if self.minutes is not None:
+            found[_path(config, file, MINUTES)] = self.minutes
+        return found
+
+
+def is_game(options: RunOptions) -> bool:
+    """Return whether a scenario is a game of its own."""
+    config, _ = load_configuration(options)
+    return config.exists(SEED)
+
+
+def score_on(agents: Sequence[Assembly]) -> Score:
+    """Return how a game stands, by the referee's interfaces on the blackboard of an agent.
+
+    :raises CxbridgeError: when no referee writes them.
+    """
+    for agent in agents:
+        boards = [info for info in agent.board.list(GAME) if info.has_writer]
+        if boards:
+            game = _values_of(agent.board, boards[0])
+            orders = [_values_of(agent.board, info) for info in agent.board.list(ORDER) if info.has_writer]
+            return _score(game, orders)
+    raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
+
+
+def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
+    team, phase = str(game["team"]), str(game["phase"].name)
+    delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
+    return Score(
+        {team: int(game["points"])},
+        tuple(
+            Delivery(order["number"], order["product"], team, round(order["delivered"], 3))
+            for order in delivered
+        ),
+        tuple(
+            Award(team, order["points"], round(order["delivered"], 3), "PRODUCTION", order["reason"])
+            for order in delivered
+        ),
+        phase,
+        round(game["second"], 3),
+    )
+
+
+def _values_of(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
+    with board.open_for_reading(info.type, info.id) as interface:
+        interface.read()
+        return interface.as_dict()
+
+
+def _overlays(options: RunOptions) -> tuple[Path, ...]:
+    given = options.config
+    return (given,) if isinstance(given, Path) else given or ()
+
+
+def _path(config: Configuration, file: Path, name: str) -> str:
+    path = config.get_str(name, default=None)
+    if path is None:
+        raise CxbridgeError(
+            f"this scenario is no game: its configuration has no {name}",
+            file=file,
+            hint="it names the value that the referee takes it from: see docs/games.md",
+        )
+    if not config.exists(path):
+        raise CxbridgeError(f"{name} names '{path}', which the configuration does not have", file=file)
+    return path

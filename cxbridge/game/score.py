@@ -1,0 +1,97 @@
+"""How a game stands: points, deliveries, phase."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any
+
+
+@dataclass(frozen=True, slots=True)
+class Delivery:
+    """A product that was delivered.
+
+    :param order: its number.
+    :param complexity: how much work it is, or what it is, in the game's words.
+    :param game_time: seconds of the production.
+    """
+
+    order: int
+    complexity: str
+    team: str
+    game_time: float
+
+
+@dataclass(frozen=True, slots=True)
+class Award:
+    """Points that a team was given, or lost.
+
+    :param game_time: seconds of the phase.
+    """
+
+    team: str
+    points: int
+    game_time: float
+    phase: str
+    reason: str
+
+
+@dataclass(frozen=True, slots=True)
+class Score:
+    """How a game stands.
+
+    :param points: by team.
+    :param game_time: seconds of the phase.
+    """
+
+    points: dict[str, int]
+    deliveries: tuple[Delivery, ...]
+    awards: tuple[Award, ...]
+    phase: str
+    game_time: float
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as it is printed."""
+        return {
+            "points": self.points,
+            "deliveries": [asdict(each) for each in self.deliveries],
+            "phase": self.phase,
+            "game_time": self.game_time,
+            "awards": [asdict(each) for each in self.awards],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class GameResult:
+    """How a game ended.
+
+    :param is_over: whether it came to its end.
+    :param wall_seconds: real ones.
+    :param robots: for how many seconds each one has executed skills.
+    :param faults: errors of ours that came to light.
+    :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
+    """
+
+    score: Score
+    is_over: bool
+    seed: int
+    wall_seconds: float
+    robots: dict[str, float]
+    faults: tuple[str, ...] = ()
+    undefined: tuple[str, ...] = ()
+
+    @property
+    def points(self) -> int:
+        """The points of the team that plays; its opponent, if there is one, does nothing."""
+        return max(self.score.points.values(), default=0)
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return it as it is printed."""
+        return {
+            **self.score.as_dict(),
+            "complete": self.is_over,
+            "robots": {name: {"busy_seconds": seconds} for name, seconds in self.robots.items()},
+            "undefined": list(self.undefined),
+            "faults": list(self.faults),
+            "seed": self.seed,
+            "wall_seconds": self.wall_seconds,
+        }

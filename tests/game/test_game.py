@@ -1,0 +1,128 @@
+"""`cxbridge game`: one game, many games, two agents, and what is no game."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.game.match import GamesSummary, Match
+from cxbridge.game.score import GameResult, Score
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import write_scenario
+from tests.support import ROOT
+
+WORKSHOP = ROOT / "scenarios" / "workshop"
+
+
+def found(capsys):
+    return json.loads(capsys.readouterr().out)
+
+
+def result(seed: int, points: int) -> GameResult:
+    return GameResult(Score({"A": points, "B": 0}, (), (), "POST_GAME", 1.0), True, seed, 1.0, {})
+
+
+@pytest.fixture
+def short(tmp_path):
+    """A copy of the workshop with two orders and no failures."""
+    folder = tmp_path / "short"
+    shutil.copytree(WORKSHOP, folder)
+    (folder / "world.yaml").unlink()
+    file = folder / "scenario.yaml"
+    file.write_text(file.read_text().replace("orders: 8, minutes: 5.0", "orders: 2, minutes: 3.0"))
+    return folder
+
+
+def test_a_game_prints_its_score(short, capsys, tmp_path):
+    trace = tmp_path / "game.mcap"
+    assert invoke(["game", str(short), "--seed", "1", "--json", "--trace", str(trace)]) == 0
+    game = found(capsys)
+    assert game["points"] == {"workshop": 70}
+    assert [each["complexity"] for each in game["deliveries"]] == ["oak", "ash+red"]
+    assert [each["points"] for each in game["awards"]] == [30, 40]
+    assert (game["phase"], game["complete"], game["seed"]) == ("POST_GAME", True, 1)
+    assert game["robots"]["saw-blade"] == {"busy_seconds": pytest.approx(12.0, abs=0.5)}
+    assert "points: {'workshop': 70}" in open_run(trace).metadata()["reason"]
+
+
+def test_for_people(short, capsys):
+    assert invoke(["game", str(short), "--seed", "1"]) == 0
+    *lines, last = capsys.readouterr().out.splitlines()
+    assert any(line.endswith("workshop  +30  oak in time") for line in lines)
+    assert last.startswith("workshop 70; 2 deliveries; the game is over after")
+
+
+def test_one_seed_is_one_game_and_another_is_another(short, capsys):
+    games = []
+    for seed in ("4", "4", "5"):
+        invoke(["game", str(short), "--seed", seed, "--json"])
+        games.append({**found(capsys), "wall_seconds": 0, "seed": 0})
+    assert games[0] == games[1] != games[2]
+
+
+def test_a_game_that_is_cut_short_is_over_without_points(short, capsys):
+    assert invoke(["game", str(short), "--minutes", "0.2", "--json"]) == 0
+    game = found(capsys)
+    assert (game["points"], game["phase"]) == ({"workshop": 0}, "POST_GAME")
+
+
+def test_two_agents_on_the_same_seeds(short, tmp_path, capsys):
+    worse = tmp_path / "worse"
+    shutil.copytree(short, worse)
+    file = worse / "scenario.yaml"
+    file.write_text(file.read_text().replace("speed: 0.5", "speed: 0.1"))
+    command = ["game", str(short), "--against", str(worse), "--games", "3", "--seed", "1"]
+    assert invoke([*command, "--json"]) == 0
+    both = found(capsys)
+    one, other = both["agents"].values()
+    assert list(one["by_seed"]) == list(other["by_seed"]) == ["1", "2", "3"]
+    assert both["comparison"]["better"] == 0
+    assert both["comparison"]["difference"]["estimate"] < 0
+    assert invoke(command) == 0
+    assert capsys.readouterr().out.endswith(f"{short} is better\n")
+
+
+def test_equal_agents_are_not_told_apart():
+    same = {seed: result(seed, 10 * seed) for seed in range(1, 9)}
+    match = Match(same, dict(same))
+    assert (match.better, match.difference.estimate, list(match.farthest())) == (None, 0, [])
+
+
+def test_the_points_of_games():
+    summary = GamesSummary({1: result(1, 10), 2: result(2, 30)})
+    assert summary.as_dict()["points"]["median"] == 20
+    assert summary.as_dict()["by_seed"] == {1: 10, 2: 30}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (["MINI"], "this scenario is no game: its configuration has no /game/seed"),
+        (["SHORT", "--against", "SHORT"], "--against names the same agent"),
+        (["SHORT", "--games", "2", "--trace", "x.mcap"], "many games cannot be recorded to one file"),
+        (["SHORT", "--world", "none.yaml"], "none.yaml"),
+        (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is no game"),
+        (["BROKEN"], "/game/seed names 'referee/sed', which the configuration does not have"),
+    ],
+)
+def test_mistakes(arguments, complaint, short, tmp_path, capsys):
+    broken = tmp_path / "broken"
+    shutil.copytree(short, broken)
+    text = (broken / "scenario.yaml").read_text()
+    path = "skill-board/agents/counter/executors/referee/seed"
+    (broken / "scenario.yaml").write_text(text.replace(f"seed: {path}", "seed: referee/sed"))
+    places = {"MINI": write_scenario(tmp_path / "mini"), "SHORT": short, "BROKEN": broken}
+    assert invoke(["game", *(str(places.get(each, each)) for each in arguments)]) == 2
+    said = capsys.readouterr().err
+    assert complaint in said
+    assert "Traceback" not in said
+
+
+def test_a_scenario_that_says_it_is_a_game_and_has_no_referee(short, capsys):
+    file = short / "machines.py"
+    file.write_text(file.read_text().replace('"GameInterface", "Game"', '"HeartbeatInterface", "Game"'))
+    assert invoke(["game", str(short)]) != 0
+    assert "Traceback" not in capsys.readouterr().err
