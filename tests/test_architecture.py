@@ -26,6 +26,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"explain", "ros2cx"},
     {"operations", "properties"},
     {"web", "run"},
+    {"worldmodel"},
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
     {"worlds"},

@@ -123,6 +123,11 @@ class Agent(Closing):
             raise
 
     @property
+    def is_lenient(self) -> bool:
+        """Whether a run would start the agent with its mistakes."""
+        return self.options.is_lenient
+
+    @property
     def config(self) -> Configuration:
         """The configuration."""
         return self.context.config

@@ -15,7 +15,7 @@ from cxbridge.explore.counterexample_shrinking import shrunk
 from cxbridge.explore.counterexample_words import in_words
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.model import WorldModel
+from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePath, PathChooser
 
 

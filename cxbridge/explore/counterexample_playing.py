@@ -13,7 +13,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.properties.monitor import Property, Violation
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.worlds.model import WorldModel
+from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
 from cxbridge.worlds.skills import Answer
 

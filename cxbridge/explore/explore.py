@@ -24,7 +24,7 @@ from cxbridge.explore.worker import serve
 from cxbridge.properties.builtin.table import builtin_properties
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.model import WorldModel
+from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import DivergedError
 
 

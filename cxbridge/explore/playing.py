@@ -10,8 +10,8 @@ from cxbridge.properties.monitor import Ending, Property, RunEnd
 from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
+from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Chooser, DivergedError
 from cxbridge.worlds.run import WorldResult
 

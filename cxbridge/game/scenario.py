@@ -22,10 +22,10 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import FAULT
+from cxbridge.worldmodel.model import NOTHING_FAILS
+from cxbridge.worldmodel.reading import find_world, read_world
 from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.model import NOTHING_FAILS
 from cxbridge.worlds.points import RandomChooser
-from cxbridge.worlds.reading import find_world, read_world
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -66,7 +66,7 @@ class ScenarioGame:
         :param seed: of the orders and of all that is drawn.
         :param console: gets the log lines.
         :param attach: called with the run, before it is played.
-        :raises CxbridgeError: when the scenario is wrong, or is no game.
+        :raises CxbridgeError: when the scenario is wrong, or not a game.
         """
         started = time.perf_counter()
         file = self.world or find_world(find_config_file(self.run).parent)
@@ -166,7 +166,7 @@ def _path(config: Configuration, file: Path, name: str) -> str:
     path = config.get_str(name, default=None)
     if path is None:
         raise CxbridgeError(
-            f"this scenario is no game: its configuration has no {name}",
+            f"this scenario is not a game: its configuration has no {name}",
             file=file,
             hint="it names the value that the referee takes it from: see docs/games.md",
         )

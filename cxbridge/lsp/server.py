@@ -209,7 +209,7 @@ class AgentServer(LanguageServer):
         """Publish the findings of all files that are open or have some."""
         opened = {path_of(uri) for uri in self.workspace.text_documents}
         for path in opened | self.findings.paths | self._shown:
-            file = self.session.model.file(path)
+            file = self.session.model.file(path) or self.session.read(Path(path))
             if file is not None:
                 self._publish(file)
 

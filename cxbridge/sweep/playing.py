@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 from cxbridge.events import Event, GoalTransition
 from cxbridge.sweep.rows import RunRow, SweepJob
+from cxbridge.worldmodel.reading import read_world
 from cxbridge.worlds.judged import JudgedRun
 from cxbridge.worlds.points import ChoiceKind, Chooser
-from cxbridge.worlds.reading import read_world
 
 if TYPE_CHECKING:
     from cxbridge.worlds.points import Choice

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.worlds.model import Times
+from cxbridge.worldmodel.model import Times
 from cxbridge.worlds.points import ChoiceKind, ChoicePoint, Draw, NotedChooser, Option
 
 

@@ -17,11 +17,11 @@ from cxbridge.run.paths import find_config_file
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
+from cxbridge.worldmodel.known import check_world
+from cxbridge.worldmodel.model import WorldModel
+from cxbridge.worldmodel.reading import find_world, read_world
 from cxbridge.worlds.asking import Asking
-from cxbridge.worlds.known import check_world
-from cxbridge.worlds.model import WorldModel
 from cxbridge.worlds.points import Choice, Chooser, NotedChooser
-from cxbridge.worlds.reading import find_world, read_world
 from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
 from cxbridge.worlds.skills import Answer, SkillChoices
 from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices

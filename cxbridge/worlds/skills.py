@@ -16,9 +16,9 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import FOREVER, Call
+from cxbridge.worldmodel.distributions import Distribution, text_of
+from cxbridge.worldmodel.model import SkillFailure, SkillModel, WorldModel
 from cxbridge.worlds.asking import Ask, fault, unless
-from cxbridge.worlds.distributions import Distribution, text_of
-from cxbridge.worlds.model import SkillFailure, SkillModel, WorldModel
 from cxbridge.worlds.points import ChoiceKind, Option
 
 _BEGIN, _END = "takes(", ")"

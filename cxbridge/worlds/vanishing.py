@@ -9,8 +9,8 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
+from cxbridge.worldmodel.model import Absence, Kill, Times
 from cxbridge.worlds.asking import Asking, Schedule, fault, unless
-from cxbridge.worlds.model import Absence, Kill, Times
 from cxbridge.worlds.points import ChoiceKind, Option
 
 

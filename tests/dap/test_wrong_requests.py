@@ -137,7 +137,7 @@ def test_requests_in_a_phase_that_has_no_answer_to_them(client, phase):
         assert "fault" not in answer["message"], answer
         assert "make no sense" not in answer["message"], answer
     for command in sorted(ALLOWED[phase] & RIGHT.keys()):  # the others are right
-        client.ask(command, **RIGHT[command])
+        client.ask(command, **dict(RIGHT[command]))
 
 
 OF_THREADS = [name for name, shape in REQUESTS.items() if "threadId" in shape.get("parts", {})]

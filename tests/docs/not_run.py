@@ -124,6 +124,10 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge run scenarios/two-agents --agent robot1 --clock real --config fleet.yaml": MONGODB,
         "cxbridge daemon scenarios/two-agents --agent robot1 --config fleet.yaml": MONGODB,
     },
+    "games.md": {
+        "cp -r scenarios/workshop mine": "the agent is then changed by hand",
+        "cxbridge game workshop --against mine --games 20": "is what tests/game/test_game.py does with fewer games",
+    },
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
         "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,

@@ -1,4 +1,4 @@
-"""`cxbridge game`: one game, many games, two agents, and what is no game."""
+"""`cxbridge game`: one game, many games, two agents, and what is not a game."""
 
 from __future__ import annotations
 
@@ -100,11 +100,11 @@ def test_the_points_of_games():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        (["MINI"], "this scenario is no game: its configuration has no /game/seed"),
+        (["MINI"], "this scenario is not a game: its configuration has no /game/seed"),
         (["SHORT", "--against", "SHORT"], "--against names the same agent"),
         (["SHORT", "--games", "2", "--trace", "x.mcap"], "many games cannot be recorded to one file"),
         (["SHORT", "--world", "none.yaml"], "none.yaml"),
-        (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is no game"),
+        (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is not a game"),
         (["BROKEN"], "/game/seed names 'referee/sed', which the configuration does not have"),
     ],
 )

@@ -14,6 +14,8 @@ OWN = {
     "ComponentInterface",
     "DaemonInterface",
     "ExplainInterface",
+    "GameInterface",
+    "OrderInterface",
     "RequestInterface",
     "SkillBoardInterface",
     "SkillExecutorInterface",

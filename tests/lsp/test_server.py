@@ -338,3 +338,12 @@ def test_the_agents_of_a_checkout_have_no_false_error(fawkes_agent):
     }
     known = {("CX210", "domain.clp", line) for line in (892, 941)}
     assert found == known | {("CX201", "skills.clp", 189)}, spec
+
+
+def test_files_beside_the_scenario(editor):
+    (editor.root / "world.yaml").write_text("skills:\n  - name: sey\n")
+    editor.save(SCENARIO)
+    editor.wait(lambda: ("CX121", 2) in editor.shown("world.yaml"))
+    (editor.root / "world.yaml").unlink()
+    editor.save(SCENARIO)
+    editor.wait(lambda: editor.shown("world.yaml") == [])

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.worlds.distributions import Distribution, Shape
+from cxbridge.worldmodel.distributions import Distribution, Shape
 from cxbridge.worlds.points import (
     USUAL,
     ChoiceKind,

@@ -8,8 +8,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceMessage, SkillStatus
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.estimators import SkillPattern
-from cxbridge.worlds.distributions import Distribution, Shape
-from cxbridge.worlds.model import (
+from cxbridge.worldmodel.distributions import Distribution, Shape
+from cxbridge.worldmodel.model import (
     Absence,
     Kill,
     MessageFault,
@@ -20,8 +20,8 @@ from cxbridge.worlds.model import (
     Times,
     WorldModel,
 )
+from cxbridge.worldmodel.reading import read_world
 from cxbridge.worlds.points import ChoiceKind, ChoicePoint, Chooser, PathChooser, RandomChooser, read_path
-from cxbridge.worlds.reading import read_world
 from cxbridge.worlds.run import WorldResult, WorldRun
 from tests.support import ROOT
 

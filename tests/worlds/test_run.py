@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.model import WorldModel
+from cxbridge.worldmodel.model import WorldModel
+from cxbridge.worldmodel.reading import read_world
 from cxbridge.worlds.points import (
     Choice,
     ChoicePath,
@@ -17,7 +18,6 @@ from cxbridge.worlds.points import (
     UsualChooser,
     read_path,
 )
-from cxbridge.worlds.reading import read_world
 from cxbridge.worlds.run import WorldResult, WorldRun, world_beside
 from tests.support import ROOT
 

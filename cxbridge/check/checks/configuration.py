@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
 from cxbridge.check.keys import KeyCheck, parts_of, prefixes
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
-from cxbridge.run.specs import check_spec
+from cxbridge.run.specs import check_spec, mistaken_keys
 from cxbridge.suggestions import did_you_mean
 
 STRANGE: Final = Code(
@@ -58,7 +58,15 @@ OLD_FORMAT: Final = Code(
     "executive reads init with stages only, and loads none of these files.",
 )
 
-CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT)
+MISTAKEN_KEY: Final = Code(
+    "CX117",
+    Severity.ERROR,
+    "a key of the executive is misspelt or empty",
+    "A key that the executive needs is absent, and one that is nearly the same is there; or a name, a file "
+    "or a mapping is empty. A run does not start; with --lenient it goes on without the key.",
+)
+
+CODES: Final = (STRANGE, NO_TIME, TIME, UNKNOWN_KEY, SPEC_NAME, OLD_FORMAT, MISTAKEN_KEY)
 
 _PLACE = re.compile(r"(?P<file>[^\n:]+):(?P<line>\d+)(?::(?P<column>\d+))?: (?P<text>.*)", re.DOTALL)
 _ROOT: Final = "/clips-executive"
@@ -69,6 +77,10 @@ _CLIPS: Final = re.compile(r"\S+\.clp")
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each strange value."""
     seen: set[Place] = set()
+    for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
+        finding = of_error(error, MISTAKEN_KEY)
+        seen.add(finding.place)
+        yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
         match = _PLACE.match(text)
         place = Place(str(agent.context.paths.config_file))

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.explore.bounds import Bounds
     from cxbridge.explore.result import ExploreResult
     from cxbridge.properties.monitor import Property
-    from cxbridge.worlds.model import WorldModel
+    from cxbridge.worldmodel.model import WorldModel
 
 RESUME: Final = "explore.resume"
 """Where an exploration goes that was interrupted."""
@@ -131,7 +131,7 @@ def explore(
     """
     from cxbridge.explore.bounds import Bounds, Means
     from cxbridge.explore.explore import explore as explore_scenario
-    from cxbridge.worlds.reading import read_world
+    from cxbridge.worldmodel.reading import read_world
 
     options = RunOptions(**vars(agent), skiller="none")
     limits = Bounds(**vars(bounds))

@@ -4,6 +4,7 @@ from cxbridge.interfaces.stubs.BatteryInterface import BatteryInterface as Batte
 from cxbridge.interfaces.stubs.ComponentInterface import ComponentInterface as ComponentInterface
 from cxbridge.interfaces.stubs.DaemonInterface import DaemonInterface as DaemonInterface
 from cxbridge.interfaces.stubs.ExplainInterface import ExplainInterface as ExplainInterface
+from cxbridge.interfaces.stubs.GameInterface import GameInterface as GameInterface
 from cxbridge.interfaces.stubs.GameStateInterface import GameStateInterface as GameStateInterface
 from cxbridge.interfaces.stubs.GripperInterface import GripperInterface as GripperInterface
 from cxbridge.interfaces.stubs.HeartbeatInterface import HeartbeatInterface as HeartbeatInterface
@@ -19,6 +20,7 @@ from cxbridge.interfaces.stubs.NavigatorInterface import NavigatorInterface as N
 from cxbridge.interfaces.stubs.ObjectPositionInterface import (
     ObjectPositionInterface as ObjectPositionInterface,
 )
+from cxbridge.interfaces.stubs.OrderInterface import OrderInterface as OrderInterface
 from cxbridge.interfaces.stubs.PddlGenInterface import PddlGenInterface as PddlGenInterface
 from cxbridge.interfaces.stubs.PddlPlannerInterface import PddlPlannerInterface as PddlPlannerInterface
 from cxbridge.interfaces.stubs.Position3DInterface import Position3DInterface as Position3DInterface

@@ -10,8 +10,8 @@ from typing import Final
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
-from cxbridge.worlds.distributions import PARAMETERS, Distribution, Shape
-from cxbridge.worlds.model import LIKELY, Place, Times
+from cxbridge.worldmodel.distributions import PARAMETERS, Distribution, Shape
+from cxbridge.worldmodel.model import LIKELY, Place, Times
 
 LONGEST_S: Final = 1e9
 _NAMED: Final = ("median", "min", "max")

@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from typing import Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
-from cxbridge.worlds.model import Place, SensedValue, WorldModel
+from cxbridge.worldmodel.model import Place, SensedValue, WorldModel
 
 _SKILL: Final = re.compile(r"\w+")
 
@@ -22,19 +23,28 @@ def check_world(world: WorldModel, run: Assembly | Team) -> None:
 
     :raises ConfigError: when it names what is not there.
     """
-    for agent in run.agents:
+    names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
+    check_world_of(world, [agent.context for agent in run.agents], names)
+
+
+def check_world_of(world: WorldModel, agents: Iterable[RunContext], names: Collection[str]) -> None:
+    """Check what a world says about a scenario.
+
+    :param names: of its agents; none when there is only one.
+    :raises ConfigError: when it names what is not there.
+    """
+    for agent in agents:
         _check_agent(world, agent)
-    names = [agent.name for agent in run.agents]
-    for kill in world.kills if isinstance(run, Team) else ():
+    for kill in world.kills if names else ():
         _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
-    if not isinstance(run, Team) and (world.kills or world.order):
+    if not names and (world.kills or world.order):
         place = world.kills[0].place if world.kills else Place()
         what = "kill one" if world.kills else "let them take turns in another order"
         hint = "see docs/several-agents.md"
         raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
 
 
-def _check_agent(world: WorldModel, agent: Assembly) -> None:
+def _check_agent(world: WorldModel, agent: RunContext) -> None:
     skills = known_skills(agent)
     for skill in world.skills:
         if skills:
@@ -49,23 +59,23 @@ def _check_agent(world: WorldModel, agent: Assembly) -> None:
         _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
 
 
-def known_skills(agent: Assembly) -> set[str]:
+def known_skills(agent: RunContext) -> set[str]:
     """Return the skills that an action is mapped to, or that an executor of the skill board has."""
     found = {
         name.group()
         for item in agent.config.search("/clips-executive/specs")
         if "/action-mapping/" in item.path and not item.is_list and (name := _SKILL.match(item.text))
     }
-    board = agent.context.skill_board
+    board = agent.skill_board
     for each in () if board is None else board.agents:
         for executor in each.executors:
             found.update(executor.load().skills)
     return found
 
 
-def _executing(agent: Assembly) -> set[str]:
+def _executing(agent: RunContext) -> set[str]:
     """Return the names of the Skillers of this process, and of the executors of the skill board."""
-    board = agent.context.skill_board
+    board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
     found = {item.name for item in skiller_settings(agent.config, "simulator", served)}
     for each in () if board is None else board.agents:
@@ -79,7 +89,7 @@ def _must_be_known(kind: str, name: str, known: Collection[str], place: Place) -
         raise _error(place, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
 
 
-def _check_interface(uid: str, agent: Assembly, place: Place) -> None:
+def _check_interface(uid: str, agent: RunContext, place: Place) -> None:
     try:
         agent.registry.get(parse_uid(uid)[0])
     except (CxbridgeError, ValueError) as error:
@@ -88,7 +98,7 @@ def _check_interface(uid: str, agent: Assembly, place: Place) -> None:
         raise _error(place, message, hint) from None
 
 
-def _check_sensed(sensed: SensedValue, agent: Assembly) -> None:
+def _check_sensed(sensed: SensedValue, agent: RunContext) -> None:
     _check_interface(sensed.uid, agent, sensed.place)
     kind = parse_uid(sensed.uid)[0]
     fields = [field.name for field in agent.registry.schema(kind).fields]

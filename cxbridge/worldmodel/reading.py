@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.skiller.simulation.estimators import SkillPattern, read_pattern
-from cxbridge.worlds.model import (
+from cxbridge.worldmodel.model import (
     LIKELY,
     WORLD_FILE,
     Absence,
@@ -20,7 +20,7 @@ from cxbridge.worlds.model import (
     Times,
     WorldModel,
 )
-from cxbridge.worlds.values import (
+from cxbridge.worldmodel.values import (
     distribution,
     items,
     place_of,

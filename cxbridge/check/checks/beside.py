@@ -1,0 +1,53 @@
+"""Finds mistakes in the files beside a scenario that searches read: its world and its properties."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import Final
+
+from cxbridge.check.agent import Agent, agents
+from cxbridge.check.findings import Code, Finding, Severity, of_error
+from cxbridge.errors import CxbridgeError
+from cxbridge.properties.builtin.table import builtin_properties
+from cxbridge.properties.reading import FILE, joined, read_properties
+from cxbridge.worldmodel.known import check_world_of
+from cxbridge.worldmodel.reading import find_world, read_world
+
+WORLD: Final = Code(
+    "CX121",
+    Severity.ERROR,
+    "the world is wrong",
+    "The world.yaml beside the scenario cannot be read, or names a skill, an interface, a field or an agent "
+    "that the scenario does not have. Neither cxbridge explore nor cxbridge sweep plays the scenario.",
+)
+PROPERTIES: Final = Code(
+    "CX122",
+    Severity.ERROR,
+    "a property is wrong",
+    "The properties.yaml beside the scenario cannot be read, or a property in it has none of the forms that "
+    "there are, or the name of another one. cxbridge explore does not play the scenario.",
+)
+
+CODES: Final = (WORLD, PROPERTIES)
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for the first mistake of each file."""
+    folder = agent.context.paths.config_file.parent
+    if (world := find_world(folder)) is not None:
+        names = [name for name in agents(replace(agent.options, agent=None)) if name]
+        try:
+            check_world_of(read_world(world), [agent.context], names)
+        except CxbridgeError as error:
+            yield of_error(error, WORLD)
+    if (properties := folder / FILE).is_file():
+        try:
+            joined(read_properties(properties), builtin_properties())
+        except CxbridgeError as error:
+            found = of_error(error, PROPERTIES)
+            yield (
+                found
+                if found.place.file
+                else replace(found, place=replace(found.place, file=str(properties)))
+            )

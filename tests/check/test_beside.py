@@ -1,0 +1,73 @@
+"""Mistakes in world.yaml and properties.yaml beside a scenario, and keys that a run does not start with."""
+
+from __future__ import annotations
+
+import shutil
+
+import pytest
+
+from cxbridge.check.run import check
+from cxbridge.run import RunOptions
+from tests.check.test_check import SPEC, agent
+from tests.support import ROOT
+
+
+@pytest.mark.parametrize(
+    ("world", "line", "message"),
+    [
+        ("skils: []\n", 1, "skils"),
+        ("skills:\n  - fails: 0.5\n", 2, "has no name"),
+        ("skills:\n  - name: sey\n", 2, "there is no skill 'sey'"),
+        ("sensed:\n  - interface: NoInterface::x\n    field: a\n    values: [1, 2]\n", 2, "NoInterface"),
+        ("killed:\n  - agent: me\n    probability: 0.1\n", 2, "the scenario has one agent"),
+        ("skills: [\n", 2, ""),
+    ],
+)
+def test_a_wrong_world(tmp_path, world, line, message):
+    (found,) = check(RunOptions(scenario=agent(tmp_path, world_yaml=world)))
+    assert (found.code.name, found.place.file) == ("CX121", str(tmp_path / "world.yaml"))
+    assert found.place.line == line
+    assert message in found.message
+
+
+@pytest.mark.parametrize(
+    ("properties", "line", "message"),
+    [
+        ("- never (goal (mode FINISHED)\n", 1, ""),
+        ("- no-deadlock\n", 1, ""),
+        ("never: (goal)\n", 1, "a list of properties is expected"),
+        ("- a: never (fact)\n- a: never (other)\n", 0, "there are two properties 'a'"),
+    ],
+)
+def test_a_wrong_property(tmp_path, properties, line, message):
+    (found,) = check(RunOptions(scenario=agent(tmp_path, properties_yaml=properties)))
+    assert (found.code.name, found.place.file) == ("CX122", str(tmp_path / "properties.yaml"))
+    assert found.place.line == line
+    assert message in found.message
+
+
+def test_right_files_beside_a_scenario(tmp_path):
+    folder = agent(tmp_path, world_yaml="skills:\n  - name: say\n    hangs: 0.1\n", properties_yaml="[]\n")
+    assert check(RunOptions(scenario=folder)) == []
+
+
+def test_the_world_of_a_scenario_with_several_agents(tmp_path):
+    shutil.copytree(ROOT / "scenarios" / "two-agents", tmp_path, dirs_exist_ok=True)
+    world = tmp_path / "world.yaml"
+    world.write_text("killed:\n  - agent: '*'\n    probability: 0.1\n")
+    assert check(RunOptions(scenario=tmp_path)) == []
+    world.write_text("killed:\n  - agent: nobody\n    probability: 0.1\n")
+    (found,) = check(RunOptions(scenario=tmp_path))
+    assert (found.code.name, found.place.line) == ("CX121", 2)
+    assert "there is no agent 'nobody'" in found.message
+
+
+def test_all_keys_that_a_run_does_not_start_with_are_reported_at_once(tmp_path):
+    spec = SPEC.replace("action-mapping", "action-maping").replace("files: [", "fles: [")
+    folder = agent(tmp_path, scenario_yaml=f"{spec}  automatic-goal-retracion: false\n")
+    found = [each for each in check(RunOptions(scenario=folder)) if each.code.name in ("CX114", "CX117")]
+    assert {(each.code.name, each.hint) for each in found} == {
+        ("CX117", f"did you mean {key}?") for key in ("action-mapping", "files", "automatic-goal-retraction")
+    }
+    lenient = check(RunOptions(scenario=folder, strict=False))
+    assert "CX117" not in {each.code.name for each in lenient}
