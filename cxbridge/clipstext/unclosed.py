@@ -39,6 +39,12 @@ _STATEMENTS: Final = frozenset(
     }
 )
 _ONE_PART: Final = frozenset({"not", "test"})
+_ARGUMENTS: Final = {
+    **dict.fromkeys(("length$", "first$", "rest$", "fact-existp", "fact-relation", "str-length", "abs"), 1),
+    **dict.fromkeys(("nth$", "member$", "subsetp", "fact-slot-value", "str-index", "mod"), 2),
+    **dict.fromkeys(("subseq$", "sub-string"), 3),
+}
+"""Functions of CLIPS that take so many arguments, no more and no less."""
 _FACETS: Final = frozenset({"type", "default", "default-dynamic", "range", "cardinality", "allowed-values"})
 _KEYWORDS: Final = {"then": "if", "else": "if"}
 _SLOT: Final = frozenset({"slot", "multislot", "field", "multifield"})
@@ -234,6 +240,8 @@ class _Reading:
         closed = self.stack.pop()
         if closed.head in _ONE_PART and closed.children != 1:
             self.cost += _STRUCTURE
+        elif closed.children != _ARGUMENTS.get(closed.head, closed.children):
+            self.cost += _SOFT
         elif closed.head in _COMPARE and closed.children < _COMPARED:
             self.cost += _SOFT
 
