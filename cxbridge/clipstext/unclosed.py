@@ -240,9 +240,9 @@ class _Reading:
         closed = self.stack.pop()
         if closed.head in _ONE_PART and closed.children != 1:
             self.cost += _STRUCTURE
-        elif closed.children != _ARGUMENTS.get(closed.head, closed.children):
-            self.cost += _SOFT
-        elif closed.head in _COMPARE and closed.children < _COMPARED:
+        elif closed.children != _ARGUMENTS.get(closed.head, closed.children) or (
+            closed.head in _COMPARE and closed.children < _COMPARED
+        ):
             self.cost += _SOFT
 
     def _layout_of_end(self, at: int) -> float:

@@ -202,7 +202,7 @@ def test_monitor_on_a_terminal_draws_the_machine(board):
     from rich.console import Console
 
     from cxbridge.blackboard.following import Deadline
-    from cxbridge.cli.skilllive import show
+    from cxbridge.cli.commands.skill.live import show
 
     class Show(Listener):
         def message_received(self, interface, message):

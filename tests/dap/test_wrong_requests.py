@@ -8,6 +8,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -99,7 +100,7 @@ def test_arguments_of_another_type_or_missing(client, phase):
     assert client.stderr == ""
 
 
-RIGHT = {
+RIGHT: dict[str, dict[str, Any]] = {
     "initialize": {"adapterID": "x"},
     "launch": {"scenario": "test-scenario"},
     "source": {"sourceReference": 0, "source": {"path": str(GOALS)}},
@@ -137,7 +138,7 @@ def test_requests_in_a_phase_that_has_no_answer_to_them(client, phase):
         assert "fault" not in answer["message"], answer
         assert "make no sense" not in answer["message"], answer
     for command in sorted(ALLOWED[phase] & RIGHT.keys()):  # the others are right
-        client.ask(command, **dict(RIGHT[command]))
+        client.ask(command, **RIGHT[command])
 
 
 OF_THREADS = [name for name, shape in REQUESTS.items() if "threadId" in shape.get("parts", {})]

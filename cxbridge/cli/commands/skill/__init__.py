@@ -190,7 +190,7 @@ def monitor(
     with connect(url, interface_dir) as board:
         say_unmatched(board, [f"SkillerInterface::{skiller}"])
         if sys.stdout.isatty() and not lines and not as_json:
-            from cxbridge.cli.skilllive import show
+            from cxbridge.cli.commands.skill.live import show
 
             done = show(board, skiller, count, deadline)
         else:

@@ -99,7 +99,7 @@ def game(agent: _Agent, play: _Game, console: ConsoleOptions, *, as_json: AsJson
 
 
 def _one(result: GameResult, *, as_json: bool) -> int:
-    from cxbridge.cli.game_output import say_game
+    from cxbridge.cli.commands.game.output import say_game
 
     if as_json:
         say_json(result.as_dict(), indent=2)
@@ -109,7 +109,7 @@ def _one(result: GameResult, *, as_json: bool) -> int:
 
 
 def _many(games: Mapping[str, Game], play: _Game, *, as_json: bool) -> int:
-    from cxbridge.cli.game_output import say_games
+    from cxbridge.cli.commands.game.output import say_games
     from cxbridge.game.match import GamesSummary, Match, play_games
 
     seeds = range(play.seed, play.seed + play.games)

@@ -9,7 +9,7 @@ from rich.live import Live
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.cli.skillview import machine_transitions, view
+from cxbridge.cli.commands.skill.drawing import machine_transitions, view
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces.assignments import plain
 from cxbridge.printing import terminal_of, visible
