@@ -32,6 +32,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"worlds"},
     {"explore", "sweep"},
     {"game"},
+    {"rcll"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )

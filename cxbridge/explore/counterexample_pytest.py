@@ -22,6 +22,7 @@ _OPTIONS: Final = (
     "agent",
     "core",
     "fawkes_dir",
+    "overlays",
     "ros2cx",
     "clips_dirs",
     "interface_dirs",

@@ -15,8 +15,8 @@ import yaml
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
-from cxbridge.game.busy import BusyTimes
 from cxbridge.game.score import Award, Delivery, GameResult, Score
+from cxbridge.game.work import WorkCount
 from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file
@@ -82,8 +82,8 @@ class ScenarioGame:
             if attach is not None:
                 for agent in assembly.agents:
                     attach(agent)
-            busy = BusyTimes(assembly.clock.now_us())
-            assembly.bus.subscribe(busy, *BusyTimes.events)
+            work = WorkCount(assembly.clock.now_us())
+            assembly.bus.subscribe(work, *WorkCount.events)
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)
             stack.callback(assembly.stop)
@@ -97,7 +97,7 @@ class ScenarioGame:
                 score.phase == POST_GAME,
                 seed,
                 round(time.perf_counter() - started, 3),
-                busy.seconds(assembly.clock.now_us()),
+                work.by_name(assembly.clock.now_us()),
                 (ended.reason,) if ended.status == FAULT else (),
             )
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
 from typing import Any
 
 
@@ -61,12 +62,24 @@ class Score:
 
 
 @dataclass(frozen=True, slots=True)
+class RobotWork:
+    """What a robot, or another executor of skills, did in a game.
+
+    :param busy_seconds: in which it has executed skills.
+    :param failed: how often a skill has failed, by the error.
+    """
+
+    busy_seconds: float
+    failed: Mapping[str, int] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
 class GameResult:
     """How a game ended.
 
     :param is_over: whether it came to its end.
     :param wall_seconds: real ones.
-    :param robots: for how many seconds each one has executed skills.
+    :param robots: what each one did.
     :param faults: errors of ours that came to light.
     :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
     """
@@ -75,7 +88,7 @@ class GameResult:
     is_over: bool
     seed: int
     wall_seconds: float
-    robots: dict[str, float]
+    robots: Mapping[str, RobotWork]
     faults: tuple[str, ...] = ()
     undefined: tuple[str, ...] = ()
 
@@ -89,7 +102,7 @@ class GameResult:
         return {
             **self.score.as_dict(),
             "complete": self.is_over,
-            "robots": {name: {"busy_seconds": seconds} for name, seconds in self.robots.items()},
+            "robots": {name: asdict(work) for name, work in self.robots.items()},
             "undefined": list(self.undefined),
             "faults": list(self.faults),
             "seed": self.seed,

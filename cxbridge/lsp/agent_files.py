@@ -10,8 +10,8 @@ from msgspec import Struct, field
 
 from cxbridge.agent.loading import SpecLoading
 from cxbridge.config import Configuration
-from cxbridge.executive.features.protobuf import ProtobufSettings
 from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.protobuf.settings import ProtobufSettings
 from cxbridge.lsp.session import Session, files_below
 from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
 from cxbridge.run.options import RunOptions
@@ -54,8 +54,7 @@ class AgentFiles(Struct, frozen=True):
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
             yield from files_below(folder, (".lua",))
-        own = self.paths.config_file.parent
-        for folder in ProtobufSettings.from_config(self.config, self.paths.placeholders, own).folders:
+        for folder in ProtobufSettings.from_config(self.config, self.paths.expand).folders:
             yield from files_below(folder, (".proto",))
 
     def loaded(self, session: Session) -> set[str]:

@@ -32,7 +32,7 @@ REWRITTEN_MODIFY = "cx-modify-goal"
 """What the built-in core says for a modify of goals; the loader rewrites it."""
 
 _PATHS = frozenset({"scenario", "fawkes_dir", "ros2cx"})
-_MANY_PATHS = frozenset({"clips_dirs", "interface_dirs", "skill_dirs", "config"})
+_MANY_PATHS = frozenset({"clips_dirs", "interface_dirs", "skill_dirs", "config", "overlays"})
 
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:

@@ -16,7 +16,7 @@ from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
 from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import SCENARIO_FILE, find_config_file, find_overlays
+from cxbridge.run.paths import SCENARIO_FILE, find_checkouts, find_config_file, find_overlays
 from cxbridge.run.think_rate import make_main_loop
 from cxbridge.trace.sourcing import EarlySources
 
@@ -63,7 +63,10 @@ def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
     :raises CxbridgeError: when a file is missing or wrong.
     """
     config_file = find_config_file(options)
-    config = load_parameters(config_file.parent) if options.ros2cx else Configuration.load(config_file)
+    if options.ros2cx:
+        config = load_parameters(config_file.parent)
+    else:
+        config = Configuration.load(config_file, confdir=find_checkouts(options).confdir(config_file))
     config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
     if config_file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
         config.set(_TIME, True)  # without it nothing would ever run; Fawkes' own configuration names it

@@ -18,6 +18,8 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Sequence
+
     from cxbridge.run.components.component import Component
     from cxbridge.run.replay.replay import Replay
 
@@ -29,6 +31,7 @@ class Assembly(Closing):
     :param agent_context: the clock, bus, loop and configuration, when it is not alone in its run.
     :param replay: plays the environment, in place of Skillers and of executors of this process.
     :param additions: what a program adds to the run.
+    :param components: each makes a component that no configuration names; they begin before the others.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
@@ -38,9 +41,11 @@ class Assembly(Closing):
         agent_context: AgentContext | None = None,
         replay: Replay | None = None,
         additions: Additions = NOTHING,
+        components: Sequence[Callable[[RunContext], Component]] = (),
     ) -> None:
         self.options = options
         self._replay = replay
+        self._more = components
         self.context = context = RunContext.make(
             agent_context or make_only_agent_context(options),
             replace(options, skiller="none") if options.is_without_skiller else options,
@@ -78,6 +83,8 @@ class Assembly(Closing):
         if self._replay is not None:
             for component in self._replay.components(self.context):
                 self._start(component)
+        for make in self._more:
+            self._start(make(self.context))
         for entry in needed_components(self.context, replayed=self._replay is not None):
             if entry is not EXECUTIVE:
                 self._start(entry.load()(self.context))

@@ -164,7 +164,7 @@ def skill_board_settings(
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
-    settings = BoardSettings.of(config, paths.config_file.parent) or BoardSettings()
+    settings = BoardSettings.of(config, paths.confdir) or BoardSettings()
     if executors:
         settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
     if paths.ros2cx is None:

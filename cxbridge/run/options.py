@@ -135,6 +135,14 @@ class ScenarioOptions:
             show_default=False,
         ),
     ] = None
+    overlays: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            "--overlay",
+            metavar="DIR",
+            help="A team's checkout: its files hide those of --fawkes-dir. Repeatable: the first wins.",
+        ),
+    ] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -238,7 +246,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         self.check_source()
         folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
         checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
-        for folder in (*folders, *checkouts):
+        for folder in (*folders, *self.overlays, *checkouts):
             if not folder.is_dir():
                 raise CxbridgeError("there is no such folder", file=folder)
         self._check_outputs()
@@ -265,7 +273,9 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 "--executor goes with --ros2cx only",
                 hint="other scenarios name their executors in the configuration, below skill-board",
             )
-        if self.scenario is None and self.fawkes_dir is None and self.ros2cx is None:
+        if self.ros2cx is not None and self.overlays:
+            raise CxbridgeError("--overlay goes with Fawkes' layout only, not with --ros2cx")
+        if self.scenario is None and self.fawkes_dir is None and self.ros2cx is None and not self.overlays:
             raise CxbridgeError(
                 "no scenario given",
                 hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",

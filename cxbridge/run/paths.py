@@ -7,7 +7,8 @@ from pathlib import Path
 
 from msgspec import Struct
 
-from cxbridge.config import Configuration, substitute_path
+from cxbridge.config import Configuration
+from cxbridge.config.checkouts import Checkouts
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
@@ -44,6 +45,7 @@ class RunPaths(Struct, frozen=True):
     :param robot_memory: Fawkes' own robot-memory.clp, if it is to be used.
     :param before: folders whose files replace the core's.
     :param ros2cx: the checkout of ros2-clips-executive whose features the agent needs.
+    :param checkouts: the folders of ``--overlay`` and ``--fawkes-dir``.
     """
 
     config_file: Path
@@ -56,6 +58,7 @@ class RunPaths(Struct, frozen=True):
     robot_memory: Path | None = None
     before: tuple[Path, ...] = ()
     ros2cx: Ros2CxCheckout | None = None
+    checkouts: Checkouts = Checkouts()
 
     @property
     def builtin(self) -> bool:
@@ -67,6 +70,21 @@ class RunPaths(Struct, frozen=True):
         """What placeholders stand for, without the ``@`` around their names."""
         return {name.strip("@"): folder for name, folder in self.substitutions.items()}
 
+    @property
+    def confdir(self) -> Path:
+        """The folder that relative paths in the configuration are seen from."""
+        return self.checkouts.confdir(self.config_file)
+
+    def expand(self, text: str) -> list[Path]:
+        """Return the folders that a configured path stands for, in the order they are searched."""
+        return self.checkouts.expand(text, self.placeholders, self.confdir)
+
+
+def find_checkouts(options: RunOptions) -> Checkouts:
+    """Return the checkouts that the options name, in the order they are searched."""
+    fawkes = () if options.fawkes_dir is None else (options.fawkes_dir,)
+    return Checkouts(tuple(folder.resolve() for folder in (*options.overlays, *fawkes)))
+
 
 def find_config_file(options: RunOptions) -> Path:
     """Return the configuration file that the options name.
@@ -75,10 +93,13 @@ def find_config_file(options: RunOptions) -> Path:
     """
     if options.ros2cx is not None:
         return Ros2CxCheckout.open(options.ros2cx).parameters / EXECUTIVE_FILE
+    checkouts = find_checkouts(options)
     named = options.scenario
     if named is None:
-        assert options.fawkes_dir is not None  # options.check() has seen to it
-        named = options.fawkes_dir / "cfg"
+        assert checkouts.folders  # options.check() has seen to it
+        named = checkouts.find_configuration(Path())
+    if not named.exists():
+        named = checkouts.find_configuration(named)
     if not named.exists() and len(named.parts) == 1 and (shipped_dir("scenarios") / named).is_dir():
         named = shipped_dir("scenarios") / named
     if named.is_dir():
@@ -123,12 +144,13 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
     """Find everything that the options and the configuration name."""
     if options.ros2cx is not None:
         return _ros2cx_paths(Ros2CxCheckout.open(options.ros2cx), options, config, config_file)
-    here = config_file.parent.resolve()
+    checkouts = find_checkouts(options)
+    here = checkouts.confdir(config_file).resolve()
     fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
-    base = fawkes or here
+    base = checkouts.base(config_file)
     placeholders = {
         "BASEDIR": str(base),
-        "FAWKES_BASEDIR": str(base),
+        "FAWKES_BASEDIR": str(fawkes or base),
         "RESDIR": str(base / "res"),
         "CONFDIR": str(here),
     }
@@ -136,8 +158,13 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
     if use_fawkes_core and fawkes is None:
         raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
     cx, library, robot_memory = BUILTIN_CX, HOST_LIBRARY, None
-    clips_dirs = [*options.clips_dirs, *_configured_dirs(config, placeholders, here)]
-    interface_dirs, skill_dirs = list(options.interface_dirs), list(options.skill_dirs)
+    clips_dirs = [*options.clips_dirs]
+    for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
+        clips_dirs += checkouts.expand(text, placeholders, here)
+    overlays = Checkouts(checkouts.folders[: len(options.overlays)])
+    interface_dirs = [*options.interface_dirs, *overlays.parts(_FAWKES_INTERFACES)]
+    interface_dirs += overlays.parts(_FAWKES_PLUGIN_INTERFACES)
+    skill_dirs = [*options.skill_dirs, *overlays.parts(_FAWKES_LUA)]
     if config_file.name == SCENARIO_FILE:
         clips_dirs.append(here)
         if (here / _OWN_INTERFACES).is_dir():
@@ -161,6 +188,7 @@ def find_paths(options: RunOptions, config: Configuration, config_file: Path) ->
         skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
         substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
         robot_memory=robot_memory,
+        checkouts=checkouts,
     )
 
 
@@ -224,9 +252,3 @@ def _needed(fawkes: Path, part: str) -> Path:
             hint="name the top folder of a clone of the Fawkes repository",
         )
     return fawkes / part
-
-
-def _configured_dirs(config: Configuration, placeholders: dict[str, str], here: Path) -> list[Path]:
-    """Return ``/clips-executive/clips-dirs``; relative ones are seen from the configuration's folder."""
-    texts = config.get_strings("/clips-executive/clips-dirs", default=[])
-    return [here / substitute_path(text, placeholders) for text in texts]

@@ -28,6 +28,6 @@ class SharedNavGraph:
             from cxbridge.navgraph import emit_navgraph  # noqa: PLC0415
             from cxbridge.skiller.make import load_configured_navgraph  # noqa: PLC0415
 
-            self._graph = load_configured_navgraph(config, paths.config_file.parent)
+            self._graph = load_configured_navgraph(config, paths.confdir)
             emit_navgraph(bus, self._graph)
         return self._graph

@@ -32,6 +32,9 @@ NOT_RUN: dict[str, dict[str, str]] = {
         ". .venv/bin/activate": SAME,
         ".venv/bin/cxbridge run test-scenario --web": WEB,
     },
+    "configuration.md": {
+        "cxbridge check rcll-simulator/central_agent.yaml --overlay ~/fawkes-robotino --fawkes-dir ~/fawkes": RCLL,
+    },
     "dependencies.md": {"make lock": INDEX},
     "explore.md": {"cxbridge explore test-scenario --faults 2": "is what tests/explore/test_explore.py does"},
     "features.md": {
@@ -127,6 +130,10 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "games.md": {
         "cp -r scenarios/workshop mine": "the agent is then changed by hand",
         "cxbridge game workshop --against mine --games 20": "is what tests/game/test_game.py does with fewer games",
+    },
+    "rcll.md": {
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what tests/rcll/test_league.py does",
     },
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,

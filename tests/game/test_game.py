@@ -44,7 +44,7 @@ def test_a_game_prints_its_score(short, capsys, tmp_path):
     assert [each["complexity"] for each in game["deliveries"]] == ["oak", "ash+red"]
     assert [each["points"] for each in game["awards"]] == [30, 40]
     assert (game["phase"], game["complete"], game["seed"]) == ("POST_GAME", True, 1)
-    assert game["robots"]["saw-blade"] == {"busy_seconds": pytest.approx(12.0, abs=0.5)}
+    assert game["robots"]["saw-blade"] == {"busy_seconds": pytest.approx(12.0, abs=0.5), "failed": {}}
     assert "points: {'workshop': 70}" in open_run(trace).metadata()["reason"]
 
 
@@ -102,6 +102,8 @@ def test_the_points_of_games():
     [
         (["MINI"], "this scenario is not a game: its configuration has no /game/seed"),
         (["SHORT", "--against", "SHORT"], "--against names the same agent"),
+        (["SHORT", "SHORT2", "--against", "SHORT"], "there are two second agents"),
+        (["SHORT", "--failures", "0.5"], "--failures is for games of the league"),
         (["SHORT", "--games", "2", "--trace", "x.mcap"], "many games cannot be recorded to one file"),
         (["SHORT", "--world", "none.yaml"], "none.yaml"),
         (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is not a game"),

@@ -240,7 +240,10 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ],
     ("explore",): [("{scenario}", "--faults", "0"), ("{scenario}", "--json"), ("{text}",)],
     ("sweep",): [("{scenario}", "--runs", "2"), ("{scenario}", "--runs", "2", "--json"), ("{text}",)],
-    ("game",): [("{scenario}",), ("workshop", "--minutes", "0.2", "--json"), ("{text}",)],
+    ("game",): [
+        *(("{scenario}",), ("workshop", "--minutes", "0.2", "--json"), ("{text}",)),
+        ("{text}", "--fawkes-dir", "{tmp}", "--refbox-dir", "{text}"),
+    ],
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
     ("format",): [("{text}",), ("{definition}",)],

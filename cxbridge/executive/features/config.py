@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.executive.feature import Feature
@@ -40,20 +41,26 @@ class ConfigFeature(Feature):
 
     def _load(self, env: ClipsEnvironment, prefix: str) -> None:
         """Assert a ``confval`` for each value below ``prefix``, in the order of their paths."""
-        for item in self._config.search(prefix):
-            slots: dict[str, Value] = {"path": item.path, "type": Symbol(item.type.name)}
-            if item.is_list:
-                slots["is-list"] = TRUE
-                slots["list-value"] = tuple(self._convert(item, text) for text in item.items)
-            else:
-                slots["value"] = self._convert(item, item.text)
+        for slots in confvals(self._config, prefix):
             env.assert_fact("confval", slots)
 
-    @staticmethod
-    def _convert(item: ConfigValue, text: str) -> Value:
-        """Return one scalar as Fawkes' feature hands it to CLIPS."""
-        if item.type is ConfigType.STRING:
-            return text
-        if item.type is ConfigType.BOOL:
-            return TRUE if text.lower() in ("y", "yes", "true", "on") else FALSE
-        return clips_scalar(text)
+
+def confvals(config: Configuration, prefix: str) -> Iterator[dict[str, Value]]:
+    """Yield the slots of a ``confval`` for each value below ``prefix``, in the order of their paths."""
+    for item in config.search(prefix):
+        slots: dict[str, Value] = {"path": item.path, "type": Symbol(item.type.name)}
+        if item.is_list:
+            slots["is-list"] = TRUE
+            slots["list-value"] = tuple(_convert(item, text) for text in item.items)
+        else:
+            slots["value"] = _convert(item, item.text)
+        yield slots
+
+
+def _convert(item: ConfigValue, text: str) -> Value:
+    """Return one scalar as Fawkes' feature hands it to CLIPS."""
+    if item.type is ConfigType.STRING:
+        return text
+    if item.type is ConfigType.BOOL:
+        return TRUE if text.lower() in ("y", "yes", "true", "on") else FALSE
+    return clips_scalar(text)

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import split_us
-from cxbridge.config import Configuration, substitute_path
-from cxbridge.errors import ClipsError, ConfigError, ProtobufError
+from cxbridge.errors import ClipsError, ProtobufError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
+from cxbridge.executive.protobuf.settings import NetworkSettings, ProtobufSettings
 
 if TYPE_CHECKING:
+    from cxbridge.executive.protobuf.connections import Connections, MakeConnections
     from cxbridge.executive.protobuf.inbox import Presence, Received
-    from cxbridge.executive.protobuf.settings import NetworkSettings
 
 _FILE = CORE_DIR / "features" / "protobuf.clp"
 _LOG = "CLIPS-Protobuf"
-_PREFIX = "/clips-protobuf/"
 _FIRST_HANDLE = 1 << 40
 _MANY = 100_000
 
@@ -31,66 +28,47 @@ _UNKNOWN = Symbol("DOES-NOT-EXIST")
 _NOT_SET = Symbol("NOT-SET")
 
 
-@dataclass(frozen=True, slots=True)
-class ProtobufSettings:
-    """What the configuration says below ``/clips-protobuf/``.
-
-    :param folders: of .proto files.
-    :param modules: compiled ones.
-    :param network: what differs from the defaults of :class:`NetworkSettings`.
-    """
-
-    folders: tuple[Path, ...] = ()
-    modules: tuple[str, ...] = ()
-    network: tuple[tuple[str, Any], ...] = ()
-
-    @classmethod
-    def from_config(
-        cls, config: Configuration, placeholders: dict[str, str], folder: Path
-    ) -> ProtobufSettings:
-        """Read the settings.
-
-        :param placeholders: what ``BASEDIR`` and its like stand for.
-        :param folder: the configuration's; relative folders are seen from it.
-        :raises ConfigError: when one is of another type, or cannot be.
-        """
-        texts = config.get_strings(_PREFIX + "proto-dirs", default=[])
-        network: list[tuple[str, Any]] = [
-            (key.replace("-", "_"), config.get_uint(_PREFIX + key))
-            for key in ("frame-version", "max-message-size", "max-outbound", "max-waiting")
-            if config.exists(_PREFIX + key)
-        ]
-        if config.exists(_PREFIX + "server-address"):
-            network.append(("server_address", config.get_str(_PREFIX + "server-address")))
-        if dict(network).get("frame_version", 2) not in (1, 2):
-            place = config.get(_PREFIX + "frame-version")
-            raise ConfigError("there are frames of version 1 and 2 only", file=place.file, line=place.line)
-        return cls(
-            tuple(folder / substitute_path(text, placeholders) for text in texts),
-            tuple(config.get_strings(_PREFIX + "modules", default=[])),
-            tuple(network),
-        )
-
-
 class ProtobufFeature(Feature):
-    """Gives the ``pb-*`` functions and the facts of messages that come in."""
+    """Gives the ``pb-*`` functions and the facts of messages that come in.
+
+    :param connections: makes what carries messages; None: sockets.
+    :param templates: whether to define the templates of the facts, and the rules that clear them away; False
+        for who brings his own.
+    """
 
     name = "protobuf"
 
-    def __init__(self, settings: ProtobufSettings | None = None) -> None:
+    def __init__(
+        self,
+        settings: ProtobufSettings | None = None,
+        connections: MakeConnections | None = None,
+        *,
+        templates: bool = True,
+    ) -> None:
         self._settings = settings or ProtobufSettings()
+        self._connections = connections
+        self._templates = templates
         self._users: dict[str, _ProtobufUser] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Read the message types, define the functions and the templates."""
-        user = _ProtobufUser(env, self._settings)
+        user = _ProtobufUser(env, self._settings, self._connections)
         self._users[env.name] = user
         user.define()
-        env.load(_FILE)
+        if self._templates:
+            env.load(_FILE)
 
     def before_run(self, env: ClipsEnvironment) -> None:
         """Make facts of what came in."""
         self._users[env.name].before_run()
+
+    def connections(self, env: ClipsEnvironment) -> Connections:
+        """Return the connections of an environment that has the feature."""
+        return self._users[env.name].network
+
+    def forget(self, env: ClipsEnvironment) -> None:
+        """Forget all messages of an environment: its rules keep none, and destroy none that came in."""
+        self._users[env.name].forget()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Close the environment's connections."""
@@ -102,11 +80,12 @@ class ProtobufFeature(Feature):
 class _ProtobufUser:
     """An environment that knows messages."""
 
-    def __init__(self, env: ClipsEnvironment, settings: ProtobufSettings) -> None:
+    def __init__(
+        self, env: ClipsEnvironment, settings: ProtobufSettings, connections: MakeConnections | None
+    ) -> None:
         # only agents that ask for the feature pay for it
         from cxbridge.executive.protobuf import fields, types  # noqa: PLC0415
         from cxbridge.executive.protobuf.network import Network  # noqa: PLC0415
-        from cxbridge.executive.protobuf.settings import NetworkSettings  # noqa: PLC0415
 
         self._env = env
         self._fields = fields
@@ -117,7 +96,7 @@ class _ProtobufUser:
         for module in settings.modules:
             self._types.add_module(module)
         known: NetworkSettings = NetworkSettings(**dict(settings.network))
-        self.network = Network(self._types, known, env.bus.clock.now_us)
+        self.network = (connections or Network)(self._types, known, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
         self._warn_at = _MANY
@@ -192,6 +171,10 @@ class _ProtobufUser:
         except ProtobufError as error:
             self._log.warn(f"Cannot create message of type {full_name}: {error.message}")
             return ExternalAddress(0)
+
+    def forget(self) -> None:
+        """Forget all messages."""
+        self._messages.clear()
 
     def _ref(self, address: Value) -> Value:
         message = self._get(address)

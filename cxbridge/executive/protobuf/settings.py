@@ -1,8 +1,16 @@
-"""The settings of the connections of an environment."""
+"""The settings of the feature protobuf: where its messages are, and how its connections behave."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+
+_PREFIX: Final = "/clips-protobuf/"
 
 
 @dataclass(frozen=True, slots=True)
@@ -20,3 +28,41 @@ class NetworkSettings:
     max_message_size: int = 1 << 20
     max_outbound: int = 8 << 20
     max_waiting: int = 10_000
+
+
+@dataclass(frozen=True, slots=True)
+class ProtobufSettings:
+    """What the configuration says below ``/clips-protobuf/``.
+
+    :param folders: of .proto files.
+    :param modules: compiled ones.
+    :param network: what differs from the defaults of :class:`NetworkSettings`.
+    """
+
+    folders: tuple[Path, ...] = ()
+    modules: tuple[str, ...] = ()
+    network: tuple[tuple[str, Any], ...] = ()
+
+    @classmethod
+    def from_config(cls, config: Configuration, expand: Callable[[str], Iterable[Path]]) -> ProtobufSettings:
+        """Read the settings.
+
+        :param expand: returns the folders that a configured path stands for.
+        :raises ConfigError: when one is of another type, or cannot be.
+        """
+        texts = config.get_strings(_PREFIX + "proto-dirs", default=[])
+        network: list[tuple[str, Any]] = [
+            (key.replace("-", "_"), config.get_uint(_PREFIX + key))
+            for key in ("frame-version", "max-message-size", "max-outbound", "max-waiting")
+            if config.exists(_PREFIX + key)
+        ]
+        if config.exists(_PREFIX + "server-address"):
+            network.append(("server_address", config.get_str(_PREFIX + "server-address")))
+        if dict(network).get("frame_version", 2) not in (1, 2):
+            place = config.get(_PREFIX + "frame-version")
+            raise ConfigError("there are frames of version 1 and 2 only", file=place.file, line=place.line)
+        return cls(
+            tuple(folder for text in texts for folder in expand(text)),
+            tuple(config.get_strings(_PREFIX + "modules", default=[])),
+            tuple(network),
+        )

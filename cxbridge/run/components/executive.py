@@ -113,9 +113,7 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
     config, spec, paths = context.config, context.spec, context.paths
     manager = EnvironmentManager(context.bus, package_features(context), paths.library)
     try:
-        seen = FeatureContext(
-            config, context.board, context.bus, paths.substitutions, paths.config_file.parent
-        )
+        seen = FeatureContext(config, context.board, context.bus, paths.substitutions, paths.confdir)
         for plugin in find_plugins(seen):
             manager.add_plugin(plugin)
         for feature in context.additions.features:

@@ -22,7 +22,7 @@ class PlanningPlugins(Component):
             context.memory.open()
         paths, config, store = context.paths, context.config, context.memory.store
         on_disk = config.get_bool("/planner/write-problem", default=False)
-        files = ProblemFiles(paths.substitutions, paths.config_file.parent, on_disk=on_disk)
+        files = ProblemFiles(paths.substitutions, paths.confdir, on_disk=on_disk)
         self._generator = PddlRobotMemory(context.board, context.bus, config, store, files)
         try:
             service = None if context.make_planning is None else context.make_planning(context.name)

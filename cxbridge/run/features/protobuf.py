@@ -10,7 +10,8 @@ SECTION = "/clips-protobuf"
 
 def make(context: RunContext) -> Feature:
     """Make the feature."""
-    from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings  # noqa: PLC0415
+    from cxbridge.executive.features.protobuf import ProtobufFeature  # noqa: PLC0415
+    from cxbridge.executive.protobuf.settings import ProtobufSettings  # noqa: PLC0415
 
-    folder = context.paths.config_file.parent
-    return ProtobufFeature(ProtobufSettings.from_config(context.config, context.paths.placeholders, folder))
+    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
+    return ProtobufFeature(settings, context.additions.connections)

@@ -10,6 +10,7 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.feature import Feature
     from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.executive.protobuf.connections import MakeConnections
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.trace.formats.base import RunWriter
 
@@ -23,12 +24,14 @@ class Additions:
         the configuration they serve the Skillers of the run.
     :param writers: get the events of the run, and are closed at its end.
     :param planning: makes what plans for the environment of that name; None: planners.
+    :param connections: makes what carries the messages of the feature protobuf; None: sockets.
     """
 
     features: tuple[Feature, ...] = ()
     executors: tuple[type[SkillExecutor], ...] = ()
     writers: tuple[RunWriter, ...] = ()
     planning: Callable[[str], PlanningService] | None = None
+    connections: MakeConnections | None = None
 
 
 NOTHING = Additions()

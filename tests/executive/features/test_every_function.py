@@ -23,12 +23,13 @@ from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings
+from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.protobuf.settings import ProtobufSettings
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory

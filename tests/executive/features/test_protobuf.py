@@ -4,17 +4,20 @@ from __future__ import annotations
 
 import socket
 import threading
+from functools import partial
 
 import pytest
 
 from cxbridge.config import Configuration
+from cxbridge.config.checkouts import Checkouts
 from cxbridge.errors import ClipsError, ConfigError
 from cxbridge.events import Level
-from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufSettings
+from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.protobuf.frames import Frame, encode
+from cxbridge.executive.protobuf.settings import ProtobufSettings
 from tests.executive.protobuf.conftest import PROTOS, WAIT, free_port
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
@@ -551,9 +554,8 @@ def test_what_strangers_did_is_in_the_log(pb, feature, log):
 
 
 def settings(text, folder):
-    return ProtobufSettings.from_config(
-        Configuration.from_text(text, "test.yaml"), {"BASEDIR": "/base"}, folder
-    )
+    expand = partial(Checkouts().expand, placeholders={"BASEDIR": "/base"}, here=folder)
+    return ProtobufSettings.from_config(Configuration.from_text(text, "test.yaml"), expand)
 
 
 def test_the_settings(tmp_path):

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Final
 
-import typer
-
+from cxbridge.cli.commands.game.options import AgentOptions, LeagueOptions, PlayOptions
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import complain, say_json
 from cxbridge.cli.console_options import ConsoleOptions
@@ -16,13 +15,16 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.progress import progress
 from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import LogOptions, RunOptions, ScenarioOptions, SourceOptions, TraceOptions
+from cxbridge.events import Event, LogLine
+from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cxbridge.game.match import Game
+    from cxbridge.game.scenario import ScenarioGame
     from cxbridge.game.score import GameResult
+    from cxbridge.rcll.game import LeagueGame
 
 NOT_OVER: Final = 3
 """Exit status of a game that did not come to its end."""
@@ -30,72 +32,101 @@ NOT_OVER: Final = 3
 FAULT: Final = 4
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Agent(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
-    """The agent, and what is recorded."""
+class _GameLog(RunLog):
+    """As the log of a run; what the league's referee prints only with ``--verbose``."""
 
+    def __init__(self, console: ConsoleOptions) -> None:
+        super().__init__(quiet=console.quiet, verbose=console.verbose)
+        self._all = console.verbose
 
-@dataclass(frozen=True, kw_only=True)
-class _Game:
-    """What is played."""
-
-    against: Annotated[
-        Path | None,
-        typer.Option(metavar="SCENARIO", help="A second agent, on the same seeds.", show_default=False),
-    ] = None
-    games: Annotated[int, typer.Option(min=1, metavar="N", help="How many games, each with a seed.")] = 1
-    seed: Annotated[int, typer.Option(help="The seed of the first game; the others follow.")] = 0
-    minutes: Annotated[
-        float | None,
-        typer.Option(
-            min=0,
-            metavar="M",
-            help="Minutes of the production; as the scenario says by default.",
-            show_default=False,
-        ),
-    ] = None
-    world: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="What can fail; world.yaml beside the scenario by default. Without one nothing fails.",
-            show_default=False,
-        ),
-    ] = None
-    jobs: Annotated[
-        int, typer.Option(min=0, help="Processes for many games; 0: as many as there are processors.")
-    ] = 0
+    def __call__(self, event: Event) -> None:
+        """Print a log line, if it is to be shown."""
+        if self._all or not (isinstance(event, LogLine) and event.component == "Referee"):
+            super().__call__(event)
 
 
 @option_groups
-def game(agent: _Agent, play: _Game, console: ConsoleOptions, *, as_json: AsJson = False) -> int:
+def game(
+    agent: AgentOptions,
+    play: PlayOptions,
+    league: LeagueOptions,
+    console: ConsoleOptions,
+    *,
+    as_json: AsJson = False,
+) -> int:
     """Play a game on the virtual clock, and print the score; play many with --games or --against.
 
-    A game is a scenario with a referee that publishes GameInterface. Its orders, and what fails, are drawn by
-    the seed: the same seed is the same game.
+    A game is a scenario with a referee that publishes GameInterface; or, with --refbox-dir, a game of the
+    RoboCup Logistics League, judged by the referee's own rules in the same process. The orders, and what
+    fails, are drawn by the seed: the same seed is the same game.
 
     Exit status: 0 each game came to its end; 2 bad input; 3 one did not; 4 a fault of a run itself.
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
-    from cxbridge.game.scenario import ScenarioGame
-
     options = RunOptions(**vars(agent), skiller="none")
-    options.check()
-    first = ScenarioGame(run=options, minutes=play.minutes, world=play.world)
-    if play.games == 1 and play.against is None:
-        log = RunLog(quiet=console.quiet, verbose=console.verbose)
+    first = (
+        _league_game(options, play, league) if league.refbox_dir else _scenario_game(options, play, league)
+    )
+    against = play.second_agent()
+    if play.games == 1 and against is None:
+        log = _GameLog(console)
         return _one(first.play(play.seed, log, log.attach), as_json=as_json)
-    games: dict[str, Game] = {str(agent.scenario): first}
-    if play.against is not None:
-        games[str(play.against)] = replace(first, run=replace(options, scenario=play.against))
-        if len(games) == 1:
-            raise CxbridgeError(f"--against names the same agent: {play.against}", hint="name another one")
     if options.trace or options.log or options.bblog:
         raise CxbridgeError(
             "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
         )
-    return _many(games, play, as_json=as_json)
+    return _many(_games(first, against), play, as_json=as_json)
+
+
+def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> ScenarioGame:
+    from cxbridge.game.scenario import ScenarioGame
+
+    league.refuse_without_refbox()
+    options.check()
+    return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
+
+
+def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> LeagueGame:
+    from cxbridge.rcll.game import LeagueGame
+
+    if play.world is not None:
+        raise CxbridgeError("a game of the league has no world of its own", hint="see --failures")
+    if options.fawkes_dir is None and not options.overlays:
+        raise CxbridgeError(
+            "there is no agent to play",
+            hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
+        )
+    assert league.refbox_dir is not None
+    found = LeagueGame(
+        run=options,
+        refbox_dir=league.refbox_dir,
+        proto_dirs=league.proto_dirs,
+        referee_config=league.referee_config,
+        failures=league.failures,
+    )
+    return found if play.minutes is None else replace(found, minutes=play.minutes)
+
+
+def _games(first: ScenarioGame | LeagueGame, against: Path | None) -> dict[str, Game]:
+    """Return the games that meet the same seeds, by the names of their agents.
+
+    :param against: a scenario, or a folder that is laid over the league's agent.
+    """
+    from cxbridge.game.scenario import ScenarioGame
+
+    name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
+    games: dict[str, Game] = {name: first}
+    if against is not None:
+        if isinstance(first, ScenarioGame):
+            games[str(against)] = replace(first, run=replace(first.run, scenario=against))
+        else:
+            run = replace(first.run, overlays=(against, *first.run.overlays))
+            run.check()
+            games[str(against)] = replace(first, run=run)
+        if len(games) == 1:
+            raise CxbridgeError(f"--against names the same agent: {against}", hint="name another one")
+    return games
 
 
 def _one(result: GameResult, *, as_json: bool) -> int:
@@ -108,7 +139,7 @@ def _one(result: GameResult, *, as_json: bool) -> int:
     return _status({result.seed: result})
 
 
-def _many(games: Mapping[str, Game], play: _Game, *, as_json: bool) -> int:
+def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
     from cxbridge.cli.commands.game.output import say_games
     from cxbridge.game.match import GamesSummary, Match, play_games
 
@@ -127,9 +158,9 @@ def _many(games: Mapping[str, Game], play: _Game, *, as_json: bool) -> int:
 
 def _status(results: Mapping[int, GameResult]) -> int:
     """Tell what went wrong; returns the exit status."""
+    for each in dict.fromkeys(each for result in results.values() for each in result.undefined):
+        complain(f"{each}; what it does never happens")
     for seed, result in results.items():
-        for each in result.undefined:
-            complain(f"{each}; what it does never happens")
         for fault in result.faults:
             complain(f"seed {seed}: {fault}")
     if any(result.faults for result in results.values()):

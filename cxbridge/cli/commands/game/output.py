@@ -10,15 +10,16 @@ from cxbridge.game.score import GameResult
 
 
 def say_game(result: GameResult) -> None:
-    """Print the points in the order in which they came, who was busy, and the score."""
+    """Print the points in the order in which they came, what each one did, and the score."""
     score = result.score
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
     for delivery in score.deliveries:
         order = f"order {delivery.order} ({delivery.complexity})"
         say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {order}")
-    for name, seconds in result.robots.items():
-        say(f"busy: {name} {seconds:g} s")
+    for name, work in result.robots.items():
+        failed = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
+        say(f"busy: {name} {work.busy_seconds:g} s{failed}")
     points = ", ".join(f"{team} {points}" for team, points in score.points.items())
     ended = "over" if result.is_over else f"not over, in {score.phase}"
     say(

@@ -1,0 +1,114 @@
+"""The options of `cxbridge game`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
+
+
+@dataclass(frozen=True, kw_only=True)
+class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
+    """The agent, and what is recorded."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayOptions:
+    """What is played."""
+
+    second: Annotated[
+        Path | None,
+        typer.Argument(metavar="[SCENARIO2]", help="As --against SCENARIO2.", show_default=False),
+    ] = None
+    against: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="SCENARIO",
+            help="A second agent, on the same seeds. With --refbox-dir: a folder that is laid over the "
+            "first one's.",
+            show_default=False,
+        ),
+    ] = None
+    games: Annotated[int, typer.Option(min=1, metavar="N", help="How many games, each with a seed.")] = 1
+    seed: Annotated[int, typer.Option(help="The seed of the first game; the others follow.")] = 0
+    minutes: Annotated[
+        float | None,
+        typer.Option(
+            min=0,
+            metavar="M",
+            help="Minutes of the production; by default as the scenario says, in the league 20.",
+            show_default=False,
+        ),
+    ] = None
+    world: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="What can fail; world.yaml beside the scenario by default. Without one nothing fails.",
+            show_default=False,
+        ),
+    ] = None
+    jobs: Annotated[
+        int, typer.Option(min=0, help="Processes for many games; 0: as many as there are processors.")
+    ] = 0
+
+    def second_agent(self) -> Path | None:
+        """Return the agent that the first one is compared with."""
+        if self.second is not None and self.against is not None:
+            raise CxbridgeError(f"there are two second agents: {self.second} and {self.against}")
+        return self.second or self.against
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeagueOptions:
+    """A game of the RoboCup Logistics League."""
+
+    refbox_dir: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="DIR",
+            help="Play in the RoboCup Logistics League, with the unchanged rules of this checkout of "
+            "rcll-refbox.",
+            show_default=False,
+        ),
+    ] = None
+    proto_dirs: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            "--proto-dir",
+            metavar="DIR",
+            help="A folder with the league's message definitions, when the checkouts lack their submodules. "
+            "Repeatable.",
+        ),
+    ] = ()
+    referee_config: Annotated[
+        tuple[Path, ...],
+        typer.Option(
+            metavar="FILE", help="A file that is laid over the referee box's configuration. Repeatable."
+        ),
+    ] = ()
+    failures: Annotated[
+        float,
+        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of the league's robots fails."),
+    ] = 0.0
+
+    def refuse_without_refbox(self) -> None:
+        """Refuse what only a game of the league has.
+
+        :raises CxbridgeError: when it is given.
+        """
+        given = {
+            "--proto-dir": self.proto_dirs,
+            "--referee-config": self.referee_config,
+            "--failures": self.failures,
+        }
+        for name, value in given.items():
+            if value:
+                raise CxbridgeError(
+                    f"{name} is for games of the league", hint="name the referee: --refbox-dir"
+                )

@@ -1,0 +1,42 @@
+"""What each executor of skills did in a run: how long it was busy, and what failed."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.events import Event, InterfaceMessage, SkillStatus
+from cxbridge.game.score import RobotWork
+from cxbridge.history.builder import RunHistory
+
+
+class WorkCount:
+    """Adds up the executions of Skillers and of a skill board's executors; a sink of events.
+
+    :param start_us: when the run begins.
+    """
+
+    events = (SkillStatus, InterfaceMessage)
+    """What it listens to."""
+
+    def __init__(self, start_us: int) -> None:
+        self._history = RunHistory(start_us=start_us)
+
+    def __call__(self, event: Event) -> None:
+        """Take an event."""
+        self._history.take(event)
+
+    def by_name(self, end_us: int) -> dict[str, RobotWork]:
+        """Return the work of each one, by its name.
+
+        :param end_us: when the run has ended.
+        """
+        busy: defaultdict[str, int] = defaultdict(int)
+        failed: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        for call in self._history.calls:
+            busy[call.skiller] += (call.end[1] if call.end else end_us) - call.begin[1]
+            if call.error:
+                failed[call.skiller][call.error] += 1
+        return {
+            name: RobotWork(round(busy[name] / MICROSECONDS, 1), dict(failed[name])) for name in sorted(busy)
+        }

@@ -1,0 +1,79 @@
+"""Where things are on the field: zones, the sides of machines, and how far it is from one to another."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Iterable
+from typing import Final, NamedTuple
+
+from cxbridge.executive.host.values import Value
+
+_ZONE: Final = re.compile(r"([CM])[-_]Z(\d)(\d)")
+_MACHINE: Final = re.compile(r"(?:WAIT-)?([CM]-(?:BS|DS|SS|CS\d|RS\d))(?:-(INPUT|OUTPUT|I|O))?")
+_BEFORE_M: Final = 0.75
+"""Metres from the centre of a machine to a robot that works at it."""
+
+_WAITING_M: Final = 1.5
+_ENTRY: Final = (4.5, 0.5)
+
+
+class Pose(NamedTuple):
+    """Where a robot is.
+
+    :param x: metres; magenta's half is below 0.
+    :param y: metres.
+    :param yaw: radians.
+    """
+
+    x: float
+    y: float
+    yaw: float = 0.0
+
+    def distance(self, other: Pose) -> float:
+        """Return how far it is to another, in metres."""
+        return math.hypot(self.x - other.x, self.y - other.y)
+
+
+def entry(robot: int) -> Pose:
+    """Return where a robot of cyan is at the beginning."""
+    return Pose(_ENTRY[0] + robot - 1, _ENTRY[1], math.pi / 2)
+
+
+class Field:
+    """The field.
+
+    :param machines: returns the slots of the referee's facts about machines.
+    """
+
+    def __init__(self, machines: Callable[[], Iterable[dict[str, Value]]]) -> None:
+        self._machines = machines
+
+    def find(self, place: str) -> Pose | None:
+        """Return where a place is that skills name; None when nobody knows."""
+        zone = _ZONE.fullmatch(place)
+        if zone is not None:
+            return _centre(*zone.groups())
+        machine = _MACHINE.fullmatch(place)
+        if machine is None:
+            return None
+        metres = _WAITING_M if place.startswith("WAIT") else _BEFORE_M
+        return self._at(machine[1], (machine[2] or "I")[0], metres)
+
+    def _at(self, name: str, side: str, metres: float) -> Pose | None:
+        slots = next((each for each in self._machines() if each["name"] == name), None)
+        found = None if slots is None else _ZONE.fullmatch(str(slots["zone"]))
+        if slots is None or found is None:
+            return None
+        rotation = slots["rotation"]
+        degrees = rotation if isinstance(rotation, int | float) else 0
+        centre, yaw = _centre(*found.groups()), math.radians(degrees)
+        # a robot at the input looks the way that the machine is turned to
+        sign = 1 if side == "I" else -1
+        x, y = centre.x + sign * metres * math.cos(yaw), centre.y + sign * metres * math.sin(yaw)
+        return Pose(x, y, yaw + (math.pi if sign > 0 else 0.0))
+
+
+def _centre(half: str, column: str, row: str) -> Pose:
+    x = int(column) - 0.5
+    return Pose(-x if half == "M" else x, int(row) - 0.5)

@@ -1,0 +1,159 @@
+"""The functions that the referee box gives its rules: configuration, machines, the field."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from random import Random
+from typing import Final
+
+from cxbridge.config import Configuration
+from cxbridge.executive.features.config import confvals
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
+from cxbridge.rcll.machines import Machine, Place
+from cxbridge.rcll.placing import NAMES, Placed, place
+from cxbridge.rcll.refbox import Refbox
+
+_TEXT: Final = "*;sy"
+_NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)
+
+
+def _truth(value: object) -> Symbol:
+    return TRUE if value else FALSE
+
+
+class ConfigFunctions:
+    """``config-...`` and ``load-config``.
+
+    :param config: the referee's own.
+    """
+
+    def __init__(self, env: ClipsEnvironment, config: Configuration, refbox: Refbox) -> None:
+        self._env = env
+        self._config = config
+        define = env.define
+        define("get-clips-dirs", lambda: (f"{refbox.rules}/",))
+        define("load-config", self._load, 1, types=_TEXT)
+        define("config-path-exists", lambda path: _truth(config.exists(path)), 1, types=_TEXT)
+        define("config-get-bool", self._bool, 1, types=_TEXT)
+        define("config-get-int", self._int, 1, types=_TEXT)
+        for kind in ("float", "uint", "int", "bool", "string"):
+            define(f"config-update-{kind}", self._update, 2, types=_TEXT)
+
+    def _load(self, prefix: str) -> None:
+        for slots in confvals(self._config, prefix):
+            self._env.assert_fact("confval", slots)
+
+    def _bool(self, path: str) -> Value:
+        return _truth(self._config.get_bool(path, default=False))
+
+    def _int(self, path: str) -> Value:
+        return self._config.get_int(path, default=0)
+
+    def _update(self, path: str, value: Value) -> None:
+        if value in (TRUE, FALSE):
+            self._config.set(path, value == TRUE)
+        elif isinstance(value, str | int | float):
+            self._config.set(path, str(value) if isinstance(value, str) else value)
+
+
+class MachineFunctions:
+    """``mps-...`` and ``reconfigure-machine``.
+
+    :param make: makes the machine of a name.
+    """
+
+    def __init__(self, env: ClipsEnvironment, make: Callable[[str], Machine]) -> None:
+        self.machines: dict[str, Machine] = {}
+        self._make = make
+        self._log = env.log
+        self._define(env)
+
+    def _define(self, env: ClipsEnvironment) -> None:
+        def on(name: str, work: Callable[..., None], more: int = 0) -> None:
+            env.define(name, lambda machine, *rest: self._on(machine, work, rest), 1 + more, types=_TEXT)
+
+        def nothing(*_arguments: Value) -> None:
+            """Do nothing: nobody looks at lights here."""
+
+        on("mps-move-conveyor", lambda machine, goal, _way: machine.move(Place(goal)), 2)
+        on("mps-bs-dispense", Machine.dispense, 1)
+        on("mps-cs-retrieve-cap", Machine.retrieve_cap)
+        on("mps-cs-mount-cap", Machine.mount_cap)
+        on("mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2)
+        on("mps-ds-process", Machine.deliver, 1)
+        on("mps-deliver", lambda machine: machine.move(Place.OUTPUT))
+        on("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
+        on("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
+        on("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)
+        on("mps-reset", Machine.reset)
+        env.define("mps-reset-base-counter", nothing, 1, types=_TEXT)
+        env.define("mps-reset-lights", nothing, 1, types=_TEXT)
+        env.define("mps-set-light", nothing, 3, types=_TEXT)
+        env.define("mps-set-lights", nothing, 4, types=_TEXT)
+        env.define("reconfigure-machine", self._reconfigure, 1, types=_TEXT)
+
+    def _on(self, name: str, work: Callable[..., None], rest: tuple[Value, ...]) -> None:
+        machine = self.machines.get(name)
+        if machine is None:
+            self._log.error(f"Invalid station {name}")
+        else:
+            work(machine, *rest)
+
+    def _reconfigure(self, name: str) -> None:
+        self.machines[str(name)] = self._make(str(name))
+
+    def loop(self) -> None:
+        """Let all machines do what is due."""
+        for machine in self.machines.values():
+            machine.loop()
+
+
+class FieldFunctions:
+    """``mps-generator-...``: where the machines stand. It is known at once, unlike in the referee box.
+
+    :param random: draws it.
+    """
+
+    def __init__(self, env: ClipsEnvironment, random: Random) -> None:
+        self._random = random
+        self._machines = set(NAMES)
+        self._size = (7, 8)
+        self._placed: list[Placed] | None = None
+        define = env.define
+        define("mps-generator-set-field", self._set_field, 2, types="*;l;l")
+        define("mps-generator-add-machine", self._add, 1, types="*;l")
+        define("mps-generator-remove-machine", self._remove, 1, types="*;l")
+        define("mps-generator-start", self._start)
+        define("mps-generator-abort", lambda: None)
+        define("mps-generator-running", lambda: FALSE)
+        define("mps-generator-field-generated", lambda: _truth(self._placed))
+        define("mps-generator-get-generated-field", self._field)
+
+    def _set_field(self, width: int, height: int) -> Value:
+        if width <= 0 or height <= 0:
+            return FALSE
+        self._size = (width, height)
+        return TRUE
+
+    def _add(self, number: int) -> Value:
+        new = number not in self._machines
+        self._machines.add(number)
+        return _truth(new)
+
+    def _remove(self, number: int) -> Value:
+        known = number in self._machines
+        self._machines.discard(number)
+        return _truth(known)
+
+    def _start(self) -> None:
+        self._placed = place(self._random, self._machines, *self._size)
+
+    def _field(self) -> Value:
+        if self._placed is None:
+            return _NO_FIELD
+        field: list[Value] = []
+        for each in self._placed:
+            name = NAMES.get(each.machine, "NOT-SET")
+            field += (Symbol(f"C-{name}"), Symbol(f"C_Z{each.x}{each.y}"), each.angle)
+        return tuple(field)

@@ -1,0 +1,189 @@
+"""The machines of the field: the workpieces on their belts, and their work on these, on the run's clock."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from enum import StrEnum
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS, Clock
+
+BELT_MIDDLE_S: Final = 1.538
+BELT_END_S: Final = 2.656
+DISPENSE_S: Final = 1.1
+CAP_S: Final = 17.5
+RING_S: Final = 17.308
+STORAGE_S: Final = 17.5
+DELIVERY_S: Final = (3.746, 4.746, 3.983)
+"""How long machines work: the referee box's mockup machines were given what real ones take."""
+
+Report = Callable[[str, str, object], None]
+"""Called with the name of a machine, what changed (``BUSY``, ``READY``, ``SLIDE-COUNTER``), and its value."""
+
+
+class Place(StrEnum):
+    """Where a workpiece can be at a machine."""
+
+    INPUT = "INPUT"
+    MIDDLE = "MIDDLE"
+    OUTPUT = "OUTPUT"
+
+
+@dataclass(slots=True)
+class Workpiece:
+    """A workpiece.
+
+    :param parts: from bottom to top: the base, rings, a cap.
+    """
+
+    parts: list[str] = field(default_factory=list)
+
+    def __str__(self) -> str:
+        return " ".join(self.parts)
+
+
+@dataclass(slots=True)
+class _Work:
+    """What a machine has to do.
+
+    :param seconds: how long it takes once it has begun.
+    :param source: where there must be a workpiece; empty: it needs none.
+    :param end: called when it is done.
+    """
+
+    seconds: float
+    source: tuple[Place, ...]
+    end: Callable[[], None]
+    due_us: int | None = None
+
+
+class Machine:
+    """A machine.
+
+    :param report: called when its sensors see something new.
+    """
+
+    def __init__(self, name: str, clock: Clock, report: Report) -> None:
+        self.name = name
+        self.belt: dict[Place, Workpiece] = {}
+        self.slide = 0
+        self.has_cap = False
+        self.delivered: list[Workpiece] = []
+        self._clock = clock
+        self._report = report
+        self._work: list[_Work] = []
+
+    # -- what the referee has it do
+
+    def dispense(self, colour: str) -> None:
+        """Put a base on the belt."""
+        self._begin(DISPENSE_S, (), lambda: self._lay(Place.MIDDLE, Workpiece([colour])))
+
+    def move(self, goal: Place) -> None:
+        """Move the workpiece on the belt, as soon as there is one."""
+        seconds = BELT_MIDDLE_S if goal is Place.MIDDLE else BELT_END_S
+        others = tuple(place for place in Place if place is not goal)
+        self._begin(seconds, others, lambda: self._carry(others, goal))
+
+    def mount_ring(self, colour: str) -> None:
+        """Mount a ring on the workpiece in the middle."""
+        self._begin(RING_S, (Place.MIDDLE,), lambda: self.belt[Place.MIDDLE].parts.append(colour))
+
+    def retrieve_cap(self) -> None:
+        """Take the cap off the workpiece in the middle."""
+        self._begin(CAP_S, (Place.MIDDLE,), self._take_cap)
+
+    def mount_cap(self) -> None:
+        """Mount the cap on the workpiece in the middle."""
+        self._begin(CAP_S, (Place.MIDDLE,), self._give_cap)
+
+    def deliver(self, gate: int) -> None:
+        """Deliver the workpiece at the input."""
+        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (Place.INPUT,), self._deliver)
+
+    def store(self) -> None:
+        """Store the workpiece in the middle."""
+        self._begin(STORAGE_S, (Place.MIDDLE,), lambda: self._drop(Place.MIDDLE))
+
+    def retrieve(self) -> None:
+        """Take something out of the storage."""
+        self._begin(STORAGE_S, (), lambda: self._lay(Place.MIDDLE, Workpiece(["STORED"])))
+
+    def relocate(self) -> None:
+        """Move something within the storage."""
+        self._begin(STORAGE_S, (), lambda: None)
+
+    def reset(self) -> None:
+        """Stop; somebody takes away what is not at the input."""
+        self._work.clear()
+        for place in (Place.MIDDLE, Place.OUTPUT):
+            if self.belt.pop(place, None) is not None and place is Place.OUTPUT:
+                self._report(self.name, "READY", False)
+
+    # -- what robots do at it
+
+    def put(self, workpiece: Workpiece) -> None:
+        """Lay a workpiece at the input."""
+        self.belt[Place.INPUT] = workpiece
+
+    def pay(self) -> None:
+        """Let a workpiece go down the slide."""
+        self.slide += 1
+        self._report(self.name, "SLIDE-COUNTER", self.slide)
+
+    def take(self, place: Place) -> Workpiece | None:
+        """Take the workpiece there; None when there is none."""
+        taken = self.belt.pop(place, None)
+        if taken is not None and not self.belt.keys() & {Place.INPUT, Place.OUTPUT}:
+            self._report(self.name, "READY", False)
+        return taken
+
+    # -- its work
+
+    def loop(self) -> None:
+        """Do what is due."""
+        while self._work:
+            work = self._work[0]
+            if work.due_us is None:
+                if work.source and not self.belt.keys() & set(work.source):
+                    return
+                work.due_us = self._clock.now_us() + round(work.seconds * MICROSECONDS)
+            if self._clock.now_us() < work.due_us:
+                return
+            del self._work[0]
+            work.end()
+            self._report(self.name, "BUSY", False)
+
+    def _begin(self, seconds: float, source: tuple[Place, ...], end: Callable[[], None]) -> None:
+        self._report(self.name, "BUSY", True)
+        self._work.append(_Work(seconds, source, end))
+
+    def _lay(self, place: Place, workpiece: Workpiece) -> None:
+        self.belt[place] = workpiece
+        if place is not Place.MIDDLE:
+            self._report(self.name, "READY", True)
+
+    def _carry(self, sources: tuple[Place, ...], goal: Place) -> None:
+        # what is nearest to the middle goes first
+        for place in sorted(sources, key=lambda place: place is not Place.MIDDLE):
+            if place in self.belt:
+                self._lay(goal, self.belt.pop(place))
+                return
+
+    def _take_cap(self) -> None:
+        parts = self.belt[Place.MIDDLE].parts
+        if len(parts) > 1:
+            parts.pop()
+        self.has_cap = True
+
+    def _give_cap(self) -> None:
+        self.belt[Place.MIDDLE].parts.append(f"CAP-OF-{self.name}")
+        self.has_cap = False
+
+    def _deliver(self) -> None:
+        self.delivered.append(self.belt[Place.INPUT])
+        self._drop(Place.INPUT)
+
+    def _drop(self, place: Place) -> None:
+        self.belt.pop(place, None)

@@ -1,0 +1,80 @@
+"""A checkout of the league's referee box: its rules, its configuration, its message definitions."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Final
+
+from msgspec import Struct
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+
+RULES: Final = "src/games/rcll"
+CONFIGURATION: Final = "cfg"
+MESSAGES: Final = "src/msgs/rcll-protobuf-msgs"
+
+_MOST_MESSAGES: Final = 1000
+
+
+class Refbox(Struct, frozen=True):
+    """A checkout of the referee box, whose files are used unchanged.
+
+    :param folder: its top.
+    """
+
+    folder: Path
+
+    @classmethod
+    def open(cls, folder: Path) -> Refbox:
+        """Return the checkout.
+
+        :raises CxbridgeError: when it is none.
+        """
+        if not (folder / RULES / "init.clp").is_file():
+            raise CxbridgeError(
+                f"this is not a checkout of the referee box: it has no {RULES}/init.clp",
+                file=folder,
+                hint="name the top folder of a clone of rcll-refbox",
+            )
+        return cls(folder.resolve())
+
+    @property
+    def rules(self) -> Path:
+        """The folder with its CLIPS files."""
+        return self.folder / RULES
+
+    @property
+    def messages(self) -> Path:
+        """The folder with its message definitions; empty when the clone has no submodules."""
+        return self.folder / MESSAGES
+
+    def configuration(self, *more: Path) -> Configuration:
+        """Return its configuration: the default of each folder in their order, as the referee box reads it.
+
+        :param more: files that are laid over it.
+        :raises ConfigError: when a file is wrong.
+        """
+        config = Configuration()
+        folders = sorted(path for path in (self.folder / CONFIGURATION).iterdir() if path.is_dir())
+        for folder in folders:
+            default = folder / f"default_{folder.name}.yaml"
+            if default.is_file():
+                config.overlay(Configuration.load(default, confdir=self.folder / CONFIGURATION))
+        config.overlay_files(more)
+        return config
+
+
+def find_messages(*folders: Path) -> Path:
+    """Return the first of the folders that has message definitions.
+
+    :raises CxbridgeError: when none has.
+    """
+    for folder in folders:
+        if any(folder.glob("*.proto")):
+            return folder
+    names = ", ".join(map(str, folders))
+    raise CxbridgeError(
+        f"none of these folders has message definitions (*.proto): {names}",
+        hint="fetch the submodules of a checkout, or name a clone of rcll-protobuf-msgs with --proto-dir",
+    )

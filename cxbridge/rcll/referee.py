@@ -1,0 +1,157 @@
+"""The referee: the rules of the referee box in an environment of their own, on the clock of the run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from random import Random
+from typing import Final
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ExecutiveError
+from cxbridge.executive.features.protobuf import ProtobufFeature
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.making import NumberFact
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
+from cxbridge.executive.protobuf.local import LocalNetwork
+from cxbridge.executive.protobuf.settings import ProtobufSettings
+from cxbridge.mainloop import Hook
+from cxbridge.rcll.hostfunctions import ConfigFunctions, FieldFunctions, MachineFunctions
+from cxbridge.rcll.machines import Machine
+from cxbridge.rcll.refbox import Refbox
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+
+ENVIRONMENT: Final = "referee"
+"""The name of its CLIPS environment, in logs and recordings."""
+
+STATION: Final = "/llsfrb/mps/stations/"
+SERVER_PORT: Final = "/llsfrb/comm/server-port"
+
+_VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSION-MICRO* = 0)"
+
+
+@dataclass(frozen=True, slots=True)
+class RefereeSettings:
+    """What a referee is made from.
+
+    :param config: its configuration.
+    :param messages: the folder with message definitions.
+    :param network: carries its messages.
+    :param seed: of everything that it draws.
+    """
+
+    refbox: Refbox
+    config: Configuration
+    messages: Path
+    network: LocalNetwork
+    seed: int
+
+
+class Referee(Component):
+    """Watches over a game.
+
+    :raises CxbridgeError: when its rules do not load.
+    """
+
+    hooks = (Hook.SENSOR_ACQUIRE,)
+    description = "Referee of the RoboCup Logistics League"
+
+    def __init__(self, context: RunContext, settings: RefereeSettings) -> None:
+        self._settings = settings
+        self._clock = context.clock
+        self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
+        self._protobuf = ProtobufFeature(
+            ProtobufSettings((settings.messages,)), settings.network.join, templates=False
+        )
+        try:
+            self._define()
+            self._time = NumberFact(env.env, "time")
+            self._load()
+        except Exception:
+            self._close_environment()
+            raise
+
+    def _define(self) -> None:
+        env, settings = self.env, self._settings
+        env.build_unrecorded(_VERSION)
+        ConfigFunctions(env, settings.config, settings.refbox)
+        self._machines = MachineFunctions(env, self._make_machine)
+        FieldFunctions(env, Random(settings.seed))  # noqa: S311 - a game, not a secret
+        env.define("print-fact-list", self._print_facts, 2, types="*;m;m")
+        self._protobuf.init_context(env)
+        self._protobuf.connections(env).enable_server(settings.config.get_uint(SERVER_PORT, default=0))
+
+    def _load(self) -> None:
+        env, start = self.env, self._settings.refbox.rules / "init.clp"
+        if not env.batch(start):
+            raise ExecutiveError("the referee's rules do not load; see the log", file=start)
+        env.call("seed", self._settings.seed)  # its own is the time of the machine
+        env.assert_string("(init)")
+        env.refresh_agenda()
+        env.run()
+
+    def _make_machine(self, name: str) -> Machine:
+        return Machine(name, self._clock, self._report)
+
+    def _report(self, machine: str, what: str, value: object) -> None:
+        """Tell the rules what the sensors of a machine see."""
+        said: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
+        if value is True:
+            said = TRUE
+        self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(what), said))
+
+    def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
+        """Print nothing: what the referee box shows at the end as tables is in the result of the game."""
+
+    def loop(self) -> None:
+        """Look at the machines and at what came in, and let the rules decide."""
+        env = self.env
+        with env.lock:
+            self._machines.loop()
+            self._protobuf.before_run(env)
+            self._time.add(*env.time_of(self._clock.now_us()))
+            env.refresh_agenda()
+            env.run()
+            self._protobuf.forget(env)
+
+    @property
+    def machines(self) -> dict[str, Machine]:
+        """The machines by name."""
+        return self._machines.machines
+
+    @property
+    def faults(self) -> list[str]:
+        """What went wrong in its functions."""
+        return self.env.faults
+
+    def facts(self, template: str) -> Iterator[dict[str, Value]]:
+        """Yield the slots of its facts of a deftemplate."""
+        for _, _, slots in self.env.facts(template):
+            yield slots
+
+    def close(self) -> None:
+        """End it."""
+        self._time.dispose()
+        self._close_environment()
+
+    def _close_environment(self) -> None:
+        self._protobuf.context_destroyed(self.env)
+        self.env.destroy()
+
+
+def referee_maker(
+    settings: RefereeSettings, made: Callable[[Referee], None]
+) -> Callable[[RunContext], Component]:
+    """Return what makes the referee of a run.
+
+    :param made: called with it.
+    """
+
+    def make(context: RunContext) -> Component:
+        referee = Referee(context, settings)
+        made(referee)
+        return referee
+
+    return make

@@ -1,0 +1,275 @@
+"""The robots: executors of the team's skills, which move over the field and work at the machines."""
+
+from __future__ import annotations
+
+import math
+from collections import Counter
+from collections.abc import Callable, Generator, Iterable
+from dataclasses import dataclass, field
+from random import Random
+from typing import Any, Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import SkillError
+from cxbridge.mainloop import Hook
+from cxbridge.rcll.field import Field, Pose, entry
+from cxbridge.rcll.machines import Machine, Place, Workpiece
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.protocol import SkillCall
+
+SPEED: Final = 0.5
+"""Metres a second."""
+
+ALIGN_S: Final = 4.0
+"""Seconds at the end of a way, to align with a machine."""
+
+ANYWHERE_S: Final = 12.0
+"""Seconds to a place that nobody knows."""
+
+HANDLE_S: Final = 15.0
+"""Seconds to take or to put a workpiece."""
+
+LOOK_S: Final = 5.0
+ENTER_S: Final = 4.0
+
+_GENERATORS: Final = ("NavGraphWithMPSGeneratorInterface", "NavGraphGeneratorInterface")
+_POSE_S: Final = 0.5
+
+
+@dataclass(slots=True)
+class Robot:
+    """A robot.
+
+    :param number: from 1.
+    :param held: what is in its gripper.
+    :param put_at: the machine where it has put something last.
+    :param busy_us: how long it has executed skills.
+    :param failed: how often a skill has failed, by what was wrong.
+    """
+
+    name: str
+    number: int
+    pose: Pose
+    held: Workpiece | None = None
+    put_at: str = ""
+    busy_us: int = 0
+    failed: Counter[str] = field(default_factory=Counter)
+
+
+@dataclass(slots=True)
+class RobotWorld:
+    """What robots share.
+
+    :param places: where things are.
+    :param machine: returns the machine of a name.
+    :param failures: how likely a skill fails at its end, from 0 to 1.
+    :param seed: of all that is drawn.
+    """
+
+    places: Field
+    machine: Callable[[str], Machine | None]
+    seed: int = 0
+    failures: float = 0.0
+    robots: dict[str, Robot] = field(default_factory=dict)
+
+    def add(self, names: Iterable[str]) -> None:
+        """Add robots."""
+        for number, name in enumerate(names, start=1):
+            self.robots[name] = Robot(name, number, entry(number))
+
+
+class RobotExecutor(SkillExecutor):
+    """Executes the skills of a robot. Made by :func:`robot_executor` for a world."""
+
+    skills = (
+        "moveto",
+        "drive_into_field",
+        "manipulate_wp",
+        "discard",
+        "explore_zone",
+        "moveto_corner_turn",
+    )
+    world: RobotWorld
+
+    def start(self) -> None:
+        """Find the robot that it moves."""
+        self.robot = self.world.robots[self.agent]
+        self._random = Random(f"{self.world.seed} {self.agent}")  # noqa: S311 - no secret
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Execute a skill; it may fail at its end."""
+        begun_us = self.clock.now_us()
+        try:
+            yield from getattr(self, f"_{call.skill}")(call)
+            if self._random.random() < self.world.failures:
+                raise SkillFailedError(f"{call.skill} has failed, as was drawn")
+        except SkillError as error:
+            self.robot.failed[error.message] += 1
+            raise
+        finally:
+            self.robot.busy_us += self.clock.now_us() - begun_us
+
+    # -- skills
+
+    def _moveto(self, call: SkillCall) -> Steps:
+        yield from self._go(str(call.get("place", "")))
+
+    def _moveto_corner_turn(self, call: SkillCall) -> Steps:
+        yield from self._go(str(call.get("place", "")))
+
+    def _explore_zone(self, call: SkillCall) -> Steps:
+        yield from self._go(str(call.get("zone", "")))
+        yield from self._wait(LOOK_S)
+
+    def _drive_into_field(self, call: SkillCall) -> Steps:
+        yield from self._wait(call.number("wait", 0.0) + ENTER_S)
+
+    def _discard(self, _call: SkillCall) -> Steps:
+        yield from self._wait(LOOK_S)
+        self.robot.held = None
+
+    def _manipulate_wp(self, call: SkillCall) -> Steps:
+        machine = self.world.machine(call.text("mps"))
+        if machine is None:
+            raise SkillFailedError(f"there is no machine {call.text('mps')}")
+        side, target = str(call.get("side", "")), str(call.get("target", ""))
+        if call.get("dry_run", False):
+            yield from self._wait(LOOK_S)
+            self._check(machine, side, str(call.get("query", "THERE")))
+            return
+        yield from self._wait(HANDLE_S)
+        if target == "WORKPIECE":
+            self._take(machine, side)
+        else:
+            self._put(machine, target)
+
+    # -- what they do
+
+    def _take(self, machine: Machine, side: str) -> None:
+        if side.startswith("SHELF"):
+            self.robot.held = Workpiece(["BASE_CLEAR", "CAP"])
+            return
+        taken = machine.take(Place.INPUT if side == "INPUT" else Place.OUTPUT)
+        if taken is None:
+            raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
+        self.robot.held = taken
+
+    def _put(self, machine: Machine, target: str) -> None:
+        held, self.robot.held = self.robot.held, None
+        if held is None:
+            raise SkillFailedError("there is no workpiece in the gripper")
+        if target == "SLIDE":
+            machine.pay()
+        else:
+            machine.put(held)
+            self.robot.put_at = machine.name
+
+    def _check(self, machine: Machine, side: str, query: str) -> None:
+        there = (Place.INPUT if side == "INPUT" else Place.OUTPUT) in machine.belt
+        if side == "INPUT" and query == "THERE":
+            there |= self.robot.put_at == machine.name  # the machine may have moved it already
+        if there != (query == "THERE"):
+            raise SkillFailedError(f"a workpiece is {'' if there else 'not '}at {machine.name} {side}")
+
+    def _go(self, place: str) -> Steps:
+        goal = self.world.places.find(place)
+        if goal is None:
+            yield from self._wait(ANYWHERE_S)
+            return
+        start, metres = self.robot.pose, self.robot.pose.distance(goal)
+        seconds = metres / SPEED
+        for fraction in self._fractions(seconds):
+            x = start.x + fraction * (goal.x - start.x)
+            y = start.y + fraction * (goal.y - start.y)
+            self.robot.pose = Pose(x, y, math.atan2(goal.y - start.y, goal.x - start.x))
+            yield None
+        self.robot.pose = goal
+        yield from self._wait(ALIGN_S)
+
+    def _wait(self, seconds: float) -> Steps:
+        for _ in self._fractions(seconds):
+            yield None
+
+    def _fractions(self, seconds: float) -> Generator[float, None, None]:
+        """Yield how much of a time is over, until it is."""
+        begun_us, length_us = self.clock.now_us(), round(seconds * MICROSECONDS)
+        while (gone_us := self.clock.now_us() - begun_us) < length_us:
+            yield gone_us / length_us
+
+
+def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
+    """Return the class of the executors of a world."""
+    return type("RobotExecutor", (RobotExecutor,), {"world": world})
+
+
+class RobotInterfaces(Component):
+    """Writes what robots tell over the blackboard besides their skills, as bbsync mirrors it in Fawkes.
+
+    :raises BlackBoardError: when somebody else writes an interface.
+    """
+
+    hooks = (Hook.SENSOR_PROCESS,)
+    description = "What robots tell over the blackboard"
+
+    def __init__(self, context: RunContext, world: RobotWorld) -> None:
+        self._board, self._clock, self._world = context.board, context.clock, world
+        self._open: list[Any] = []
+        self._next_us = 0
+        try:
+            self._poses = {name: self._write("Position3DInterface", f"/{name}/Pose") for name in world.robots}
+            for name in world.robots:
+                alive = self._write("HeartbeatInterface", f"/heartbeat/{name}")
+                alive.alive = True
+                alive.write()
+            self._served = [
+                self._write(kind, f"{prefix}/{_id_of(kind)}")
+                for kind in _GENERATORS
+                if context.registry.path(kind) is not None  # a team may do without it
+                for prefix in ("", *(f"/{name}" for name in world.robots))
+            ]
+            self._served += [self._write("NavigatorInterface", f"/{name}/Navigator") for name in world.robots]
+        except Exception:
+            self.close()
+            raise
+
+    def _write(self, kind: str, name: str) -> Any:
+        interface = self._board.open_for_writing(kind, name, owner="Robots")
+        self._open.append(interface)
+        return interface
+
+    def loop(self) -> None:
+        """Answer commands, and now and then write where the robots are."""
+        for interface in self._served:
+            self._serve(interface)
+        now_us = self._clock.now_us()
+        if now_us < self._next_us:
+            return
+        self._next_us = now_us + round(_POSE_S * MICROSECONDS)
+        for name, interface in self._poses.items():
+            pose = self._world.robots[name].pose
+            interface.frame = "map"
+            interface.translation = (pose.x, pose.y, 0.0)
+            interface.rotation = (0.0, 0.0, math.sin(pose.yaw / 2), math.cos(pose.yaw / 2))
+            interface.visibility_history = 100
+            interface.write()
+
+    @staticmethod
+    def _serve(interface: Any) -> None:
+        """Say of each command that it is carried out: there is no navgraph to be computed."""
+        while (message := interface.msgq_pop()) is not None:
+            if message.type == "ComputeMessage":
+                interface.msgid = message.id
+                interface.final = True
+                interface.write()
+
+    def close(self) -> None:
+        """Close the interfaces."""
+        for interface in reversed(self._open):
+            self._board.close(interface)
+        self._open.clear()
+
+
+def _id_of(kind: str) -> str:
+    return "navgraph-generator-mps" if "MPS" in kind else "navgraph-generator"

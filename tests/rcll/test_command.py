@@ -1,0 +1,85 @@
+"""The command: what it prints, how it ends."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from tests.rcll.league import write_refbox, write_team
+
+pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+
+
+@pytest.fixture
+def words(tmp_path):
+    team, refbox = write_team(tmp_path / "team"), write_refbox(tmp_path / "refbox")
+    return ["game", "--overlay", str(team), "--refbox-dir", str(refbox), "--minutes", "1", "--seed", "5"]
+
+
+def test_the_object_for_scripts(words, capsys):
+    assert invoke([*words, "--json"]) == 0
+    out, err = capsys.readouterr()
+    found = json.loads(out)
+    assert found.keys() >= {"points", "deliveries", "phase", "game_time", "wall_seconds", "seed"}
+    assert (found["points"], found["phase"], found["seed"]) == ({"CYAN": 5, "MAGENTA": 0}, "POST_GAME", 5)
+    assert "team.clp:" in err
+    assert "defrule team-broken is not defined" in err
+    assert "what it does never happens" in err
+
+
+def test_the_score_in_words(words, capsys):
+    assert invoke(words) == 0
+    out = capsys.readouterr().out
+    assert "CYAN       +5  taken" in out
+    assert "CYAN     delivers order 1 (C0)" in out
+    assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in out
+
+
+def test_a_game_without_end(words, tmp_path, capsys):
+    init = tmp_path / "refbox/src/games/rcll/init.clp"
+    init.write_text(init.read_text().replace("(rcvd-via STREAM)", "(rcvd-via BROADCAST)"))
+    assert invoke(words) == 3
+    assert "the game is not over, in PRE_GAME" in capsys.readouterr().out
+
+
+def test_a_recording(words, tmp_path, capsys):
+    trace = tmp_path / "game.mcap"
+    assert invoke([*words, "--trace", str(trace)]) == 0
+    assert invoke(["trace", "info", str(trace)]) == 0
+    assert "points: " in capsys.readouterr().out
+
+
+def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):
+    """The second one is a folder that is laid over the first one's checkout."""
+    team = tmp_path / "team"
+    lazy = tmp_path / "lazy"
+    agent = next(path for path in team.rglob("*.clp") if "team-broken" in path.read_text())
+    changed = lazy / agent.relative_to(team)
+    changed.parent.mkdir(parents=True)
+    changed.write_text(";")
+    assert invoke([*words, "--against", str(lazy), "--games", "2", "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert [each["by_seed"] for each in found["agents"].values()] == [{"5": 5, "6": 5}, {"5": 0, "6": 0}]
+    assert found["comparison"]["better"] == 0
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--refbox-dir", "/nowhere"], "this is not a checkout of the referee box"),
+        (["--overlay", "/nowhere"], "there is no such folder"),
+        (["--spec", "tam"], "it has: team"),
+        (["--world", "w.yaml"], "a game of the league has no world of its own"),
+        (["--against", "/nowhere"], "there is no such folder"),
+    ],
+)
+def test_mistakes(words, capsys, more, message):
+    assert invoke([*words, *more]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_no_agent(words, capsys):
+    assert invoke(["game", *words[3:]]) == 2
+    assert "there is no agent to play" in capsys.readouterr().err

@@ -1,0 +1,49 @@
+"""Places that skills name."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+
+from cxbridge.rcll.field import Field, Pose, entry
+
+MACHINES = [
+    {"name": "C-BS", "zone": "C_Z47", "rotation": 90},
+    {"name": "M-RS1", "zone": "M_Z12", "rotation": 0},
+    {"name": "C-DS", "zone": "TBD", "rotation": -1},
+]
+
+
+@pytest.mark.parametrize(
+    ("place", "x", "y"),
+    [
+        ("C-Z48", 3.5, 7.5),
+        ("M_Z11", -0.5, 0.5),
+        ("C-BS-INPUT", 3.5, 7.25),
+        ("C-BS-OUTPUT", 3.5, 5.75),
+        ("C-BS-O", 3.5, 5.75),
+        ("WAIT-C-BS-I", 3.5, 8.0),
+        ("M-RS1-INPUT", 0.25, 1.5),
+    ],
+)
+def test_a_place_is_found(place, x, y):
+    found = Field(lambda: MACHINES).find(place)
+    assert found is not None
+    assert (found.x, found.y) == pytest.approx((x, y))
+
+
+@pytest.mark.parametrize("place", ["", "START", "C-CS1-INPUT", "C-DS-INPUT"])
+def test_a_place_that_nobody_knows(place):
+    assert Field(lambda: MACHINES).find(place) is None
+
+
+def test_a_robot_looks_at_the_machine():
+    found = Field(lambda: MACHINES).find("C-BS-INPUT")
+    assert found is not None
+    assert math.sin(found.yaw) == pytest.approx(-1)
+
+
+def test_distances():
+    assert Pose(0, 0).distance(Pose(3, 4)) == 5
+    assert len({entry(number) for number in (1, 2, 3)}) == 3

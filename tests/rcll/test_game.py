@@ -1,0 +1,96 @@
+"""A game with a referee of our own words: agent, robots, machines and referee meet in one run."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.rcll.game import LeagueGame
+from cxbridge.run.options import RunOptions
+from tests.rcll.league import MESSAGES, write_refbox, write_team
+
+pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+
+
+@pytest.fixture
+def options(tmp_path):
+    run = RunOptions(overlays=(write_team(tmp_path / "team"),))
+    return LeagueGame(run=run, refbox_dir=write_refbox(tmp_path / "refbox"), minutes=1)
+
+
+def write_messages(options, text):
+    (options.refbox_dir / "src/msgs/rcll-protobuf-msgs/league.proto").write_text(text)
+
+
+def test_a_game_comes_to_its_end_with_points(options):
+    result = options.play(3)
+    assert result.faults == ()
+    assert result.is_over
+    found = result.as_dict()
+    assert found["points"] == {"CYAN": 5, "MAGENTA": 0}
+    assert found["phase"] == "POST_GAME"
+    assert found["deliveries"] == [{"order": 1, "complexity": "C0", "team": "CYAN", "game_time": 1.0}]
+    assert [award["reason"] for award in found["awards"]] == ["taken"]
+    assert 15 < found["robots"]["robot1"]["busy_seconds"] < 60
+    assert found["seed"] == 3
+
+
+def test_a_construct_that_is_not_defined_is_told(options):
+    (undefined,) = options.play(3).undefined
+    assert "defrule team-broken is not defined" in undefined
+
+
+def test_one_seed_is_one_game(options, tmp_path):
+    texts = []
+    for number in range(2):
+        log = tmp_path / f"{number}.log"
+        replace(options, run=replace(options.run, log=log)).play(3)
+        texts.append(log.read_text())
+    assert texts[0] == texts[1]
+    assert "manipulate_wp of robot1 SUCCEEDED" in texts[0]
+
+
+def test_skills_fail_as_likely_as_asked(options):
+    result = replace(options, failures=1.0).play(3)
+    assert result.score.points["CYAN"] == 0
+    assert result.as_dict()["robots"]["robot1"]["failed"] == {"moveto has failed, as was drawn": 1}
+
+
+def test_a_game_that_does_not_end_says_so(options):
+    init = options.refbox_dir / "src/games/rcll/init.clp"
+    init.write_text(init.read_text().replace("(rcvd-via STREAM)", "(rcvd-via BROADCAST)"))
+    result = options.play(3)
+    assert not result.is_over
+    assert result.score.phase == "PRE_GAME"
+
+
+def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
+    more = tmp_path / "more.yaml"
+    more.write_text("llsfrb: {comm: {server-port: 0}}\n")
+    assert not replace(options, referee_config=(more,)).play(3).is_over  # nobody can instruct it
+
+
+@pytest.mark.parametrize(
+    ("break_it", "message"),
+    [
+        (lambda options: (options.refbox_dir / "src/games/rcll/init.clp").unlink(), "has no src/games/rcll"),
+        (
+            lambda options: (options.refbox_dir / "src/msgs/rcll-protobuf-msgs/league.proto").unlink(),
+            "none of these folders has message definitions",
+        ),
+        (
+            lambda options: write_messages(options, MESSAGES.replace("SetGamePhase", "SetPhase")),
+            "the message definitions have no llsf_msgs.SetGamePhase",
+        ),
+        (
+            lambda options: (options.run.overlays[0] / "cfg/rcll-simulator/central_agent.yaml").unlink(),
+            "there is no such scenario",
+        ),
+    ],
+)
+def test_mistakes(options, break_it, message):
+    break_it(options)
+    with pytest.raises(CxbridgeError, match=message):
+        options.play(3)

@@ -1,0 +1,88 @@
+"""The league's own referee and a team's own agent, from their checkouts, in one run."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.support import FAWKES_DIR, ROBOTINO_DIR
+
+pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+
+REFBOX_DIR = os.environ.get("REFBOX_DIR", "")
+"""A checkout of rcll-refbox."""
+
+RCLL_PROTOS = os.environ.get("RCLL_PROTOS", "")
+"""A checkout of rcll-protobuf-msgs; not needed when those of others have their submodules."""
+
+pytestmark = pytest.mark.skipif(
+    not (REFBOX_DIR and FAWKES_DIR and ROBOTINO_DIR),
+    reason="REFBOX_DIR, FAWKES_DIR and ROBOTINO_DIR do not all name checkouts",
+)
+
+EXPLORATION = "llsfrb: {game: {exploration-time: 20}}\n"
+"""So short that there is something to see in a short game."""
+
+
+@pytest.fixture(scope="module")
+def corrections(tmp_path_factory):
+    """The one file of the agent that CLIPS refuses a rule of, corrected, as the manual says."""
+    assert ROBOTINO_DIR is not None
+    name = Path("src/clips-specs/rcll-central/exploration.clp")
+    folder = tmp_path_factory.mktemp("corrections")
+    (folder / name.parent).mkdir(parents=True)
+    text = (ROBOTINO_DIR / name).read_text()
+    (folder / name).write_text(text.replace("?team-clor", "?team-color"))
+    (folder / "referee.yaml").write_text(EXPLORATION)
+    return folder
+
+
+def play(corrections, *more, hash_seed="0", is_corrected=True):
+    """Play in a process of its own; return what it prints, and stderr."""
+    overlays = ["--overlay", corrections] if is_corrected else []
+    protos = ["--proto-dir", RCLL_PROTOS] if RCLL_PROTOS else []
+    words = [
+        *("game", *overlays, "--overlay", ROBOTINO_DIR),
+        *("--fawkes-dir", FAWKES_DIR, "--refbox-dir", REFBOX_DIR),
+        *("--spec", "rcll-central", "--seed", "1", "--json", *protos, *more),
+        *("--referee-config", corrections / "referee.yaml"),
+    ]
+    done = subprocess.run(
+        [sys.executable, "-m", "cxbridge", *map(str, words)],
+        capture_output=True,
+        text=True,
+        check=False,
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+    )
+    assert done.returncode == 0, done.stderr
+    return json.loads(done.stdout), done.stderr
+
+
+def test_one_seed_is_one_game(corrections, tmp_path):
+    found = []
+    for number in range(2):
+        log = tmp_path / f"{number}.log"
+        game, errors = play(corrections, "--minutes", "1.5", "--log", log, hash_seed=str(number))
+        game.pop("wall_seconds")
+        found.append((game, errors, log.read_bytes()))
+    assert found[0] == found[1]
+
+
+def test_the_agent_scores(corrections):
+    game, _ = play(corrections, "--minutes", "4")
+    assert game["complete"]
+    assert game["phase"] == "POST_GAME"
+    assert game["points"]["CYAN"] > 0
+    assert game["points"]["CYAN"] == sum(award["points"] for award in game["awards"])
+    assert game["faults"] == []
+
+
+def test_the_rule_that_is_not_defined_is_told(corrections):
+    game, errors = play(corrections, "--minutes", "0.5", is_corrected=False)
+    assert any("defrule exp-sync-zone-content is not defined" in each for each in game["undefined"])
+    assert "exp-sync-zone-content" in errors

@@ -1,0 +1,112 @@
+"""A team's checkout laid over that of Fawkes: one option each finds everything."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.agent_context import load_configuration
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import find_paths
+
+FOLDERS = (
+    "cfg/simulator",
+    "src/clips-specs/agent",
+    "src/libs/interfaces",
+    "src/libs/messages",
+    "src/lua/skills",
+    "src/plugins/gripper/interfaces",
+    "src/plugins/clips-executive/clips",
+    "src/plugins/clips/clips",
+)
+MAIN = """\
+include:
+  - conf.d/
+---
+cxbridge: {own: 1}
+"""
+EXECUTIVE = """\
+clips-executive: {clips-dirs: ["@BASEDIR@/src/clips-specs"]}
+clips-protobuf: {proto-dirs: ["@BASEDIR@/src/libs/messages"]}
+"""
+
+
+def checkout(folder: Path, *folders: str) -> Path:
+    for name in folders or FOLDERS:
+        (folder / name).mkdir(parents=True)
+    return folder
+
+
+@pytest.fixture
+def options(tmp_path):
+    team = checkout(tmp_path / "team")
+    (team / "cfg" / "conf.d").mkdir()
+    (team / "cfg" / "config.yaml").write_text("{}\n")
+    (team / "cfg" / "conf.d" / "executive.yaml").write_text(EXECUTIVE)
+    (team / "cfg" / "simulator" / "central.yaml").write_text(MAIN)
+    fixes = checkout(tmp_path / "fixes", "src/clips-specs/agent")
+    fawkes = checkout(tmp_path / "fawkes")
+    (fawkes / "cfg" / "config.yaml").write_text("{}\n")
+    return RunOptions(
+        scenario=Path("simulator/central.yaml"), fawkes_dir=fawkes, overlays=(fixes, team), skiller="none"
+    )
+
+
+def test_includes_are_seen_from_the_configuration_of_the_checkout(options):
+    config, file = load_configuration(options)
+    assert file == options.overlays[1].resolve() / "cfg" / "simulator" / "central.yaml"
+    assert config.get_int("/cxbridge/own") == 1
+    assert config.exists("/clips-protobuf/proto-dirs")  # of conf.d, which is beside the file's folder
+
+
+def test_folders_of_the_first_overlay_are_searched_first(options):
+    config, file = load_configuration(options)
+    paths = find_paths(options, config, file)
+    fixes, team = options.overlays
+    assert paths.clips_dirs[:2] == (fixes / "src/clips-specs", team / "src/clips-specs")
+    assert paths.interface_dirs[:3] == (
+        team / "src/libs/interfaces",
+        team / "src/plugins/gripper/interfaces",
+        options.fawkes_dir / "src/libs/interfaces",
+    )
+    assert paths.skill_dirs[:2] == (team / "src/lua", options.fawkes_dir / "src/lua")
+    assert paths.expand("@BASEDIR@/src/libs/messages") == [
+        team / "src/libs/messages",
+        options.fawkes_dir / "src/libs/messages",
+    ]
+    assert paths.placeholders == {
+        "BASEDIR": str(team),
+        "FAWKES_BASEDIR": str(options.fawkes_dir),
+        "RESDIR": str(team / "res"),
+        "CONFDIR": str(team / "cfg"),
+    }
+
+
+def test_a_folder_that_no_checkout_has_is_still_named(options):
+    config, file = load_configuration(options)
+    paths = find_paths(options, config, file)
+    assert paths.expand("@BASEDIR@/nowhere") == [options.overlays[1] / "nowhere"]
+
+
+def test_without_a_scenario_the_first_configuration_is_taken(options):
+    _, file = load_configuration(replace(options, scenario=None))
+    assert file == options.overlays[1] / "cfg" / "config.yaml"
+
+
+def test_an_overlay_alone_is_a_source(options):
+    replace(options, fawkes_dir=None).check()
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"overlays": (Path("/no/where"),)}, "there is no such folder"),
+        ({"fawkes_dir": None, "scenario": None, "ros2cx": Path("/")}, "--overlay goes with Fawkes' layout"),
+    ],
+)
+def test_mistakes(options, changes, message):
+    with pytest.raises(CxbridgeError, match=message):
+        replace(options, **changes).check()
