@@ -40,6 +40,7 @@ class ExploredRun(JudgedRun):
         self._briefly = briefly
         assembly = self.world.assembly
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
+        self.world.onlookers.append(self.properties)
 
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play it to its end, and let the properties see it; see :class:`JudgedRun`."""

@@ -75,7 +75,7 @@ class Scene(Protocol):
 
     @property
     def tables(self) -> Sequence[FactTables]:
-        """The facts of each agent."""
+        """The facts of each agent that is alive."""
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
         """Say that the run does not have the property. What is said first counts."""
@@ -96,7 +96,13 @@ class Monitor:
         self.is_evaluated = False
 
     def begin(self) -> None:
-        """Prepare; the agent is about to be loaded."""
+        """Prepare; the run is about to begin."""
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow an agent that is about to be loaded: at the beginning, or after it was killed."""
+
+    def left(self, tables: FactTables) -> None:
+        """Forget an agent that was killed; its facts are none of the scene's any more."""
 
     def take(self, event: Event) -> None:
         """Take an event, at the moment at which it happens."""

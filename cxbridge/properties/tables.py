@@ -72,15 +72,18 @@ class FactTables:
 class Changes:
     """Whether facts changed since somebody has looked.
 
-    :param tables: of all agents.
     :param templates: the deftemplates that are followed for it.
     """
 
-    def __init__(self, tables: Sequence[FactTables], *templates: str) -> None:
+    def __init__(self, *templates: str) -> None:
         self.there_are = True
-        for table in tables:
-            for template in templates:
-                table.follow(template, self)
+        self._templates = templates
+
+    def follow(self, tables: FactTables) -> None:
+        """Note from now on what changes in an agent, too."""
+        self.there_are = True
+        for template in self._templates:
+            tables.follow(template, self)
 
     def taken(self) -> bool:
         """Whether there are any, which are looked at now."""

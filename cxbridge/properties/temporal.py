@@ -24,9 +24,19 @@ class PatternMonitor(Monitor):
 
     def begin(self) -> None:
         """Follow the facts of the patterns."""
-        self._waiting = list(self.scene.tables)
-        templates = {name for pattern in self._patterns for name in pattern.templates}
-        self.changes = Changes(self.scene.tables, *templates)
+        self.changes = Changes(*{name for pattern in self._patterns for name in pattern.templates})
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow those of an agent, which is loaded later."""
+        self._waiting.append(tables)
+        self.changes.follow(tables)
+
+    def left(self, tables: FactTables) -> None:
+        """Look for nothing in an agent that was killed."""
+        if tables in self._waiting:
+            self._waiting.remove(tables)
+        else:
+            self.forget(tables)
 
     def look(self) -> None:
         """Look at the run after a loop."""
@@ -38,13 +48,17 @@ class PatternMonitor(Monitor):
                 for pattern in self._patterns:
                     check_names(pattern, env)
                 self._waiting.remove(tables)
-                self.join(tables)
+                self.probe(tables)
         if not self._waiting:
             self.check()
 
     @abstractmethod
-    def join(self, tables: FactTables) -> None:
+    def probe(self, tables: FactTables) -> None:
         """Define what it needs in an agent."""
+
+    @abstractmethod
+    def forget(self, tables: FactTables) -> None:
+        """Ask it no more."""
 
     @abstractmethod
     def check(self) -> None:
@@ -67,14 +81,17 @@ class Never(PatternMonitor):
     def __init__(self, scene: Scene, pattern: Pattern) -> None:
         super().__init__(scene, pattern)
         self._pattern = pattern
-        self._probes: list[Probe] = []
+        self._probes: dict[FactTables, Probe] = {}
 
-    def join(self, tables: FactTables) -> None:
+    def probe(self, tables: FactTables) -> None:
         """Look for the pattern in an agent."""
-        probe = Probe(tables.env, self._pattern, self._pattern.variables)
-        self._probes.append(probe)
+        probe = self._probes[tables] = Probe(tables.env, self._pattern, self._pattern.variables)
         if not self._pattern.says_absence:
             probe.follow(self._matched)
+
+    def forget(self, tables: FactTables) -> None:
+        """Ask it no more."""
+        del self._probes[tables]
 
     def check(self) -> None:
         """Look for it after a loop."""
@@ -82,7 +99,7 @@ class Never(PatternMonitor):
             return
         self.is_evaluated = self.is_evaluated or self._pattern.says_absence or self.had_facts()
         if self._pattern.says_absence:
-            for probe in self._probes:
+            for probe in self._probes.values():
                 for values in probe.now():
                     self._matched(values)
 
@@ -98,22 +115,26 @@ class Always(PatternMonitor):
     def __init__(self, scene: Scene, pattern: Pattern) -> None:
         super().__init__(scene, pattern)
         self._pattern = pattern
-        self._probes: list[tuple[FactTables, Probe]] = []
+        self._probes: dict[FactTables, Probe] = {}
 
-    def join(self, tables: FactTables) -> None:
+    def probe(self, tables: FactTables) -> None:
         """Look for the pattern in an agent."""
-        self._probes.append((tables, Probe(tables.env, self._pattern)))
+        self._probes[tables] = Probe(tables.env, self._pattern)
+
+    def forget(self, tables: FactTables) -> None:
+        """Ask it no more."""
+        del self._probes[tables]
 
     def check(self) -> None:
         """Look for it after a loop."""
         if not self.is_evaluated:
-            for tables, _ in self._probes:
+            for tables in self._probes:
                 if next(tables.env.facts("executive-initialized"), None) is None:
                     return
         if not self.changes.taken() and self.is_evaluated:
             return
         self.is_evaluated = True
-        for tables, probe in self._probes:
+        for tables, probe in self._probes.items():
             if not probe.now():
                 agent = f" in {tables.name}" if len(self._probes) > 1 else ""
                 self.scene.report(f"{self._pattern.text} does not match{agent}")
@@ -134,23 +155,26 @@ class Eventually(PatternMonitor):
         self._pattern = pattern
         self._within_s = within_s
         self._matched = False
-        self._probes: list[Probe] = []
+        self._probes: dict[FactTables, Probe] = {}
 
-    def join(self, tables: FactTables) -> None:
+    def probe(self, tables: FactTables) -> None:
         """Look for the pattern in an agent."""
-        probe = Probe(tables.env, self._pattern)
-        self._probes.append(probe)
+        probe = self._probes[tables] = Probe(tables.env, self._pattern)
         if not self._pattern.says_absence:
             probe.follow(self._note)
 
     def _note(self, _values: Values) -> None:
         self._matched = True
 
+    def forget(self, tables: FactTables) -> None:
+        """Ask it no more."""
+        del self._probes[tables]
+
     def check(self) -> None:
         """Look for it after a loop."""
         self.is_evaluated = True
         if self._pattern.says_absence and self.changes.taken():
-            self._matched = self._matched or any(probe.now() for probe in self._probes)
+            self._matched = self._matched or any(probe.now() for probe in self._probes.values())
         if self._within_s is not None and not self._matched and self.scene.seconds > self._within_s:
             self.scene.report(f"{self._pattern.text} has not matched within {self._within_s:g} s")
 
@@ -182,20 +206,27 @@ class After(PatternMonitor):
         self._shared = tuple(name for name in first.variables if name in second.variables)
         self._open: dict[tuple[str, Values], float] = {}
         self._fresh: set[str] = set()
-        self._firsts: list[tuple[str, Probe]] = []
+        self._firsts: dict[str, Probe] = {}
         self._seconds: dict[str, Probe] = {}
         self._before: dict[str, set[Values]] = {}
 
-    def join(self, tables: FactTables) -> None:
+    def probe(self, tables: FactTables) -> None:
         """Look for the patterns in an agent."""
         name = tables.name
-        first = Probe(tables.env, self._first, self._shared)
+        first = self._firsts[name] = Probe(tables.env, self._first, self._shared)
         second = self._seconds[name] = Probe(tables.env, self._second, self._shared)
-        self._firsts.append((name, first))
         if not self._second.says_absence:
             second.follow(partial(self._then, name))
         if not self._first.says_absence:
             first.follow(partial(self._after, name))
+
+    def forget(self, tables: FactTables) -> None:
+        """Expect nothing of it any more."""
+        name = tables.name
+        del self._firsts[name], self._seconds[name]
+        self._before.pop(name, None)
+        self._fresh.discard(name)
+        self._open = {key: since for key, since in self._open.items() if key[0] != name}
 
     def _after(self, agent: str, values: Values) -> None:
         self.is_evaluated = True
@@ -209,7 +240,7 @@ class After(PatternMonitor):
         """Look after a loop what has matched, and what is late."""
         changed = self.changes.taken()
         if self._first.says_absence and changed:
-            for name, probe in self._firsts:
+            for name, probe in self._firsts.items():
                 now = probe.now()
                 for values in now - self._before.get(name, set()):
                     self._after(name, values)

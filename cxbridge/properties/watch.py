@@ -65,20 +65,39 @@ class PropertyWatch:
     """
 
     def __init__(self, properties: Iterable[Property], agents: Sequence[WatchedAgent], clock: Clock) -> None:
-        self.tables = [FactTables(agent.executive.env) for agent in agents]
-        self.agents = tuple(agents)
+        self._tables: dict[WatchedAgent, FactTables] = {}
+        self._buses: set[int] = set()
         self._clock = clock
         self._start_us = clock.now_us()
         self._monitors: dict[str, tuple[Monitor, PropertyScene]] = {}
         for each in properties:
             scene = PropertyScene(each.name, self)
             self._monitors[each.name] = (each.make(scene), scene)
-        buses = {id(agent.bus): agent.bus for agent in agents}
-        for monitor, scene in self._monitors.values():
+        for monitor, _ in self._monitors.values():
             monitor.begin()
-            if monitor.event_types:
-                for bus in buses.values():
-                    bus.subscribe(partial(_take, monitor, scene), *monitor.event_types)
+        for agent in agents:
+            self.joined(agent)
+
+    @property
+    def tables(self) -> Sequence[FactTables]:
+        """The facts of each agent that is alive."""
+        return tuple(self._tables.values())
+
+    def joined(self, agent: WatchedAgent) -> None:
+        """Watch an agent, too, which is about to be loaded."""
+        tables = self._tables[agent] = FactTables(agent.executive.env)
+        is_new_bus = id(agent.bus) not in self._buses
+        self._buses.add(id(agent.bus))
+        for monitor, scene in self._monitors.values():
+            monitor.joined(tables)
+            if monitor.event_types and is_new_bus:
+                agent.bus.subscribe(partial(_take, monitor, scene), *monitor.event_types)
+
+    def left(self, agent: WatchedAgent) -> None:
+        """Take an agent that was killed for gone."""
+        tables = self._tables.pop(agent)
+        for monitor, _ in self._monitors.values():
+            monitor.left(tables)
 
     @property
     def seconds(self) -> float:

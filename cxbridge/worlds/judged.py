@@ -31,6 +31,7 @@ class JudgedRun(Closing):
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
         self._watch = StuckWatch(assembly.agents, on=True)
+        self.world.onlookers += [self._checks, self._watch]
         self._is_stuck = self._is_checked = False
         self._loss = ""
 
@@ -58,7 +59,8 @@ class JudgedRun(Closing):
             self._checks.start()
         self._checks.look()
         self._loss = self.world.assembly.loss
-        self._is_stuck = not self._loss and self._watch.look()
+        waits = self.world.is_expecting  # an agent that will come back changes something
+        self._is_stuck = not self._loss and not waits and self._watch.look()
         return bool(self._loss) or self._is_stuck
 
     def close(self) -> None:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
@@ -44,6 +44,16 @@ class WorldResult:
     choices: tuple[Choice, ...]
 
 
+class Onlooker(Protocol):
+    """Looks at the agents of a run, of which one may be killed, and come back."""
+
+    def left(self, agent: Assembly) -> None:
+        """Take an agent that was killed for gone."""
+
+    def joined(self, agent: Assembly) -> None:
+        """Look at an agent that is back; it is not started yet."""
+
+
 def world_beside(options: RunOptions) -> WorldModel:
     """Return the world beside a scenario; without one each call of a skill may fail.
 
@@ -64,6 +74,8 @@ class WorldRun(Closing):
 
     def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
         self.options = options
+        self.onlookers: list[Onlooker] = []
+        """Who is to know when an agent is killed, and when it is back."""
         self._is_started = False
         self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
@@ -102,12 +114,16 @@ class WorldRun(Closing):
     def _lose(self, agent: Assembly) -> None:
         """Let go of the world of an agent that was killed."""
         self._parts.pop(agent.name).close()
+        for onlooker in self.onlookers:
+            onlooker.left(agent)
 
     def _bring_back(self, name: str) -> None:
         """Start an agent again that was killed."""
         assert isinstance(self.assembly, Team)  # else there is nobody to kill
         agent = self.assembly.come_back(name)
         self._parts[name] = self._part(agent)
+        for onlooker in self.onlookers:
+            onlooker.joined(agent)
         agent.start()
 
     def _happen(self) -> None:
@@ -144,10 +160,13 @@ class WorldRun(Closing):
     @property
     def is_over(self) -> bool:
         """Whether every root goal is over, no skill runs, the agenda is empty and nobody will come back."""
-        waits = any(part.running for part in self._parts.values()) or any(
-            kill.is_expecting for kill in self._kills
-        )
-        return self.assembly.is_over and not waits
+        is_busy = any(part.running for part in self._parts.values())
+        return self.assembly.is_over and not is_busy and not self.is_expecting
+
+    @property
+    def is_expecting(self) -> bool:
+        """Whether an agent that was killed will come back."""
+        return any(kill.is_expecting for kill in self._kills)
 
     def start(self) -> None:
         """Load the agents; a second call does nothing. No choice is made meanwhile."""

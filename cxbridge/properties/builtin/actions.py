@@ -51,12 +51,18 @@ class ActionMonitor(Monitor):
     """Follows the states of plan-actions."""
 
     def begin(self) -> None:
-        """Follow the actions, and the domain."""
+        """Nothing has happened yet."""
         self.states: dict[ActionKey, str] = {}
-        for tables in self.scene.tables:
-            for template in _DOMAIN:
-                tables.follow(template)
-            tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow the actions of an agent, and its domain."""
+        for template in _DOMAIN:
+            tables.follow(template)
+        tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
+
+    def left(self, tables: FactTables) -> None:
+        """Forget its actions: one that comes back may give others the same ids."""
+        self.states = {key: state for key, state in self.states.items() if key[0] != tables.name}
 
     def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         try:
@@ -127,16 +133,24 @@ class ExecutedOnce(ActionMonitor):
     """
 
     def begin(self) -> None:
-        """Follow the calls of skills, and the facts that undo an effect."""
+        """Nothing has been executed yet."""
         super().begin()
         self._calls: dict[ActionKey, str] = {}
         self._achieved: dict[tuple[str, frozenset[Literal]], str] = {}
-        for tables in self.scene.tables:
-            watcher = tables.env.watcher
-            slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
-            watcher.follow("skill-action-execinfo", partial(self._called, tables), slots)
-            watcher.follow("domain-fact", partial(self._changed, False), ("name", "param-values"))
-            watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow the calls of skills, and the facts that undo an effect."""
+        super().joined(tables)
+        watcher = tables.env.watcher
+        slots = ("goal-id", "plan-id", "action-id", "skill-id", "skill-name")
+        watcher.follow("skill-action-execinfo", partial(self._called, tables), slots)
+        watcher.follow("domain-fact", partial(self._changed, False), ("name", "param-values"))
+        watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
+
+    def left(self, tables: FactTables) -> None:
+        """Forget its calls, and keep what it has brought about."""
+        super().left(tables)
+        self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
 
     def _called(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
         key = tables.name, slots["goal-id"], slots["plan-id"], slots["action-id"]

@@ -49,10 +49,18 @@ class GoalsRetracted(Monitor):
 
     def begin(self) -> None:
         """Follow the goals."""
-        self._changes = Changes(self.scene.tables, _GOAL)
-        self._last: list[dict[str, Mapping[str, str]]] = [{} for _ in self.scene.tables]
-        for tables, last in zip(self.scene.tables, self._last, strict=True):
-            tables.env.watcher.follow(_GOAL, partial(self._note, last), ("id", "parent", "mode", "type"))
+        self._changes = Changes(_GOAL)
+        self._last: dict[FactTables, dict[str, Mapping[str, str]]] = {}
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow those of an agent."""
+        self._changes.follow(tables)
+        last = self._last[tables] = {}
+        tables.env.watcher.follow(_GOAL, partial(self._note, last), ("id", "parent", "mode", "type"))
+
+    def left(self, tables: FactTables) -> None:
+        """Forget its goals."""
+        del self._last[tables]
 
     @staticmethod
     def _note(last: dict[str, Mapping[str, str]], _template: str, slots: Mapping[str, str]) -> None:
@@ -62,7 +70,7 @@ class GoalsRetracted(Monitor):
         """Look for goals that have gone too early."""
         if not self._changes.taken():
             return
-        for tables, last in zip(self.scene.tables, self._last, strict=True):
+        for tables, last in self._last.items():
             here = _goals(tables)
             self.is_evaluated |= bool(here)
             gone = [goal for name, goal in last.items() if name not in here]
@@ -97,7 +105,15 @@ class NoIdleRest(Monitor):
 
     def begin(self) -> None:
         """Follow what goals can wait for."""
-        self._changes = Changes(self.scene.tables, _GOAL, _ACTION, _CALL, "mutex")
+        self._changes = Changes(_GOAL, _ACTION, _CALL, "mutex")
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow those of an agent."""
+        self._changes.follow(tables)
+
+    def left(self, tables: FactTables) -> None:
+        """Forget its goals."""
+        self._since = {key: since for key, since in self._since.items() if key[0] != tables.name}
 
     def look(self) -> None:
         """Note who rests, and find who has done so for too long."""

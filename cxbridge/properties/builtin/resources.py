@@ -24,7 +24,11 @@ class OneHolder(Monitor):
 
     def begin(self) -> None:
         """Follow the goals."""
-        self._changes = Changes(self.scene.tables, _GOAL)
+        self._changes = Changes(_GOAL)
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow those of an agent."""
+        self._changes.follow(tables)
 
     def look(self) -> None:
         """Look who has what."""
@@ -47,7 +51,11 @@ class NoLostResource(Monitor):
 
     def begin(self) -> None:
         """Follow goals and requests."""
-        self._changes = Changes(self.scene.tables, _GOAL, _REQUEST)
+        self._changes = Changes(_GOAL, _REQUEST)
+
+    def joined(self, tables: FactTables) -> None:
+        """Follow those of an agent."""
+        self._changes.follow(tables)
 
     def look(self) -> None:
         """Look for requests without a goal."""

@@ -38,7 +38,19 @@ class AgentChecks:
     """
 
     def __init__(self, agents: Iterable[CheckedAgent], *, on: bool) -> None:
-        self._agents = [_Agent(agent.context, agent.executive) for agent in agents] if on else []
+        self._is_on = on
+        self._agents: list[_Agent] = []
+        for agent in agents:
+            self.joined(agent)
+
+    def joined(self, agent: CheckedAgent) -> None:
+        """Look for mistakes of an agent, too, which is not started."""
+        if self._is_on:
+            self._agents.append(_Agent(agent.context, agent.executive))
+
+    def left(self, agent: CheckedAgent) -> None:
+        """Look no more at an agent that was killed."""
+        self._agents = [each for each in self._agents if not each.is_of(agent.executive)]
 
     def start(self) -> None:
         """See to it that what the agents have loaded by now is whole.
@@ -89,6 +101,10 @@ class _Agent:
         self._loader.quiet = True
         self._seen = 0
         self.is_initialized = False
+
+    def is_of(self, executive: Executive) -> bool:
+        """Whether they are those of the agent with this executive."""
+        return self._executive is executive
 
     @property
     def missing(self) -> list[ConfigError]:

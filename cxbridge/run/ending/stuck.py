@@ -45,10 +45,21 @@ class StuckWatch:
     """
 
     def __init__(self, agents: Sequence[Assembly], *, on: bool) -> None:
-        self._agents = agents if on else ()
+        self._agents = tuple(agents)
+        self._is_on = on
         self._fired = 0
         self._quiet = 0
         self._look_at = _QUIET_LOOPS
+
+    def joined(self, agent: Assembly) -> None:
+        """Look at an agent, too, which is about to begin."""
+        self._agents = (*self._agents, agent)
+        self._quiet, self._look_at = 0, _QUIET_LOOPS
+
+    def left(self, agent: Assembly) -> None:
+        """Expect nothing any more of an agent that was killed."""
+        self._agents = tuple(each for each in self._agents if each is not agent)
+        self._quiet, self._look_at = 0, _QUIET_LOOPS
 
     def look(self) -> bool:
         """Return whether the run is stuck; to be called after each loop.
@@ -58,7 +69,7 @@ class StuckWatch:
         """
         fired = sum(agent.firings for agent in self._agents)
         before, self._fired = self._fired, fired
-        if not self._agents or fired - before > _TICK_RULES * len(self._agents):
+        if not self._is_on or fired - before > _TICK_RULES * len(self._agents):
             self._quiet, self._look_at = 0, _QUIET_LOOPS
             return False
         self._quiet += 1
