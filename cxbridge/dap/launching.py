@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import os
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.dap.target import Target
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import RunOptions
 
 _OF_EDITORS: Final = frozenset(
     {
@@ -22,15 +20,6 @@ _OF_EDITORS: Final = frozenset(
 """Keys that editors look at themselves."""
 
 _FORBIDDEN: Final = ("replay",)
-_TYPES: Final[Mapping[type, tuple[type, ...]]] = {
-    bool: (bool,),
-    float: (float, int),
-    str: (str,),
-    tuple: (str, list),
-}
-"""What a launch configuration may give for options, by the types of their defaults."""
-
-_CAPITAL: Final = re.compile(r"[A-Z]")
 
 
 def make_target(arguments: Mapping[str, Any]) -> Target:
@@ -60,35 +49,11 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     if env:
         raise CxbridgeError("'env' goes with a recording")
     from cxbridge.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
-    from cxbridge.run.program.run import make_options  # noqa: PLC0415
+    from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
 
-    options = {
-        _CAPITAL.sub(lambda m: f"_{m[0].lower()}", name).replace("-", "_"): value
-        for name, value in given.items()
-    }
-    if any(name in options for name in _FORBIDDEN):
+    if any(name in given for name in _FORBIDDEN):
         raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")
-    for name, value in options.items():
-        _check_type(name, value)
-    scenario = options.pop("scenario", None)
-    return LiveRun(make_options(scenario, **options), stop_on_entry=stop_on_entry, actions=actions)
-
-
-def _check_type(name: str, value: object) -> None:
-    """See that an option has a value of its type; those that there are not are refused later.
-
-    :raises CxbridgeError: when it has not.
-    """
-    known = RunOptions.__dataclass_fields__.get(name)
-    if known is None:
-        return
-    kinds = next((kinds for kind, kinds in _TYPES.items() if isinstance(known.default, kind)), (str, list))
-    texts = not isinstance(value, list) or all(isinstance(item, str) for item in value)
-    if not isinstance(value, kinds) or not texts or (isinstance(value, bool) and bool not in kinds):
-        wanted = {bool: "true or false", float: "a number", str: "a text", list: "texts"}
-        raise CxbridgeError(
-            f"'{name}' must be {' or '.join(wanted[kind] for kind in kinds if kind in wanted)}"
-        )
+    return LiveRun(plain_options(given), stop_on_entry=stop_on_entry, actions=actions)
 
 
 def _text(given: dict[str, Any], name: str) -> str:

@@ -25,29 +25,22 @@ from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.explain.coverage.model import RecordedUse
 from cxbridge.lsp.knowledge import FunctionInfo, Knowledge
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.plain_options import plain_options
 from cxbridge.trace.formats.registry import open_run
 
 _LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
 REWRITTEN_MODIFY = "cx-modify-goal"
 """What the built-in core says for a modify of goals; the loader rewrites it."""
 
-_PATHS = frozenset({"scenario", "fawkes_dir", "ros2cx"})
-_MANY_PATHS = frozenset({"clips_dirs", "interface_dirs", "skill_dirs", "config", "overlays"})
-
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:
-    """Return options that came as JSON: names of :class:`RunOptions` with texts, and lists of texts."""
-    values: dict[str, Any] = {}
-    for name, value in plain.items():
-        if value is None or value == []:
-            continue
-        if name in _PATHS:
-            values[name] = Path(value)
-        elif name in _MANY_PATHS:
-            values[name] = tuple(map(Path, [value] if isinstance(value, str) else value))
-        else:
-            values[name] = tuple(value) if isinstance(value, list) else value
-    return RunOptions(**values)
+    """Return options that came as JSON, by the names that those of a run have; empty ones do not count.
+
+    :raises CxbridgeError: when there is no such option, or its value makes no sense.
+    """
+    options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
+    options.check()
+    return options
 
 
 def examine(options: RunOptions) -> Knowledge:
@@ -105,7 +98,10 @@ def main() -> None:
     os.dup2(2, 1)  # what checks and CLIPS print is not an answer
     asked = msgspec.json.decode(sys.stdin.buffer.read())
     recording = asked.pop("recording", "")
-    found = examine(run_options(asked))
+    try:
+        found = examine(run_options(asked))
+    except CxbridgeError as error:
+        found = Knowledge(error=str(error))
     if recording:
         fired = firings(Path(recording))
         found = msgspec.structs.replace(found, firings=fired, recording=Path(recording).name)

@@ -55,6 +55,7 @@ class AgentServer(LanguageServer):
         self._options: dict[str, Any] = {}
         self._has_agent = False
         self._unsaved: set[str] = set()
+        self._told: set[str] = set()
         self._shown: set[str] = set()
         self._index_task: asyncio.Task[None] | None = None
 
@@ -119,8 +120,8 @@ class AgentServer(LanguageServer):
         plain = {name: value for name, value in self._options.items() if name != "recording"}
         try:
             agent = await asyncio.to_thread(_find_agent, plain)
-        except (CxbridgeError, TypeError) as error:
-            self._tell(f"the agent's files are not known: {error}")
+        except CxbridgeError as error:
+            self._complain(str(error))
         else:
             await self._read((*agent.library, *agent.clips()))
             self.session.library = {str(path.resolve()) for path in agent.library}
@@ -139,6 +140,13 @@ class AgentServer(LanguageServer):
                 if file is not None:
                     _ = file.by_name  # made here: the first question does not wait for it
                 await asyncio.sleep(0)
+
+    def _complain(self, text: str) -> None:
+        """Show an error of the settings, once."""
+        if text not in self._told:
+            self._told.add(text)
+            self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
+            self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Error, text))
 
     def _tell(self, text: str) -> None:
         self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))

@@ -15,7 +15,7 @@ from cxbridge.properties.reading import find_property
 from cxbridge.properties.tables import FactTables
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
-from cxbridge.worlds.model import Kill, Times, WorldModel
+from cxbridge.worldmodel.model import Kill, Times, WorldModel
 from cxbridge.worlds.points import ChoicePoint
 from tests.run.mini import write_scenario
 from tests.support import ROOT

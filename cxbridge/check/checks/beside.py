@@ -25,8 +25,8 @@ PROPERTIES: Final = Code(
     "CX122",
     Severity.ERROR,
     "a property is wrong",
-    "The properties.yaml beside the scenario cannot be read, or a property in it has none of the forms that "
-    "there are, or the name of another one. cxbridge explore does not play the scenario.",
+    "The properties.yaml beside the scenario cannot be read, or a property in it has no known form, or "
+    "the name of another one. cxbridge explore does not play the scenario.",
 )
 
 CODES: Final = (WORLD, PROPERTIES)

@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
-from cxbridge.run.options import ScenarioOptions, SourceOptions
+from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -44,8 +44,40 @@ def lsp(
     except ModuleNotFoundError as error:
         raise CxbridgeError(f"the package '{error.name}' is not there", hint=install_command("lsp")) from None
     options = {name: _plain(value) for name, value in vars(agent).items()}
+    _check(agent)
+    if recording is not None and not recording.is_file():
+        raise CxbridgeError("there is no such recording", file=recording)
     make_server({**options, "recording": _plain(recording)}).start_io()
     return 0
+
+
+def _check(agent: _AgentOptions) -> None:
+    """See that the options make sense, as far as that can be known before an editor names a folder.
+
+    :raises CxbridgeError: when they do not.
+    """
+    from cxbridge.lsp.session import find_scenario
+    from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
+    from cxbridge.run.specs import choose_spec
+
+    options, is_known = RunOptions(**vars(agent)), True
+    if options.scenario is None and options.fawkes_dir is None and options.ros2cx is None:
+        own = find_scenario(Path.cwd())
+        options, is_known = dataclasses.replace(options, scenario=own or Path()), own is not None
+    options.check()
+    if not is_known or not any(vars(agent).values()):
+        return
+    try:
+        config, file = load_configuration(options)
+    except CxbridgeError as error:
+        if error.line is None:  # there is no such file; what is wrong in one, the editor shows
+            raise
+        return
+    names = [options.agent] if options.agent else agent_names(config)
+    if names:
+        config = choose_agent(config, names[0])
+    if options.spec:
+        choose_spec(config, options.spec, file)
 
 
 def _plain(value: Any) -> Any:

@@ -1,0 +1,74 @@
+"""Options that make no sense: on the command line one error at once, from an editor's settings a message."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import sys
+
+import pytest
+from lsprotocol import types as lsp
+
+from tests.lsp.conftest import Editor
+from tests.support import ROOT
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("--core", "zebra"), "--core cannot be 'zebra'"),
+        (("--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
+        (("test-scenario", "--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
+        (("two-agents", "--agent", "zebra"), "the scenario has no agent 'zebra'"),
+        (("nowhere",), "there is no such scenario"),
+        (("--fawkes-dir", "/nowhere"), "/nowhere: there is no such folder"),
+        (("--clips-dir", "/nowhere"), "/nowhere: there is no such folder"),
+        (("--config", "/nowhere.yaml"), "/nowhere.yaml: cannot read"),
+        (("--recording", "/nowhere.mcap"), "/nowhere.mcap: there is no such recording"),
+    ],
+    ids=" ".join,
+)
+def test_a_server_that_cannot_be_meant(arguments, message):
+    done = subprocess.run(
+        [sys.executable, "-m", "cxbridge", "lsp", *arguments],
+        cwd=ROOT / "scenarios" / "test-scenario",
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert message in done.stderr
+    assert done.stderr.count("error:") == 1
+
+
+def test_a_scenario_that_cannot_be_read_is_what_one_has_an_editor_for(tmp_path):
+    (tmp_path / "scenario.yaml").write_text("clips-executive: [\n")
+    command = [sys.executable, "-m", "cxbridge", "lsp", str(tmp_path), "--spec", "s"]
+    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"core": "zebra"}, "--core cannot be 'zebra'"),
+        ({"spec": "zebra"}, "the configuration has no spec 'zebra'"),
+        ({"specs": "test"}, "a run has no option 'specs'"),
+        ({"clips_dirs": 3}, "'clips_dirs' must be a text or texts"),
+        ({"scenario": 3}, "'scenario' must be a text"),
+        ({"clips_dirs": ["/nowhere"]}, "/nowhere: there is no such folder"),
+    ],
+    ids=str,
+)
+def test_settings_of_an_editor_that_make_no_sense(tmp_path, options, message):
+    root = shutil.copytree(ROOT / "scenarios" / "test-scenario", tmp_path / "agent")
+    editor = Editor(root, options=options)
+    try:
+        editor.wait(lambda: bool(editor.client.messages))
+        (told,) = editor.client.messages
+        assert told.type is lsp.MessageType.Error
+        assert message in told.message
+    finally:
+        editor.close()
