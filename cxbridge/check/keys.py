@@ -22,7 +22,7 @@ cxbridge/fawkes: enable host port allow
 cxbridge/foxglove: enable host port
 cxbridge/web: enable host port token tls-cert tls-key allow-origins exact
 cxbridge/record: trace files level log bblog
-fawkes: agent/name mainapp/desired_loop_time
+fawkes: agent/name agent/team bbsync/peers/ROBOT/... mainapp/desired_loop_time
 navgraph: graph_file allow_multi_graph
 planner: planner timeout at-once memory options/KEY write-problem
 plugins: ...
@@ -30,6 +30,7 @@ frames: ...
 clips_features_manager: ...
 ros2cx: unsensed mode removal-blocks
 game: seed minutes
+llsfrb: comm/server-port mps/stations/STATION/connection
 skill-board: name in-process timeouts/start timeouts/silence timeouts/cancel
 skill-board/agents/NAME: skiller executors/KEY/...
 skiller: skillspace mode watch_files features/navgraph/enable
