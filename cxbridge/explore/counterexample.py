@@ -17,6 +17,7 @@ from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePath, PathChooser
+from cxbridge.worlds.run import MakeAssembly, make_scenario
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,6 +58,7 @@ def write_counterexample(
     path: ChoicePath,
     folder: Path,
     world: WorldModel | None = None,
+    make: MakeAssembly = make_scenario,
 ) -> Counterexample:
     """Shrink a failing path, and write what people can use into a folder.
 
@@ -65,14 +67,15 @@ def write_counterexample(
     :param name: of the property that is violated.
     :param path: a path on which it is.
     :param world: that of the exploration.
+    :param make: makes what is run; only of a scenario there is a test.
     :raises CxbridgeError: when it is not violated on that path, or a file cannot be written.
     """
     chosen = [each for each in properties if each.name == name]
 
     def play_wanted(choices: Sequence[Wanted]) -> Played:
-        return play(options, chosen, WantedChooser(choices), world=world, briefly=True)
+        return play(options, chosen, WantedChooser(choices), world=world, make=make, briefly=True)
 
-    first = play(options, chosen, PathChooser(path), world=world, briefly=True)
+    first = play(options, chosen, PathChooser(path), world=world, make=make, briefly=True)
     found = shrunk(wanted(first.choices), name, play_wanted) if first.violation(name) else None
     violation = None if found is None else found.violation(name)
     if found is None or violation is None:
@@ -82,8 +85,10 @@ def write_counterexample(
     recording = folder / f"{stem}.mcap"
     chooser = WantedChooser(wanted(found.choices))
     _writing(folder, partial(folder.mkdir, parents=True, exist_ok=True))
-    play(options, chosen, chooser, recording, world=world, briefly=True)
-    test = _write_test(options, found, chosen[0], words, folder / f"test_{stem}.py")
+    play(options, chosen, chooser, recording, world=world, make=make, briefly=True)
+    file, test = folder / f"test_{stem}.py", None
+    if make is make_scenario:
+        test = _write_test(options, found, chosen[0], words, file)
     unusual = tuple(choice for choice in found.choices if choice.option != USUAL)
     return Counterexample(name, violation.message, unusual, recording, test, words)
 

@@ -15,6 +15,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
+from cxbridge.worlds.run import MakeAssembly, make_scenario
 from cxbridge.worlds.skills import Answer
 
 
@@ -94,11 +95,13 @@ def play(
     trace: Path | None = None,
     *,
     world: WorldModel | None = None,
+    make: MakeAssembly = make_scenario,
     briefly: bool = False,
 ) -> Played:
     """Play a run to its end.
 
     :param world: what can happen; None: what the file beside the scenario says.
+    :param make: makes what is run.
     :param briefly: only until a property is violated.
     :param trace: the file that it is recorded to.
     :raises CxbridgeError: when the scenario is wrong, or the file cannot be written.
@@ -106,7 +109,9 @@ def play(
     if trace is not None:
         options = replace(options, trace=trace, trace_level="facts")
     with ExitStack() as stack:
-        run = stack.enter_context(ExploredRun(options, properties, chooser, world=world, briefly=briefly))
+        run = stack.enter_context(
+            ExploredRun(options, properties, chooser, world=world, make=make, briefly=briefly)
+        )
         assembly = run.world.assembly
         history = RunHistory(UNLIMITED, assembly.clock.now_us())
         assembly.bus.subscribe(history.take, *TRANSITION_TYPES)

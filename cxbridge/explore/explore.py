@@ -26,6 +26,7 @@ from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import DivergedError
+from cxbridge.worlds.run import MakeAssembly, make_scenario
 
 
 def explore(
@@ -35,6 +36,7 @@ def explore(
     *,
     properties: Sequence[Property] | None = None,
     world: WorldModel | None = None,
+    make: MakeAssembly = make_scenario,
     resume: Path | None = None,
     show: Callable[[str], None] | None = None,
 ) -> ExploreResult:
@@ -45,6 +47,7 @@ def explore(
     :param options: as for ``cxbridge run``.
     :param properties: what every run is to have; None: the built-in ones.
     :param world: what can happen; None: what the file beside the scenario says.
+    :param make: makes what is run.
     :param resume: an exploration that was interrupted, which goes on.
     :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
@@ -53,7 +56,7 @@ def explore(
     options.check()
     bounds.check()
     means.check()
-    make = partial(ExploredRun, options, properties, world=world)
+    explored = partial(ExploredRun, options, properties, world=world, make=make)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, options, bounds)
@@ -61,25 +64,25 @@ def explore(
     coordinator: Coordinator | None = None
     hidden: tuple[str, ...] = ()
     started, cpu_s = time.perf_counter(), _cpu_seconds()
-    with _signals() as received, closing(UsualRun(make)) as usual:
+    with _signals() as received, closing(UsualRun(explored)) as usual:
 
         def is_over() -> bool:
             progress.tick()
             return bool(received)
 
         def load(address: str) -> NoReturn:
-            serve(address, make, merge=bounds.merge)
+            serve(address, explored, merge=bounds.merge)
 
         try:
             if means.fork:
                 with Coordinator(graph, means, load) as coordinator:
                     coordinator.explore(is_over)
             else:
-                hidden = explore_by_replay(make, graph, is_over, merge=bounds.merge)
+                hidden = explore_by_replay(explored, graph, is_over, merge=bounds.merge)
             if not received:
                 _check_determinism(graph, usual)
         except DivergedError as error:
-            raise explain_difference(make, error) from None
+            raise explain_difference(explored, error) from None
     cpu_s = _cpu_seconds() - cpu_s
     if coordinator is not None:
         hidden = tuple(coordinator.hidden)

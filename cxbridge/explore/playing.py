@@ -13,7 +13,7 @@ from cxbridge.run.result import RunResult
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.judged import JudgedRun
 from cxbridge.worlds.points import Chooser, DivergedError
-from cxbridge.worlds.run import WorldResult
+from cxbridge.worlds.run import MakeAssembly, WorldResult, make_scenario
 
 
 class ExploredRun(JudgedRun):
@@ -23,6 +23,7 @@ class ExploredRun(JudgedRun):
     :param properties: those that it is to have.
     :param chooser: is asked at each choice point.
     :param world: what can happen; None: what the file beside the scenario says.
+    :param make: makes what is run.
     :param briefly: end as soon as a property is violated.
     :raises CxbridgeError: when the scenario is wrong.
     """
@@ -34,9 +35,10 @@ class ExploredRun(JudgedRun):
         chooser: Chooser,
         *,
         world: WorldModel | None = None,
+        make: MakeAssembly = make_scenario,
         briefly: bool = False,
     ) -> None:
-        super().__init__(options, chooser, world)
+        super().__init__(options, chooser, world, make=make)
         self._briefly = briefly
         assembly = self.world.assembly
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)

@@ -9,13 +9,11 @@ from typing import Any
 
 from cxbridge.explore.counterexample import Counterexample
 from cxbridge.explore.graph import Graph
+from cxbridge.properties.builtin.table import RUN_ENDS
 from cxbridge.properties.monitor import Property
 
 CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
 """The exit statuses of ``cxbridge explore``."""
-
-_RUN_ENDS = "run-ends"
-"""The built-in property that a run without end does not have."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -66,9 +64,9 @@ class ExploreResult:
                     }
         for number in self.graph.cycles():
             found.setdefault(
-                _RUN_ENDS,
+                RUN_ENDS,
                 {
-                    "property": _RUN_ENDS,
+                    "property": RUN_ENDS,
                     "message": "the run comes to the same state again and again",
                     "seconds": self.graph.nodes[number].point.seconds,
                     "choices": self.graph.choices_to(self.graph.nodes[number].edge),

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from operator import itemgetter
 from pathlib import Path
@@ -14,18 +12,14 @@ from typing import TYPE_CHECKING, Any, Final
 import yaml
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import LogLine, Sink
+from cxbridge.events import Sink
+from cxbridge.game.playing import play_game
 from cxbridge.game.score import Award, Delivery, GameResult, Score
-from cxbridge.game.work import WorkCount
 from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file
-from cxbridge.run.recording import start_recording
-from cxbridge.run.result import FAULT
 from cxbridge.worldmodel.model import NOTHING_FAILS
 from cxbridge.worldmodel.reading import find_world, read_world
-from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.points import RandomChooser
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -35,7 +29,6 @@ if TYPE_CHECKING:
 
 GAME: Final = "GameInterface"
 ORDER: Final = "OrderInterface"
-POST_GAME: Final = "POST_GAME"
 
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
@@ -68,38 +61,13 @@ class ScenarioGame:
         :param attach: called with the run, before it is played.
         :raises CxbridgeError: when the scenario is wrong, or not a game.
         """
-        started = time.perf_counter()
         file = self.world or find_world(find_config_file(self.run).parent)
         world = NOTHING_FAILS if file is None else read_world(file)
-        with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder, ExitStack() as stack:
+        with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._values(seed)))
             options = replace(self.run, config=(*_overlays(self.run), overlay))
-            run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world))
-            assembly = run.world.assembly
-            if console is not None:
-                assembly.bus.subscribe(console, LogLine)
-            if attach is not None:
-                for agent in assembly.agents:
-                    attach(agent)
-            work = WorkCount(assembly.clock.now_us())
-            assembly.bus.subscribe(work, *WorkCount.events)
-            recorder = start_recording(assembly, options)
-            stack.callback(recorder.close)
-            stack.callback(assembly.stop)
-            ended, _ = run.play()
-            score = score_on(assembly.agents)
-            recorder.describe(
-                {"status": str(ended.status), "reason": f"{ended.reason}; points: {score.points}"}
-            )
-            return GameResult(
-                score,
-                score.phase == POST_GAME,
-                seed,
-                round(time.perf_counter() - started, 3),
-                work.by_name(assembly.clock.now_us()),
-                (ended.reason,) if ended.status == FAULT else (),
-            )
+            return play_game(options, seed, world, score_on, console=console, attach=attach)
 
     def _values(self, seed: int) -> dict[str, int | float]:
         """Return the values of the referee's configuration that differ from game to game.

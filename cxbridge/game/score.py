@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
-from typing import Any
+from typing import Any, Final
+
+POST_GAME: Final = "POST_GAME"
+"""The phase of a game that has come to its end."""
 
 
 @dataclass(frozen=True, slots=True)

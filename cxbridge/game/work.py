@@ -5,9 +5,10 @@ from __future__ import annotations
 from collections import Counter, defaultdict
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.events import Event, InterfaceMessage, SkillStatus
+from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.game.score import RobotWork
 from cxbridge.history.builder import RunHistory
+from cxbridge.skiller.status import Status
 
 
 class WorkCount:
@@ -16,7 +17,7 @@ class WorkCount:
     :param start_us: when the run begins.
     """
 
-    events = (SkillStatus, InterfaceMessage)
+    events = (SkillStatus, InterfaceMessage, InterfaceWrite)
     """What it listens to."""
 
     def __init__(self, start_us: int) -> None:
@@ -35,8 +36,8 @@ class WorkCount:
         failed: defaultdict[str, Counter[str]] = defaultdict(Counter)
         for call in self._history.calls:
             busy[call.skiller] += (call.end[1] if call.end else end_us) - call.begin[1]
-            if call.error:
-                failed[call.skiller][call.error] += 1
+            if call.status == Status.S_FAILED.name:
+                failed[call.skiller][call.error or "failed"] += 1
         return {
             name: RobotWork(round(busy[name] / MICROSECONDS, 1), dict(failed[name])) for name in sorted(busy)
         }

@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import time
-from contextlib import ExitStack
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.config import Configuration
-from cxbridge.events import LogLine, Sink
+from cxbridge.events import Sink
 from cxbridge.executive.protobuf.local import LocalNetwork
 from cxbridge.executive.protobuf.types import MessageTypes
-from cxbridge.game.score import GameResult, RobotWork
-from cxbridge.mainloop import Hook
-from cxbridge.rcll.controller import BEGIN_S, SETUP_S, Controller, Phase, Script
+from cxbridge.game.playing import play_game
+from cxbridge.game.score import POST_GAME, GameResult, Score
+from cxbridge.rcll.controller import BEGIN_S, SETUP_S, Controller, Script
 from cxbridge.rcll.field import Field
 from cxbridge.rcll.machines import Machine
 from cxbridge.rcll.refbox import Refbox, find_messages
@@ -26,11 +24,13 @@ from cxbridge.run.agent_context import AgentContext, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_checkouts
-from cxbridge.run.program.additions import Additions
-from cxbridge.run.recording import start_recording
+from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.skiller.simulation.estimators import SkillPattern
+from cxbridge.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
+from cxbridge.worldmodel.reading import read_world
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Iterator, Sequence
 
     from cxbridge.run.components.component import Component
     from cxbridge.run.context import RunContext
@@ -45,6 +45,7 @@ _ROBOTS: Final = "/fawkes/bbsync/peers"
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _SIMULATOR: Final = "/rcll-simulator/enabled"
 _TEAM: Final = "/fawkes/agent/team"
+_CUT_S: Final = 1.0
 _OVER_S: Final = 5.0
 """Seconds that the referee has for the end of the game."""
 
@@ -58,6 +59,7 @@ class LeagueGame:
     :param proto_dirs: folders with message definitions, before those of the checkouts.
     :param referee_config: files that are laid over the configuration of the referee box.
     :param minutes: of the production.
+    :param world: what can fail; None: each skill with the likelihood ``failures``.
     :param failures: how likely a skill fails.
     """
 
@@ -66,7 +68,27 @@ class LeagueGame:
     proto_dirs: tuple[Path, ...] = ()
     referee_config: tuple[Path, ...] = ()
     minutes: float = MINUTES
+    world: Path | None = None
     failures: float = 0.0
+
+    @property
+    def cut_options(self) -> RunOptions:
+        """The options of a run that ends with the production: no goal has failed since the game was over."""
+        return replace(self.options, timeout=BEGIN_S + SETUP_S + self.minutes * 60 - _CUT_S)
+
+    @property
+    def options(self) -> RunOptions:
+        """The options of its run."""
+        run = self.run
+        return replace(
+            run,
+            scenario=run.scenario or SCENARIO,
+            skiller="none",
+            clock="virtual",
+            # what CLIPS refuses of an agent is told with the result: checkouts live with their defects
+            strict=bool(run.strict),
+            timeout=BEGIN_S + SETUP_S + self.minutes * 60 + _OVER_S,
+        )
 
     def play(
         self,
@@ -81,18 +103,68 @@ class LeagueGame:
         :param attach: called with the run, before it is started.
         :raises CxbridgeError: when the input is bad.
         """
-        return _Game(self, seed).play(console, attach)
+        faults: list[str] = []
+
+        def judge(agents: Sequence[Assembly]) -> Score:
+            (agent,) = agents
+            assert isinstance(agent, LeagueAssembly)
+            faults.extend(agent.referee.faults)
+            return score_of(agent.referee)
+
+        options, world = self.options, self._world()
+        options.check()
+        make = partial(self.make, seed)
+        found = play_game(options, seed, world, judge, make=make, console=console, attach=attach)
+        robots = {name.strip("/").removesuffix("/Skiller"): work for name, work in found.robots.items()}
+        return replace(found, robots=robots, faults=(*found.faults, *faults))
+
+    def _world(self) -> WorldModel:
+        if self.world is not None:
+            return read_world(self.world)
+        if not self.failures:
+            return NOTHING_FAILS
+        failure = SkillFailure(error="the skill has failed, as was drawn", probability=self.failures)
+        return WorldModel(otherwise=SkillModel(SkillPattern("*"), (failure,)))
+
+    def make(self, seed: int, options: RunOptions, additions: Additions = NOTHING) -> LeagueAssembly:
+        """Make the run of a game.
+
+        :param seed: of the field, the orders and all else that is drawn.
+        :param options: those of this game, or with another recording.
+        :raises CxbridgeError: when the input is bad.
+        """
+        return LeagueAssembly(_Parts(self, options, seed), additions)
 
 
-class _Game:
-    """The parts of a game."""
+class LeagueAssembly(Assembly):
+    """The run of a game: it is over when the referee says so."""
 
-    def __init__(self, options: LeagueGame, seed: int) -> None:
-        self._started = time.perf_counter()
-        self._options, self._seed = options, seed
-        run = options.run
-        self.run = replace(run, scenario=run.scenario or SCENARIO, skiller="none", clock="virtual")
-        self.run.check()
+    def __init__(self, parts: _Parts, additions: Additions) -> None:
+        self._parts = parts
+        context = parts.agent_context()
+        more = replace(
+            additions,
+            executors=(*additions.executors, robot_executor(parts.world)),
+            connections=parts.network.join,
+        )
+        super().__init__(parts.run, context, None, more, tuple(parts.components(context.config)))
+
+    @property
+    def referee(self) -> Referee:
+        """The referee, once the run is started."""
+        return self._parts.referee
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the game has come to its end."""
+        return phase_of(self.referee) == POST_GAME
+
+
+class _Parts:
+    """The parts of a game besides the agent's own."""
+
+    def __init__(self, options: LeagueGame, run: RunOptions, seed: int) -> None:
+        self._options, self.run = options, run
         refbox = Refbox.open(options.refbox_dir)
         checkouts = find_checkouts(run).folders
         self._messages = find_messages(
@@ -100,18 +172,13 @@ class _Game:
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),
             refbox.messages,
         )
-        self._network = LocalNetwork()
+        self.network = LocalNetwork()
         config = refbox.configuration(*options.referee_config)
         for station in config.keys(STATION):
             config.set(f"{STATION}{station}/connection", "simulated")
-        self._settings = RefereeSettings(refbox, config, self._messages, self._network, seed)
+        self._settings = RefereeSettings(refbox, config, self._messages, self.network, seed)
         self._referee: Referee | None = None
-        self.world = RobotWorld(
-            Field(lambda: self.referee.facts("machine")),
-            self._machine,
-            seed,
-            options.failures,
-        )
+        self.world = RobotWorld(Field(lambda: self.referee.facts("machine")), self._machine)
 
     @property
     def referee(self) -> Referee:
@@ -138,15 +205,8 @@ class _Game:
         config.set(_PROTO_DIRS, [str(self._messages)])
         return context
 
-    def assembly(self) -> Assembly:
-        """Make the run."""
-        context = self.agent_context()
-        additions = Additions(executors=(robot_executor(self.world),), connections=self._network.join)
-        return Assembly(
-            self.run, context, None, additions, components=tuple(self._components(context.config))
-        )
-
-    def _components(self, config: Configuration) -> Iterator[Callable[[RunContext], Component]]:
+    def components(self, config: Configuration) -> Iterator[Callable[[RunContext], Component]]:
+        """Yield what makes the components of the run that are not the agent's."""
         team = config.get_str(_TEAM, default="Carologistics")
         script = Script(cyan=team, production_s=self._options.minutes * 60)
 
@@ -154,48 +214,8 @@ class _Game:
             types = MessageTypes(context.bus.logger("Controller").warn)
             types.add_folders((self._messages,))
             port = self._settings.config.get_uint(SERVER_PORT, default=0)
-            return Controller(context, self._network, types, port, script)
+            return Controller(context, self.network, types, port, script)
 
         yield referee_maker(self._settings, self._made)
         yield controller
         yield lambda context: RobotInterfaces(context, self.world)
-
-    def play(self, console: Sink | None, attach: Callable[[Assembly], None] | None) -> GameResult:
-        """Play it."""
-        with ExitStack() as stack:
-            assembly = stack.enter_context(self.assembly())
-            if console is not None:
-                assembly.bus.subscribe(console, LogLine)
-            if attach is not None:
-                attach(assembly)
-            recorder = start_recording(assembly, self.run)
-            stack.callback(recorder.close)
-            assembly.start()
-            assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
-            seconds = BEGIN_S + SETUP_S + self._options.minutes * 60 + _OVER_S
-            end_us = assembly.clock.now_us() + round(seconds * MICROSECONDS)
-            assembly.loop.run(lambda: self._is_over() or assembly.clock.now_us() >= end_us)
-            result = self._result(assembly)
-            recorder.describe(
-                {"status": "0" if result.is_over else "3", "reason": f"points: {result.score.points}"}
-            )
-            return result
-
-    def _is_over(self) -> bool:
-        return phase_of(self.referee) == Phase.POST_GAME
-
-    def _result(self, assembly: Assembly) -> GameResult:
-        env = assembly.executive.env
-        robots = self.world.robots
-        return GameResult(
-            score_of(self.referee),
-            self._is_over(),
-            self._seed,
-            round(time.perf_counter() - self._started, 3),
-            {
-                name: RobotWork(round(robot.busy_us / MICROSECONDS, 1), dict(robot.failed))
-                for name, robot in robots.items()
-            },
-            (*self.referee.faults, *env.faults),
-            tuple(str(each) for each in env.loader.diagnostics if each.construct),
-        )

@@ -3,14 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from collections.abc import Callable, Generator, Iterable
 from dataclasses import dataclass, field
-from random import Random
 from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import SkillError
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.field import Field, Pose, entry
 from cxbridge.rcll.machines import Machine, Place, Workpiece
@@ -45,8 +42,6 @@ class Robot:
     :param number: from 1.
     :param held: what is in its gripper.
     :param put_at: the machine where it has put something last.
-    :param busy_us: how long it has executed skills.
-    :param failed: how often a skill has failed, by what was wrong.
     """
 
     name: str
@@ -54,8 +49,6 @@ class Robot:
     pose: Pose
     held: Workpiece | None = None
     put_at: str = ""
-    busy_us: int = 0
-    failed: Counter[str] = field(default_factory=Counter)
 
 
 @dataclass(slots=True)
@@ -64,14 +57,10 @@ class RobotWorld:
 
     :param places: where things are.
     :param machine: returns the machine of a name.
-    :param failures: how likely a skill fails at its end, from 0 to 1.
-    :param seed: of all that is drawn.
     """
 
     places: Field
     machine: Callable[[str], Machine | None]
-    seed: int = 0
-    failures: float = 0.0
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add(self, names: Iterable[str]) -> None:
@@ -96,20 +85,11 @@ class RobotExecutor(SkillExecutor):
     def start(self) -> None:
         """Find the robot that it moves."""
         self.robot = self.world.robots[self.agent]
-        self._random = Random(f"{self.world.seed} {self.agent}")  # noqa: S311 - no secret
 
     def execute(self, call: SkillCall) -> Steps:
-        """Execute a skill; it may fail at its end."""
-        begun_us = self.clock.now_us()
-        try:
-            yield from getattr(self, f"_{call.skill}")(call)
-            if self._random.random() < self.world.failures:
-                raise SkillFailedError(f"{call.skill} has failed, as was drawn")
-        except SkillError as error:
-            self.robot.failed[error.message] += 1
-            raise
-        finally:
-            self.robot.busy_us += self.clock.now_us() - begun_us
+        """Execute a skill."""
+        steps: Callable[[SkillCall], Steps] = getattr(self, f"_{call.skill}")
+        return steps(call)
 
     # -- skills
 

@@ -11,7 +11,7 @@ from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import Chooser
-from cxbridge.worlds.run import WorldResult, WorldRun
+from cxbridge.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
 
 
 class JudgedRun(Closing):
@@ -20,11 +20,19 @@ class JudgedRun(Closing):
     :param options: as for ``cxbridge run``.
     :param chooser: is asked at each choice point.
     :param world: what can happen; None: what the file beside the scenario says.
+    :param make: makes what is run.
     :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
-    def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
-        self.world = WorldRun(options, chooser, world)
+    def __init__(
+        self,
+        options: RunOptions,
+        chooser: Chooser,
+        world: WorldModel | None = None,
+        *,
+        make: MakeAssembly = make_scenario,
+    ) -> None:
+        self.world = WorldRun(options, chooser, world, make=make)
         self._options = options
         assembly = self.world.assembly
         self._checks = AgentChecks(assembly.agents, on=not options.is_lenient)

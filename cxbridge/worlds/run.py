@@ -54,6 +54,15 @@ class Onlooker(Protocol):
         """Look at an agent that is back; it is not started yet."""
 
 
+MakeAssembly = Callable[[RunOptions, Additions], "Assembly | Team"]
+"""Makes what is run, with what the world adds to it."""
+
+
+def make_scenario(options: RunOptions, additions: Additions) -> Assembly | Team:
+    """Make the run of a scenario."""
+    return make_run(options, additions=additions)
+
+
 def world_beside(options: RunOptions) -> WorldModel:
     """Return the world beside a scenario; without one each call of a skill may fail.
 
@@ -69,10 +78,18 @@ class WorldRun(Closing):
     :param options: as for ``cxbridge run``; who executes skills is not taken from them.
     :param chooser: is asked at each choice point.
     :param world: what can happen; None: what the file beside the scenario says.
+    :param make: makes what is run.
     :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
-    def __init__(self, options: RunOptions, chooser: Chooser, world: WorldModel | None = None) -> None:
+    def __init__(
+        self,
+        options: RunOptions,
+        chooser: Chooser,
+        world: WorldModel | None = None,
+        *,
+        make: MakeAssembly = make_scenario,
+    ) -> None:
         self.options = options
         self.onlookers: list[Onlooker] = []
         """Who is to know when an agent is killed, and when it is back."""
@@ -80,7 +97,7 @@ class WorldRun(Closing):
         self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
         with ExitStack() as stack:
-            self.assembly = make_run(options, additions=self._additions())
+            self.assembly = make(options, self._additions())
             stack.enter_context(self.assembly)
             self._ask = Asking(self._asked, self.assembly.clock)
             check_world(self._world, self.assembly)

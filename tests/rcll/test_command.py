@@ -71,7 +71,8 @@ def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):
         (["--refbox-dir", "/nowhere"], "this is not a checkout of the referee box"),
         (["--overlay", "/nowhere"], "there is no such folder"),
         (["--spec", "tam"], "it has: team"),
-        (["--world", "w.yaml"], "a game of the league has no world of its own"),
+        (["--world", "w.yaml"], "w.yaml: "),
+        (["--world", "w.yaml", "--failures", "0.5"], "--world says what fails, and --failures, too"),
         (["--against", "/nowhere"], "there is no such folder"),
     ],
 )

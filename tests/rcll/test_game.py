@@ -55,7 +55,14 @@ def test_one_seed_is_one_game(options, tmp_path):
 def test_skills_fail_as_likely_as_asked(options):
     result = replace(options, failures=1.0).play(3)
     assert result.score.points["CYAN"] == 0
-    assert result.as_dict()["robots"]["robot1"]["failed"] == {"moveto has failed, as was drawn": 1}
+    assert result.as_dict()["robots"]["robot1"]["failed"] == {"the skill has failed, as was drawn": 1}
+
+
+def test_a_world_says_what_fails(options, tmp_path):
+    world = tmp_path / "world.yaml"
+    world.write_text("skills: [{name: moveto, fails: [{error: blocked, after: 7, probability: 1.0}]}]\n")
+    result = replace(options, world=world).play(3)
+    assert result.robots["robot1"].failed == {"blocked": 1}
 
 
 def test_a_game_that_does_not_end_says_so(options):

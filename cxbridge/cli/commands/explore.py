@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
@@ -14,13 +15,16 @@ from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
+from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 
 if TYPE_CHECKING:
     from cxbridge.explore.bounds import Bounds
     from cxbridge.explore.result import ExploreResult
     from cxbridge.properties.monitor import Property
+    from cxbridge.rcll.game import LeagueGame
     from cxbridge.worldmodel.model import WorldModel
+    from cxbridge.worlds.run import MakeAssembly
 
 RESUME: Final = "explore.resume"
 """Where an exploration goes that was interrupted."""
@@ -106,12 +110,37 @@ class _Judging:
     ] = Path("out/explore")
 
 
+@dataclass(frozen=True, kw_only=True)
+class _League(RefboxOptions):
+    """A game that is explored, instead of a scenario."""
+
+    seed: Annotated[int, typer.Option(help="The seed of the game of the league.")] = 0
+    minutes: Annotated[
+        float,
+        typer.Option(min=0, metavar="M", help="Minutes of the production of the game of the league."),
+    ] = 20.0
+
+    def game(self, options: RunOptions) -> LeagueGame:
+        """Return the game."""
+        from cxbridge.rcll.game import LeagueGame
+
+        assert self.refbox_dir is not None
+        return LeagueGame(
+            run=options,
+            refbox_dir=self.refbox_dir,
+            proto_dirs=self.proto_dirs,
+            referee_config=self.referee_config,
+            minutes=self.minutes,
+        )
+
+
 @option_groups
 def explore(
     agent: _Agent,
     bounds: _Bounds,
     means: _Means,
     judging: _Judging,
+    league: _League,
     *,
     resume: Annotated[
         Path | None,
@@ -132,19 +161,24 @@ def explore(
     from cxbridge.explore.bounds import Bounds, Means
     from cxbridge.explore.explore import explore as explore_scenario
     from cxbridge.worldmodel.reading import read_world
+    from cxbridge.worlds.run import make_scenario
 
-    options = RunOptions(**vars(agent), skiller="none")
+    league.refuse_without_refbox()
+    options, make = RunOptions(**vars(agent), skiller="none"), make_scenario
+    if league.refbox_dir is not None:
+        game = league.game(options)
+        options, make = game.cut_options, partial(game.make, league.seed)
     limits = Bounds(**vars(bounds))
     how = Means(**{name: value for name, value in vars(means).items() if value is not None})
     show = _show_line if sys.stderr.isatty() else None
-    properties = _properties(judging, options)
+    properties = _properties(judging, options, is_cut=league.refbox_dir is not None)
     world = None if judging.world is None else read_world(judging.world)
     result = explore_scenario(
-        options, limits, how, properties=properties, world=world, resume=resume, show=show
+        options, limits, how, properties=properties, world=world, make=make, resume=resume, show=show
     )
     if show is not None:
         _show_line("")
-    result = _with_counterexamples(result, options, world, judging.out)
+    result = _with_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
         _keep(result, options, limits, resume or Path(RESUME))
     if as_json:
@@ -155,19 +189,23 @@ def explore(
     return result.status
 
 
-def _properties(judging: _Judging, options: RunOptions) -> tuple[Property, ...]:
-    """Return what the runs are to have."""
-    from cxbridge.properties.builtin.table import builtin_properties
+def _properties(judging: _Judging, options: RunOptions, *, is_cut: bool) -> tuple[Property, ...]:
+    """Return what the runs are to have.
+
+    :param is_cut: whether they end with their time, while goals are under way.
+    """
+    from cxbridge.properties.builtin.table import RUN_ENDS, builtin_properties
     from cxbridge.properties.reading import beside, find_property, joined
     from cxbridge.run.paths import find_config_file
 
     if judging.properties:
         return joined(map(find_property, judging.properties))
-    return joined(builtin_properties(), beside(find_config_file(options)))
+    builtin = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
+    return joined(builtin, beside(find_config_file(options)))
 
 
 def _with_counterexamples(
-    result: ExploreResult, options: RunOptions, world: WorldModel | None, folder: Path
+    result: ExploreResult, options: RunOptions, world: WorldModel | None, make: MakeAssembly, folder: Path
 ) -> ExploreResult:
     """Write what people can use of each violation; return the result with it."""
     from cxbridge.explore.counterexample import write_counterexample
@@ -178,7 +216,7 @@ def _with_counterexamples(
         name = each["property"]
         try:
             path = read_path(each["choices"])
-            found[name] = write_counterexample(options, result.properties, name, path, folder, world)
+            found[name] = write_counterexample(options, result.properties, name, path, folder, world, make)
         except CxbridgeError as error:
             complain(f"{name}: there is no counterexample: {error}")
     return replace(result, counterexamples=found)

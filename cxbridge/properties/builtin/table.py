@@ -4,12 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
+from typing import Final
 
 from cxbridge.properties.builtin.actions import ExecutedOnce, PreconditionsHold
 from cxbridge.properties.builtin.ends import NoErrors, RunEnds, SkillersReleased
 from cxbridge.properties.builtin.goals import DEFAULT_REST_S, GoalsRetracted, NoIdleRest
 from cxbridge.properties.builtin.resources import NoLostResource, OneHolder
 from cxbridge.properties.monitor import Monitor, Property, Scene
+
+RUN_ENDS: Final = "run-ends"
+"""The property that a run without end does not have."""
 
 
 def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
@@ -18,7 +22,7 @@ def builtin_properties(rest_s: float = DEFAULT_REST_S) -> tuple[Property, ...]:
     :param rest_s: seconds that a goal may rest in a mode with nothing to wait for.
     """
     made: tuple[tuple[str, Callable[[Scene], Monitor], str], ...] = (
-        ("run-ends", RunEnds, "the run comes to its end"),
+        (RUN_ENDS, RunEnds, "the run comes to its end"),
         ("no-errors", NoErrors, "no rule has a run-time error"),
         ("goals-retracted", GoalsRetracted, "each goal is RETRACTED in the end"),
         (

@@ -90,8 +90,8 @@ def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions
 def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> LeagueGame:
     from cxbridge.rcll.game import LeagueGame
 
-    if play.world is not None:
-        raise CxbridgeError("a game of the league has no world of its own", hint="see --failures")
+    if play.world is not None and league.failures:
+        raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
     if options.fawkes_dir is None and not options.overlays:
         raise CxbridgeError(
             "there is no agent to play",
@@ -103,6 +103,7 @@ def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) 
         refbox_dir=league.refbox_dir,
         proto_dirs=league.proto_dirs,
         referee_config=league.referee_config,
+        world=play.world,
         failures=league.failures,
     )
     return found if play.minutes is None else replace(found, minutes=play.minutes)

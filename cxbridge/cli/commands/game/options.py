@@ -9,6 +9,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
 
 
@@ -65,50 +66,10 @@ class PlayOptions:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LeagueOptions:
+class LeagueOptions(RefboxOptions):
     """A game of the RoboCup Logistics League."""
 
-    refbox_dir: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="Play in the RoboCup Logistics League, with the unchanged rules of this checkout of "
-            "rcll-refbox.",
-            show_default=False,
-        ),
-    ] = None
-    proto_dirs: Annotated[
-        tuple[Path, ...],
-        typer.Option(
-            "--proto-dir",
-            metavar="DIR",
-            help="A folder with the league's message definitions, when the checkouts lack their submodules. "
-            "Repeatable.",
-        ),
-    ] = ()
-    referee_config: Annotated[
-        tuple[Path, ...],
-        typer.Option(
-            metavar="FILE", help="A file that is laid over the referee box's configuration. Repeatable."
-        ),
-    ] = ()
     failures: Annotated[
         float,
-        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of the league's robots fails."),
+        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of a robot fails, in the league."),
     ] = 0.0
-
-    def refuse_without_refbox(self) -> None:
-        """Refuse what only a game of the league has.
-
-        :raises CxbridgeError: when it is given.
-        """
-        given = {
-            "--proto-dir": self.proto_dirs,
-            "--referee-config": self.referee_config,
-            "--failures": self.failures,
-        }
-        for name, value in given.items():
-            if value:
-                raise CxbridgeError(
-                    f"{name} is for games of the league", hint="name the referee: --refbox-dir"
-                )

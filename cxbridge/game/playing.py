@@ -1,0 +1,73 @@
+"""Plays one game to its end in a drawn world, and sums up what came of it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from cxbridge.events import LogLine, Sink
+from cxbridge.game.score import POST_GAME, GameResult, Score
+from cxbridge.game.work import WorkCount
+from cxbridge.mainloop import Hook
+from cxbridge.run.options import RunOptions
+from cxbridge.run.recording import start_recording
+from cxbridge.run.result import FAULT
+from cxbridge.worldmodel.model import WorldModel
+from cxbridge.worlds.judged import JudgedRun
+from cxbridge.worlds.points import RandomChooser
+from cxbridge.worlds.run import MakeAssembly, make_scenario
+
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+
+Judge = Callable[[Sequence["Assembly"]], Score]
+"""Says how a game of these agents stands."""
+
+
+def play_game(
+    options: RunOptions,
+    seed: int,
+    world: WorldModel,
+    judge: Judge,
+    *,
+    make: MakeAssembly = make_scenario,
+    console: Sink | None = None,
+    attach: Callable[[Assembly], None] | None = None,
+) -> GameResult:
+    """Play a game.
+
+    :param seed: of what fails.
+    :param console: gets the log lines.
+    :param attach: called with each agent, before it is played.
+    :raises CxbridgeError: when something is wrong.
+    """
+    started = time.perf_counter()
+    with ExitStack() as stack:
+        run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make=make))
+        assembly = run.world.assembly
+        if console is not None:
+            assembly.bus.subscribe(console, LogLine)
+        if attach is not None:
+            for agent in assembly.agents:
+                attach(agent)
+        work = WorkCount(assembly.clock.now_us())
+        assembly.bus.subscribe(work, *WorkCount.events)
+        recorder = start_recording(assembly, options)
+        stack.callback(recorder.close)
+        stack.callback(assembly.stop)
+        assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
+        ended, _ = run.play()
+        score = judge(assembly.agents)
+        recorder.describe({"status": str(ended.status), "reason": f"{ended.reason}; points: {score.points}"})
+        loaders = [agent.executive.env.loader for agent in assembly.agents]
+        return GameResult(
+            score,
+            score.phase == POST_GAME,
+            seed,
+            round(time.perf_counter() - started, 3),
+            work.by_name(assembly.clock.now_us()),
+            (ended.reason,) if ended.status == FAULT else (),
+            tuple(str(each) for loader in loaders for each in loader.diagnostics if each.construct),
+        )
