@@ -10,8 +10,10 @@ from __future__ import annotations
 import io
 import json
 import sys
+from pathlib import Path
 from typing import Any
 
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
 
@@ -107,3 +109,15 @@ class ConsoleLog:
         if self._colour:
             text = f"\x1b[{_COLOURS[event.level]}m{text}\x1b[0m"
         terminal_of(sys.stderr).write(f"{text}\n")
+
+
+def check_folders(*files: Path | None) -> None:
+    """See that files can be written later on, before long work.
+
+    :raises CxbridgeError: when the folder of one does not exist.
+    """
+    for file in files:
+        if file is not None and not file.parent.is_dir():
+            raise CxbridgeError(
+                "cannot be written: there is no such folder", file=file, hint=f"mkdir -p {file.parent}"
+            )

@@ -39,11 +39,13 @@ class Means:
     :param jobs: how many runs go on at the same time; None: as many as there are cores.
     :param fork: whether to fork; else each run begins at the beginning.
     :param patience_s: seconds of processor time that a run may take from one choice to the next.
+    :param coverage: whether it is noted what the runs use of the agent.
     """
 
     jobs: int | None = None
     fork: bool = HAS_FORK
     patience_s: float = PATIENCE_S
+    coverage: bool = False
 
     @property
     def processes(self) -> int:

@@ -208,6 +208,7 @@ class Coordinator(Closing):
                 self._reached(peer, report)
             case Ended():
                 peer.used_s = report.cpu_s
+                self.graph.used.update(report.used)
                 if report.leaf.outcome == BAD_INPUT:
                     raise CxbridgeError(report.leaf.reason)
                 if report.leaf.outcome == DIVERGED:
@@ -233,6 +234,7 @@ class Coordinator(Closing):
 
     def _reached(self, peer: _Peer, report: Reached) -> None:
         peer.used_s = report.cpu_s
+        self.graph.used.update(report.used)
         if report.hidden:
             self.hidden[report.hidden] = None
         number = self.graph.reached(peer.release(), report.point, report.digest)

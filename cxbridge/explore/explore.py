@@ -56,7 +56,7 @@ def explore(
     options.check()
     bounds.check()
     means.check()
-    explored = partial(ExploredRun, options, properties, world=world, make=make)
+    explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=means.coverage)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, options, bounds)

@@ -12,6 +12,7 @@ from typing import Final
 
 from msgspec import Struct
 
+from cxbridge.explore.use import Used
 from cxbridge.properties.monitor import Violation
 from cxbridge.worlds.points import USUAL, ChoicePath, Step
 
@@ -96,6 +97,7 @@ class SavedGraph(Struct, frozen=True):
     links: list[tuple[Edge, int]]
     open: list[Edge]
     known: dict[bytes, int]
+    used: list[Used]
 
 
 class Graph:
@@ -114,6 +116,8 @@ class Graph:
         """The edges of which it is not known where they lead, in the order in which they were found."""
         self.merged = 0
         """How many runs have come to a node where another one had been."""
+        self.used: set[Used] = set()
+        """What the runs have used of the agent, when that is noted."""
         self.explored = 0.0
         """The share of the tree of runs whose end is known: Knuth's estimate."""
         self._faults = faults
@@ -123,7 +127,12 @@ class Graph:
     def save(self) -> SavedGraph:
         """Return it as a file can have it."""
         return SavedGraph(
-            self.nodes, list(self.leaves.items()), list(self.links.items()), list(self.open), self._known
+            self.nodes,
+            list(self.leaves.items()),
+            list(self.links.items()),
+            list(self.open),
+            self._known,
+            sorted(self.used),
         )
 
     def load(self, saved: SavedGraph) -> None:
@@ -133,6 +142,7 @@ class Graph:
         self.links = dict(saved.links)
         self.open = dict.fromkeys(saved.open)
         self._known = saved.known
+        self.used = set(saved.used)
         self.merged = len(self.links) - len(self.nodes)
         self.explored = 1.0 - sum(map(self._share, self.open))
 

@@ -6,6 +6,7 @@ from collections.abc import Callable, Sequence
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
+from cxbridge.explore.use import Used, UseWatch
 from cxbridge.properties.monitor import Ending, Property, RunEnd
 from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.options import RunOptions
@@ -25,6 +26,7 @@ class ExploredRun(JudgedRun):
     :param world: what can happen; None: what the file beside the scenario says.
     :param make: makes what is run.
     :param briefly: end as soon as a property is violated.
+    :param coverage: note what it uses of the agent.
     :raises CxbridgeError: when the scenario is wrong.
     """
 
@@ -37,12 +39,18 @@ class ExploredRun(JudgedRun):
         world: WorldModel | None = None,
         make: MakeAssembly = make_scenario,
         briefly: bool = False,
+        coverage: bool = False,
     ) -> None:
         super().__init__(options, chooser, world, make=make)
         self._briefly = briefly
         assembly = self.world.assembly
+        self._use = UseWatch(assembly.bus, assembly.agents) if coverage else None
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
         self.world.onlookers.append(self.properties)
+
+    def used(self) -> tuple[Used, ...]:
+        """Return what was used of the agent for the first time since the last call."""
+        return () if self._use is None else self._use.news()
 
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play it to its end, and let the properties see it; see :class:`JudgedRun`."""

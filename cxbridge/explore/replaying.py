@@ -59,6 +59,7 @@ def explore_by_replay(
         with make(PathChooser(graph.path_to(edge), chooser)) as run:
             chooser.digest = state_digest(run, merge=merge)
             leaf = _play(run)
+            graph.used.update(run.used())
         if leaf is not None:
             graph.ended(chooser.edge, leaf)
         if chooser.hidden:

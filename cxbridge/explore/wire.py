@@ -9,6 +9,7 @@ from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
 from cxbridge.explore.graph import Leaf, Point
+from cxbridge.explore.use import Used
 from cxbridge.process.forking import local_socket
 
 _LENGTH = struct.Struct("!I")
@@ -30,22 +31,26 @@ class Reached(Struct, frozen=True, tag=True):
     :param digest: of its state; empty when it is not compared with others.
     :param hidden: why it is not.
     :param cpu_s: seconds of processor time that this process has used.
+    :param used: what the run has used of the agent since its last report.
     """
 
     point: Point
     digest: bytes
     hidden: str
     cpu_s: float
+    used: tuple[Used, ...] = ()
 
 
 class Ended(Struct, frozen=True, tag=True):
     """The run is over.
 
     :param cpu_s: seconds of processor time that this process has used.
+    :param used: what the run has used of the agent since its last report.
     """
 
     leaf: Leaf
     cpu_s: float
+    used: tuple[Used, ...] = ()
 
 
 class Refused(Struct, frozen=True, tag=True):

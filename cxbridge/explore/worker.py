@@ -7,12 +7,14 @@ import os
 import random
 import sys
 import time
+from collections.abc import Callable
 from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.graph import Edge, Point, Way
 from cxbridge.explore.playing import ExploredRun, MakeRun, failure
 from cxbridge.explore.state import Digest, state_digest
+from cxbridge.explore.use import Used
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
 from cxbridge.process import forking
 from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
@@ -67,12 +69,16 @@ class ForkingChooser:
     :param process: this one.
     :param free: the number of the first choice point that is asked about; the usual option is taken before.
     :param digest: what a state is compared by, or empty and why it is not compared.
+    :param used: returns what the run has used since it was asked the last time.
     """
 
-    def __init__(self, process: Process, free: int, digest: Digest) -> None:
+    def __init__(
+        self, process: Process, free: int, digest: Digest, used: Callable[[], tuple[Used, ...]]
+    ) -> None:
         self._process = process
         self._free = free
         self._digest = digest
+        self._used = used
 
     def choose(self, index: int, point: ChoicePoint) -> int:
         """Return what the coordinator wants; does not return when nothing is left to do."""
@@ -80,7 +86,7 @@ class ForkingChooser:
             return USUAL
         try:
             self._process.link.send(
-                Reached(as_point(index, point), *self._digest(point), time.process_time())
+                Reached(as_point(index, point), *self._digest(point), time.process_time(), self._used())
             )
             return self._obey()
         except (EOFError, OSError):
@@ -158,7 +164,7 @@ def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
         if not isinstance(order, Play):
             leave()
         if process.copy(order.edge):
-            later.chooser = ForkingChooser(process, order.free, digest)
+            later.chooser = ForkingChooser(process, order.free, digest, run.used)
             _play(process, run, later, order)
 
 
@@ -169,5 +175,5 @@ def _play(process: Process, run: ExploredRun, later: _Later, order: Play) -> NoR
         leaf = run.leaf()
     except Exception as error:  # noqa: BLE001 - an agent's Python may fail in any way
         leaf = failure(error)
-    process.link.send(Ended(leaf, time.process_time()))
+    process.link.send(Ended(leaf, time.process_time(), run.used()))
     leave()

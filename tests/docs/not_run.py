@@ -36,7 +36,10 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge check rcll-simulator/central_agent.yaml --overlay ~/fawkes-robotino --fawkes-dir ~/fawkes": RCLL,
     },
     "dependencies.md": {"make lock": INDEX},
-    "explore.md": {"cxbridge explore test-scenario --faults 2": "is what tests/explore/test_explore.py does"},
+    "explore.md": {
+        "cxbridge explore test-scenario --faults 2": "is what tests/explore/test_explore.py does",
+        "cxbridge explore two-robots --faults 2 --html out/explore/map.html": "tests/explore/test_map.py writes a map",
+    },
     "features.md": {
         "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
         "--clips-dir ~/fawkes-robotino/src/clips-specs --interface-dir ~/fawkes-robotino/src/libs/interfaces": RCLL,

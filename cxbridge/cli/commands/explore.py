@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from dataclasses import dataclass, replace
 from functools import partial
@@ -11,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Final
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import complain, say, say_json
+from cxbridge.cli.console import check_folders, complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
@@ -19,6 +20,7 @@ from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
 
 if TYPE_CHECKING:
+    from cxbridge.explain.coverage.model import Coverage
     from cxbridge.explore.bounds import Bounds
     from cxbridge.explore.result import ExploreResult
     from cxbridge.properties.monitor import Property
@@ -108,6 +110,17 @@ class _Judging:
     out: Annotated[
         Path, typer.Option(metavar="FOLDER", help="Where the recording and the test of each violation go.")
     ] = Path("out/explore")
+    coverage: Annotated[
+        bool, typer.Option("--coverage", help="Say which rules, goals and actions no run has reached.")
+    ] = False
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a page: a map of the runs, what faults lead to, and what no run has reached.",
+            show_default=False,
+        ),
+    ] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,12 +177,14 @@ def explore(
     from cxbridge.worlds.run import make_scenario
 
     league.refuse_without_refbox()
+    check_folders(judging.html)
     options, make = RunOptions(**vars(agent), skiller="none"), make_scenario
     if league.refbox_dir is not None:
         game = league.game(options)
         options, make = game.cut_options, partial(game.make, league.seed)
     limits = Bounds(**vars(bounds))
-    how = Means(**{name: value for name, value in vars(means).items() if value is not None})
+    given = {name: value for name, value in vars(means).items() if value is not None}
+    how = Means(**given, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
     properties = _properties(judging, options, is_cut=league.refbox_dir is not None)
     world = None if judging.world is None else read_world(judging.world)
@@ -181,12 +196,35 @@ def explore(
     result = _with_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
         _keep(result, options, limits, resume or Path(RESUME))
-    if as_json:
-        say_json(result.as_dict(), indent=2)
-    else:
-        for line in result.lines():
-            say(line)
+    coverage = _coverage(result, options) if how.coverage else None
+    if coverage is not None and judging.html is not None:
+        from cxbridge.explore.map.page import write_page
+
+        write_page(result, coverage, judging.html, shlex.join(["cxbridge", *sys.argv[1:]]))
+    _say(result, coverage, as_json=as_json)
     return result.status
+
+
+def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
+    """Return what the runs have used of the agent."""
+    from cxbridge.explore.map.coverage import explored_coverage
+
+    return explored_coverage(options, result.graph.used)
+
+
+def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
+    """Print the result."""
+    from cxbridge.explore.map.coverage import as_dict, never_reached
+
+    if as_json:
+        more = {} if coverage is None else {"coverage": as_dict(coverage)}
+        say_json(result.as_dict() | more, indent=2)
+        return
+    for line in result.lines():
+        say(line)
+    if coverage is not None:
+        for line in never_reached(coverage):
+            say(line)
 
 
 def _properties(judging: _Judging, options: RunOptions, *, is_cut: bool) -> tuple[Property, ...]:

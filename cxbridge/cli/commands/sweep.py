@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import check_folders, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.progress import progress
 from cxbridge.errors import CxbridgeError
@@ -101,6 +101,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     """
     from cxbridge.sweep.summary import Comparison, SweepSummary
 
+    check_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _jobs(agent, play)
     started = time.perf_counter()
     seeds = range(play.seed, play.seed + play.runs)

@@ -1,0 +1,1 @@
+"""The map of an exploration: where its runs branch and end, and what they have used of the agent."""

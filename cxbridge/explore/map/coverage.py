@@ -1,0 +1,80 @@
+"""What the runs of an exploration have used of an agent, and what no run has reached."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable
+from typing import Any
+
+from cxbridge.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
+from cxbridge.explain.coverage.report import short_names
+from cxbridge.explore.use import ACTION, MODE, OUTCOME, RULE, SKILL, Used
+from cxbridge.run.evidence import scenario_sources
+from cxbridge.run.options import RunOptions
+
+
+def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
+    """Return what was used of an agent. Its counts mean nothing but whether it was.
+
+    :raises CxbridgeError: when the scenario is wrong.
+    """
+    agent, use = AgentSources(), RecordedUse()
+    for source in scenario_sources(options):
+        agent.add_source(source, core=False)
+    for kind, name, more in used:
+        match kind:
+            case _ if kind == RULE:
+                use.firings[name] = 1
+            case _ if kind == MODE:
+                use.modes.setdefault(name, Counter())[more] = 1
+            case _ if kind == OUTCOME:
+                use.outcomes.setdefault(name, Counter())[more] = 1
+            case _ if kind == ACTION:
+                use.actions[name] = 1
+            case _ if kind == SKILL:
+                use.skills[name] = 1
+    return coverage_of(agent, use)
+
+
+def as_dict(coverage: Coverage) -> dict[str, Any]:
+    """Return it as JSON can have it."""
+    never = [
+        {"file": file.file, "line": rule.lines[0], "rule": rule.name}
+        for file in coverage.files
+        for rule, count in file.rules
+        if count == 0
+    ]
+    return {
+        "rules": {"fired": coverage.fired, "of": coverage.counted, "never": never},
+        "goals": {
+            "outcomes": {name: [word for word, _ in ends] for name, ends in coverage.outcomes},
+            "modes_never_reached": {name: list(modes) for name, modes in coverage.missing_modes},
+            "never": list(coverage.classes.unused),
+        },
+        "actions": {
+            "executed": [name for name, _ in coverage.actions.used],
+            "never": list(coverage.actions.unused),
+        },
+        "skills": [name for name, _ in coverage.skills.used],
+    }
+
+
+def never_fired(coverage: Coverage) -> Iterable[tuple[str, int, str]]:
+    """Yield the rules that fired in no run: short name of the file, line, name."""
+    names = short_names(coverage.files)
+    for name, file in zip(names, coverage.files, strict=True):
+        for rule, count in file.rules:
+            if count == 0:
+                yield name, rule.lines[0], rule.name
+
+
+def never_reached(coverage: Coverage) -> Iterable[str]:
+    """Yield what no run has reached, for people."""
+    yield f"{coverage.fired} of {coverage.counted} rules fired: {coverage.percent:.1f} %"
+    for name, line, rule in never_fired(coverage):
+        yield f"  never fired: {name}:{line} {rule}"
+    for name, modes in coverage.missing_modes:
+        yield f"  {name} was never {', '.join(modes)}"
+    for kind, names in (("goal class", coverage.classes.unused), ("action", coverage.actions.unused)):
+        for name in names:
+            yield f"  never: {kind} {name}"

@@ -1,0 +1,56 @@
+"""What runs of an exploration use of their agents: rules, modes and outcomes of goals, actions, skills."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Final
+
+from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
+from cxbridge.run.assembly import Assembly
+
+RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
+
+Used = tuple[str, str, str]
+"""The kind of what is used, its name, and of goals their mode or outcome."""
+
+_EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
+
+
+class UseWatch:
+    """Notes what a run uses. A copy of its process has noted what the run used before.
+
+    :param bus: of the run.
+    :param agents: of the run, not started yet.
+    """
+
+    def __init__(self, bus: EventBus, agents: Iterable[Assembly]) -> None:
+        self._known: set[Used] = set()
+        self._news: list[Used] = []
+        bus.subscribe(self._take, *_EVENTS)
+        for agent in agents:  # a configuration may watch no rules
+            agent.executive.env.watcher.rules.set((), on=True)
+
+    def news(self) -> tuple[Used, ...]:
+        """Return what was used for the first time since the last call."""
+        found = tuple(self._news)
+        self._news.clear()
+        return found
+
+    def _take(self, event: Event) -> None:
+        match event:
+            case RuleFired():
+                self._note(RULE, event.rule)
+            case GoalTransition():
+                self._note(MODE, event.goal_class, event.mode)
+                if event.mode == "FINISHED":
+                    self._note(OUTCOME, event.goal_class, event.outcome)
+            case PlanActionTransition(state="RUNNING"):
+                self._note(ACTION, event.action.lower())
+            case SkillStatus(status="S_RUNNING"):
+                self._note(SKILL, event.skill_string.partition("{")[0].strip())
+
+    def _note(self, kind: str, name: str, more: str = "") -> None:
+        used = kind, name, more
+        if used not in self._known:
+            self._known.add(used)
+            self._news.append(used)

@@ -1,0 +1,89 @@
+"""The map of an exploration: its rows, its page, and what no run has reached."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.explore.bounds import Bounds, Means
+from cxbridge.explore.explore import explore
+from cxbridge.explore.graph import Graph
+from cxbridge.explore.map.coverage import as_dict, explored_coverage
+from cxbridge.explore.map.page import MOST_DRAWN, write_page
+from cxbridge.explore.map.rows import OPEN, RunRow, run_rows
+from cxbridge.explore.result import ExploreResult
+from cxbridge.run.options import RunOptions
+from tests.explore.test_explore import SCENARIO, explored
+
+OPTIONS = RunOptions(scenario=SCENARIO, skiller="none")
+
+
+@pytest.fixture(scope="module")
+def result() -> ExploreResult:
+    """The exploration of the test scenario with one fault, by replay: nothing is forked here."""
+    return explore(OPTIONS, Bounds(faults=1), Means(fork=False, coverage=True))
+
+
+def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> None:
+    usual, *others = run_rows(result.graph)
+    assert (usual.choice, usual.outcome, usual.parent) == ("", "completed", None)
+    assert {each.outcome for each in others} == {"unsuccessful"}
+    assert [each.parent for each in others] == [0] * 4
+    assert [each.begin_s for each in others] == sorted((each.begin_s for each in others), reverse=True)
+    assert all(0 <= each.begin_s < each.end_s for each in others)
+    assert others[0].path == (f"{others[0].choice} at {others[0].begin_s:.2f} s",)
+    assert others[0].choice.endswith(": fails")
+
+
+def test_what_is_not_explored_is_open() -> None:
+    (row,) = run_rows(Graph(1, None))
+    assert row == RunRow("", 0.0, 0, None, (), outcome=OPEN)
+
+
+def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
+    found = as_dict(explored_coverage(OPTIONS, result.graph.used))
+    assert found["rules"]["never"] == []
+    assert found["rules"]["fired"] == found["rules"]["of"] > 20
+    assert found["actions"]["never"] == ["lock", "unlock"]
+    assert found["goals"]["outcomes"]["TALK"] == ["COMPLETED", "FAILED"]  # FAILED is in the runs with a fault
+    assert found["skills"] == ["say"]
+
+
+def test_forks_note_what_runs_from_the_beginning_note(result: ExploreResult) -> None:
+    forked = explored("test-scenario", "--coverage")["coverage"]
+    assert forked == as_dict(explored_coverage(OPTIONS, result.graph.used))
+
+
+def test_the_page(result: ExploreResult, tmp_path: Path) -> None:
+    file = tmp_path / "map.html"
+    write_page(result, explored_coverage(OPTIONS, result.graph.used), file, "cxbridge explore <x>")
+    text = file.read_text()
+    assert "5 runs, 4 states, 0 merged; complete. 1 completed, 4 unsuccessful" in text
+    assert text.count('<rect class="failed"') == 4
+    assert text.count('<rect class="good"') == 1
+    assert "cxbridge explore &lt;x&gt;" in text
+    assert "unlock" in text
+
+
+def test_of_very_many_runs_those_with_few_faults_are_drawn(
+    result: ExploreResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    rows = [RunRow("", 0.0, 0, None, (), 9.0, "completed")]
+    rows += [RunRow(f"a{n}: fails", 1.0, 1, 0, (f"a{n}",), 9.0, "completed") for n in range(1, 3)]
+    rows += [RunRow(f"b{n}: fails", 2.0, 2, 1, ("a1", f"b{n}"), 9.0, "stuck") for n in range(MOST_DRAWN * 2)]
+    rows[-1].violations = ("run-ends: it does not",)
+    monkeypatch.setattr("cxbridge.explore.map.page.run_rows", lambda _graph: rows)
+    file = tmp_path / "map.html"
+    write_page(result, explored_coverage(OPTIONS, ()), file, "x")
+    text = file.read_text()
+    assert text.count("<rect") == MOST_DRAWN
+    assert f"{len(rows) - MOST_DRAWN} runs of {len(rows)} are not drawn" in text
+    assert "a1: fails" in text
+    assert "a2: fails" in text
+    assert f"b{MOST_DRAWN * 2 - 1}: fails</text>" in text  # violates something
+
+
+def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(AssertionError, match="cannot be written: there is no such folder"):
+        explored("test-scenario", "--html", tmp_path / "none" / "map.html")
