@@ -23,6 +23,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, top_level
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.recursion import guard_at
+from cxbridge.executive.host.shortcuts import shortcut_at
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
@@ -123,6 +124,7 @@ def prepare(
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])
+            _add_shortcut(code, (start, end), edits)
     return ClipsSource(
         _apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed
     )
@@ -162,6 +164,13 @@ def _add_guard(
     guard = guard_at(code, *span, is_known)
     if guard is not None:
         edits.append((guard[0], guard[0], guard[1]))
+
+
+def _add_shortcut(code: str, span: tuple[int, int], edits: list[tuple[int, int, str]]) -> None:
+    """Note the edit that lets the function in ``span`` answer sooner, if there is a shortcut for it."""
+    shortcut = shortcut_at(code, *span)
+    if shortcut is not None:
+        edits.append((shortcut[0], shortcut[0], shortcut[1]))
 
 
 def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:
