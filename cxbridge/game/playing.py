@@ -5,12 +5,13 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
 from cxbridge.game.score import POST_GAME, GameResult, Score
 from cxbridge.game.work import WorkCount
 from cxbridge.mainloop import Hook
+from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import FAULT
@@ -21,6 +22,8 @@ from cxbridge.worlds.run import MakeAssembly, make_scenario
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
+
+_INTERRUPTED: Final = 130
 
 Judge = Callable[[Sequence["Assembly"]], Score]
 """Says how a game of these agents stands."""
@@ -42,9 +45,10 @@ def play_game(
     :param console: gets the log lines.
     :param attach: called with each agent, before it is played.
     :raises CxbridgeError: when something is wrong.
+    :raises KeyboardInterrupt: when a signal has ended the game; its recording is whole up to there.
     """
     started = time.perf_counter()
-    with ExitStack() as stack:
+    with Interrupt() as interrupt, ExitStack() as stack:
         run = stack.enter_context(JudgedRun(options, RandomChooser(seed), world, make=make))
         assembly = run.world.assembly
         if console is not None:
@@ -57,10 +61,14 @@ def play_game(
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
         stack.callback(assembly.stop)
+        interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         ended, _ = run.play()
         score = judge(assembly.agents)
-        recorder.describe({"status": str(ended.status), "reason": f"{ended.reason}; points: {score.points}"})
+        how = "" if score.phase == POST_GAME else f"not over, in {score.phase} at {score.game_time:g} s; "
+        status = _INTERRUPTED if interrupt.received else ended.status
+        recorder.describe({"status": str(status), "reason": f"{how}{ended.reason}; points: {score.points}"})
+        interrupt.check()
         loaders = [agent.executive.env.loader for agent in assembly.agents]
         return GameResult(
             score,

@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+import signal
 from dataclasses import replace
 
 import pytest
 
+from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, Level, LogLine
+from cxbridge.mainloop import Hook
 from cxbridge.rcll.game import LeagueGame
 from cxbridge.run.options import RunOptions
 from tests.rcll.league import MESSAGES, write_refbox, write_team
@@ -77,6 +81,42 @@ def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
     more = tmp_path / "more.yaml"
     more.write_text("llsfrb: {comm: {server-port: 0}}\n")
     assert not replace(options, referee_config=(more,)).play(3).is_over  # nobody can instruct it
+
+
+def test_another_key_is_told_once_and_nothing_is_heard(options):
+    agent = options.run.overlays[0] / "src/clips-specs/team.clp"
+    peer = 'pb-peer-create-local-crypto "y" 4445 4444 "wrong" "aes-128-cbc"'
+    agent.write_text(agent.read_text().replace('pb-peer-create-local "y" 4445 4444', peer))
+    events: list[Event] = []
+    result = options.play(3, events.append)
+    assert result.is_over
+    assert result.score.points["CYAN"] == 0
+    lines = [event for event in events if isinstance(event, LogLine) and event.level is Level.WARN]
+    told = [line.text for line in lines if "another key" in line.text]
+    assert told == ["Messages to port 4444 have another key, or none: nobody here can read them"]
+
+
+def test_the_recording_of_an_aborted_game_is_whole(options, tmp_path, capsys):
+    trace = tmp_path / "game.mcap"
+    running = replace(options, run=replace(options.run, trace=trace), minutes=1000)
+
+    def abort_at_30_s(assembly):
+        end_us = assembly.clock.now_us() + 30_000_000
+
+        def check():
+            if assembly.clock.now_us() >= end_us and not asked:
+                asked.append(assembly.clock.now_us())
+                signal.raise_signal(signal.SIGTERM)
+
+        assembly.loop.add(Hook.POST_LOOP, check)
+
+    asked: list[int] = []
+    with pytest.raises(KeyboardInterrupt):
+        running.play(3, None, abort_at_30_s)
+    assert invoke(["trace", "info", str(trace)]) == 0
+    out, err = capsys.readouterr()
+    assert "not over, in PRODUCTION" in out
+    assert "cut off" not in out + err
 
 
 @pytest.mark.parametrize(

@@ -27,11 +27,13 @@ class _Peer:
 
     :param key: secret and cipher; both empty for plain messages. Nothing is encrypted here, but who has
         another key cannot read it.
+    :param is_deaf: whether a message with another key came already.
     """
 
     send_port: int
     recv_port: int
     key: tuple[str, str]
+    is_deaf: bool = False
 
 
 @dataclass(slots=True)
@@ -161,6 +163,7 @@ class LocalConnections:
         peer = self._peers.get(peer_id)
         if peer is not None:
             peer.key = _key(secret, cipher)
+            peer.is_deaf = False
 
     # -- messages
 
@@ -185,8 +188,11 @@ class LocalConnections:
         for own, peer in self._peers.items():
             if peer.recv_port == port and peer.key == key:
                 self._receive(Origin.PEER, own, from_port, frame)
-            elif peer.recv_port == port:
-                self._events.append(Warned(f"A message to port {port} has another key"))
+            elif peer.recv_port == port and not peer.is_deaf:
+                peer.is_deaf = True  # once is enough: what follows is not readable, either
+                self._events.append(
+                    Warned(f"Messages to port {port} have another key, or none: nobody here can read them")
+                )
 
     def receive(self, link_id: int, frame: Frame) -> None:
         """Receive over a connection."""
