@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 if TYPE_CHECKING:
     from types import TracebackType
 
+    from cxbridge.explore.result import ExploreResult
     from cxbridge.testing.agent_run import AgentRun
 
 _BENCH: pytest.StashKey[Bench] = pytest.StashKey()
@@ -103,6 +105,47 @@ class Bench:
         )
         self.runs.append(made)
         return made
+
+    def explore(
+        self,
+        scenario: str | Path,
+        *properties: str,
+        faults: int = 1,
+        depth: int | None = None,
+        world: str | Path | None = None,
+        timeout: float = 600.0,
+        **options: Any,
+    ) -> ExploreResult:
+        """Play a scenario in every way that its world can go; see ``cxbridge explore``.
+
+        :param properties: names or forms of what every run is to have; by default those of the command.
+        :param faults: how many faults a run may meet.
+        :param depth: at how many choice points the world may do other than usual; None: at all.
+        :param world: a file that says what can happen; by default the one beside the scenario.
+        :param timeout: seconds of a run's clock until it is given up.
+        :param options: as ``config`` and ``spec`` of the command line.
+        :raises AssertionError: when a property is violated.
+        :raises CxbridgeError: when something is wrong.
+        """
+        from cxbridge.explore.bounds import Bounds, Means  # noqa: PLC0415
+        from cxbridge.explore.explore import explore  # noqa: PLC0415
+        from cxbridge.explore.judging import properties_of  # noqa: PLC0415
+        from cxbridge.process.forking import HAS_FORK  # noqa: PLC0415
+        from cxbridge.run.options import RunOptions  # noqa: PLC0415
+        from cxbridge.worldmodel.reading import read_world  # noqa: PLC0415
+
+        given = RunOptions(scenario=self.find(scenario), skiller="none", timeout=timeout, **options)
+        result = explore(
+            given,
+            Bounds(faults=faults, depth=depth),
+            # a copy of this process has none of its threads, but the locks that they hold
+            Means(fork=HAS_FORK and threading.active_count() == 1),
+            properties=properties_of(given, properties),
+            world=None if world is None else read_world(self.find(world)),
+        )
+        if result.violations:
+            pytest.fail("\n".join(result.lines()), pytrace=False)
+        return result
 
     def find(self, path: str | Path) -> Path:
         """Return a path as seen from the test's folder, else from pytest's root, else as it is."""

@@ -16,12 +16,12 @@ from cxbridge.explore.checkpoint import read_checkpoint
 from cxbridge.explore.coordinator import Coordinator
 from cxbridge.explore.determinism import UsualRun, explain_difference, usual_moments
 from cxbridge.explore.graph import Graph
+from cxbridge.explore.judging import properties_of
 from cxbridge.explore.playing import ExploredRun
 from cxbridge.explore.progress import Progress
 from cxbridge.explore.replaying import explore_by_replay
 from cxbridge.explore.result import ExploreResult
 from cxbridge.explore.worker import serve
-from cxbridge.properties.builtin.table import builtin_properties
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.worldmodel.model import WorldModel
@@ -45,15 +45,15 @@ def explore(
     No thread may be alive: processes are forked from this one.
 
     :param options: as for ``cxbridge run``.
-    :param properties: what every run is to have; None: the built-in ones.
+    :param properties: what every run is to have; None: the built-in ones, and those beside the scenario.
     :param world: what can happen; None: what the file beside the scenario says.
     :param make: makes what is run.
     :param resume: an exploration that was interrupted, which goes on.
     :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
     """
-    properties = builtin_properties() if properties is None else properties
     options.check()
+    properties = properties_of(options) if properties is None else properties
     bounds.check()
     means.check()
     explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=means.coverage)

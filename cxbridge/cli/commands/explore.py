@@ -23,7 +23,6 @@ if TYPE_CHECKING:
     from cxbridge.explain.coverage.model import Coverage
     from cxbridge.explore.bounds import Bounds
     from cxbridge.explore.result import ExploreResult
-    from cxbridge.properties.monitor import Property
     from cxbridge.rcll.game import LeagueGame
     from cxbridge.worldmodel.model import WorldModel
     from cxbridge.worlds.run import MakeAssembly
@@ -173,6 +172,7 @@ def explore(
     """
     from cxbridge.explore.bounds import Bounds, Means
     from cxbridge.explore.explore import explore as explore_scenario
+    from cxbridge.explore.judging import properties_of
     from cxbridge.worldmodel.reading import read_world
     from cxbridge.worlds.run import make_scenario
 
@@ -186,7 +186,7 @@ def explore(
     given = {name: value for name, value in vars(means).items() if value is not None}
     how = Means(**given, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
-    properties = _properties(judging, options, is_cut=league.refbox_dir is not None)
+    properties = properties_of(options, judging.properties, is_cut=league.refbox_dir is not None)
     world = None if judging.world is None else read_world(judging.world)
     result = explore_scenario(
         options, limits, how, properties=properties, world=world, make=make, resume=resume, show=show
@@ -225,21 +225,6 @@ def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> 
     if coverage is not None:
         for line in never_reached(coverage):
             say(line)
-
-
-def _properties(judging: _Judging, options: RunOptions, *, is_cut: bool) -> tuple[Property, ...]:
-    """Return what the runs are to have.
-
-    :param is_cut: whether they end with their time, while goals are under way.
-    """
-    from cxbridge.properties.builtin.table import RUN_ENDS, builtin_properties
-    from cxbridge.properties.reading import beside, find_property, joined
-    from cxbridge.run.paths import find_config_file
-
-    if judging.properties:
-        return joined(map(find_property, judging.properties))
-    builtin = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
-    return joined(builtin, beside(find_config_file(options)))
 
 
 def _with_counterexamples(

@@ -1,0 +1,26 @@
+"""What every run of an exploration is to have, as its user says it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cxbridge.properties.builtin.table import RUN_ENDS, builtin_properties
+from cxbridge.properties.monitor import Property
+from cxbridge.properties.reading import beside, find_property, joined
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import find_config_file
+
+
+def properties_of(
+    options: RunOptions, given: Sequence[str] = (), *, is_cut: bool = False
+) -> tuple[Property, ...]:
+    """Return the properties that are given; without any those that are built in, and those of the scenario.
+
+    :param given: names and forms.
+    :param is_cut: whether runs end with their time, while goals are under way.
+    :raises CxbridgeError: when one is wrong.
+    """
+    if given:
+        return joined(map(find_property, given))
+    built_in = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
+    return joined(built_in, beside(find_config_file(options)))
