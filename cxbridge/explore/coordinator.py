@@ -274,7 +274,7 @@ class Coordinator(Closing):
             self._waiting.append(edge)
         else:
             reason = f"its process ended {_ATTEMPTS} times without a word"
-            self.graph.ended(edge, Leaf("crashed", reason, 0.0))
+            self.graph.ended(edge, Leaf("crashed", reason, 0.0, is_given_up=True))
 
     def _look_after_loader(self) -> None:
         """Start another process that loads the scenario when the one before is gone."""
@@ -288,14 +288,22 @@ class Coordinator(Closing):
 
     def _end_endless(self) -> None:
         """End the runs that do not come to a choice point any more."""
+        patience_s = self._means.patience_s
         for peer in list(self._peers.values()):
-            if peer.edge is None or not peer.pid or time.monotonic() - peer.since < self._means.patience_s:
+            is_loading = peer is self._loader and not self._is_ready
+            if not (peer.edge or is_loading) or not peer.pid or time.monotonic() - peer.since < patience_s:
                 continue
-            if forking.cpu_seconds(peer.pid) - peer.cpu_s >= self._means.patience_s:
-                reason = f"no end of a loop within {self._means.patience_s:g} s of processor time"
-                self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0))
-                self._drop(peer)
-                forking.kill(peer.pid)
+            if forking.cpu_seconds(peer.pid) - peer.cpu_s < patience_s:
+                continue
+            forking.kill(peer.pid)
+            if peer.edge is None:
+                raise CxbridgeError(
+                    f"the agent is not loaded within {patience_s:g} s of processor time",
+                    hint="a rule may never end: see cxbridge run; or give it more with --patience",
+                )
+            reason = f"no end of a loop within {patience_s:g} s of processor time"
+            self.graph.ended(peer.edge, Leaf("timed out", reason, 0.0, is_given_up=True))
+            self._drop(peer)
 
     def close(self) -> None:
         """End all processes, and let go of everything; what is open stays so."""

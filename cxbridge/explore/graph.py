@@ -65,6 +65,7 @@ class Leaf(Struct, frozen=True):
     :param seconds: how long it took, by its clock.
     :param violations: the properties that it does not have.
     :param evaluated: the names of the properties that it could have violated.
+    :param is_given_up: whether its process was ended, or has died, before it could say.
     """
 
     outcome: str
@@ -72,6 +73,7 @@ class Leaf(Struct, frozen=True):
     seconds: float
     violations: tuple[Violation, ...] = ()
     evaluated: tuple[str, ...] = ()
+    is_given_up: bool = False
 
 
 class Node(Struct):

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from cxbridge.explore.counterexample import Counterexample
-from cxbridge.explore.graph import Graph
+from cxbridge.explore.graph import Edge, Graph, Leaf
 from cxbridge.properties.builtin.table import RUN_ENDS
 from cxbridge.properties.monitor import Property
 
@@ -62,6 +62,9 @@ class ExploreResult:
                         "recording": None,
                         "test": None,
                     }
+        for edge, leaf in self.graph.leaves.items():
+            if leaf.is_given_up and any(each.name == RUN_ENDS for each in self.properties):
+                found.setdefault(RUN_ENDS, self._given_up(edge, leaf))
         for number in self.graph.cycles():
             found.setdefault(
                 RUN_ENDS,
@@ -76,6 +79,18 @@ class ExploreResult:
             )
         found |= {name: {**found[name], **each.as_dict()} for name, each in self.counterexamples.items()}
         return [found[name] for name in sorted(found)]
+
+    def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
+        """Return that a run does not end; nobody plays it again, since that would not end, either."""
+        return {
+            "property": RUN_ENDS,
+            "message": leaf.reason,
+            "seconds": leaf.seconds,
+            "choices": self.graph.choices_to(edge),
+            "recording": None,
+            "test": None,
+            "is_given_up": True,
+        }
 
     @property
     def vacuous(self) -> list[str]:

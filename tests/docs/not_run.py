@@ -137,6 +137,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "rcll.md": {
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what tests/rcll/test_league.py does",
+        "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 3 --depth 30": "takes ten minutes",
     },
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,

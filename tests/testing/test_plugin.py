@@ -239,5 +239,9 @@ def test_an_exploration_fails_with_the_shortest_path(project, pytester):
     result = pytester.runpytest_subprocess("-p", "cxbridge.pytest_plugin", "test_explored.py")
     result.assert_outcomes(passed=1, failed=1)
     result.stdout.fnmatch_lines(
-        ["2 runs, 1 states, 0 merged: complete", "violated: never (goal (outcome FAILED)): *", "*work{*: fails*"]
+        [
+            "2 runs, 1 states, 0 merged: complete",
+            "violated: never (goal (outcome FAILED)): *",
+            "*work{*: fails*",
+        ]
     )

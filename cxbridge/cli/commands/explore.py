@@ -236,6 +236,8 @@ def _with_counterexamples(
 
     found = {}
     for each in result.violations:
+        if each.get("is_given_up"):
+            continue
         name = each["property"]
         try:
             path = read_path(each["choices"])
