@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
@@ -14,3 +15,11 @@ def others_of_session(leader: int) -> Iterator[int]:
             fields = (folder / "stat").read_bytes().rpartition(b")")[2].split()
             if int(fields[3]) == leader != int(folder.name) and fields[0] != b"Z":
                 yield int(folder.name)
+
+
+def assert_ended(leader: int, within_s: float = 20.0) -> None:
+    """See that all others of a session end. A process that was killed needs a moment on a busy machine."""
+    until = time.monotonic() + within_s
+    while left := list(others_of_session(leader)):
+        assert time.monotonic() < until, f"still there: {left}"
+        time.sleep(0.02)

@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from tests.explore.retrying import write_retrying
-from tests.explore.sessions import others_of_session
+from tests.explore.sessions import assert_ended, others_of_session
 from tests.explore.test_explore import counts, explored
 
 KILLS = 8
@@ -42,4 +42,4 @@ def test_what_is_killed_is_run_again(tmp_path: Path):
         text = process.stdout.read()
     assert killed > 3
     assert counts(json.loads(text)) == whole
-    assert not list(others_of_session(process.pid))
+    assert_ended(process.pid)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.explore.retrying import write_retrying
-from tests.explore.sessions import others_of_session
+from tests.explore.sessions import assert_ended, others_of_session
 from tests.explore.test_explore import SCENARIO, counts, explored
 from tests.support import ROOT
 
@@ -34,7 +34,7 @@ def interrupted(folder: Path, *words: object) -> tuple[int, str]:
         process.send_signal(signal.SIGINT)
         assert process.stderr is not None
         said = process.stderr.read().decode()
-    assert not list(others_of_session(process.pid))
+    assert_ended(process.pid)
     return process.returncode, said
 
 
