@@ -34,8 +34,9 @@ class WorkCount:
         """
         busy: defaultdict[str, int] = defaultdict(int)
         failed: defaultdict[str, Counter[str]] = defaultdict(Counter)
+        end = self._history.clock.at(end_us)
         for call in self._history.calls:
-            busy[call.skiller] += (call.end[1] if call.end else end_us) - call.begin[1]
+            busy[call.skiller] += (call.end[1] if call.end else end) - call.begin[1]
             if call.status == Status.S_FAILED.name:
                 failed[call.skiller][call.error or "failed"] += 1
         return {

@@ -216,7 +216,7 @@ class _ProtobufUser:
 
     def _is_list(self, address: Value, name: str) -> Value:
         _, field = self._find(address, name)
-        return field is not None and self._fields.is_list(field)
+        return field is not None and field.is_list
 
     def _value(self, address: Value, name: str) -> Value:
         message, field = self._find(address, name)
@@ -228,9 +228,9 @@ class _ProtobufUser:
             self._log.warn(f"Field {name} of {of} does not exist")
             return _UNKNOWN
         fields = self._fields
-        if fields.is_list(field):
+        if field.is_list:
             raise ClipsError(f"field {name} of {of} is a list", hint="pb-field-list")
-        if field.message_type is None and not fields.has(message, field):
+        if not field.of and not fields.has(message, field):
             self._log.warn(f"Field {name} of {of} not set")
             return _NOT_SET
         return fields.value(message, field, self._add)
@@ -241,7 +241,7 @@ class _ProtobufUser:
             return (_INVALID,)
         if field is None:
             return (_UNKNOWN,)
-        if not self._fields.is_list(field):
+        if not field.is_list:
             return (self._value(address, name),)
         return self._fields.items(message, field, self._add)
 
@@ -256,7 +256,6 @@ class _ProtobufUser:
         message, field = self._find(address, name)
         if message is None:
             return
-        of = message.DESCRIPTOR.full_name
         if field is None:
             self._log.warn(f"Could not find field {name}")
             return
@@ -264,10 +263,12 @@ class _ProtobufUser:
             store(message, field, value, self._get)
         except self._fields.UnknownEnumValueError:
             if verb == "set":
+                of = message.DESCRIPTOR.full_name
                 self._log.warn(f"{of}: cannot set invalid enum value '{value}' on '{name}'")
         except ProtobufError as error:
+            of = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to {verb} field {name} of {of}: {error.message}")
-        if field.message_type is not None:
+        if field.of:
             self._destroy(value)
 
     # --- connections ------------------------------------------------------------------------------------

@@ -65,7 +65,7 @@ _SIGNATURES = {
             ),
             *("SubseqFunction", "DeleteFunction", "InsertFunction", "ReplaceFunction", "SubStringFunction"),
             *("StrCompareFunction", "EvenpFunction", "OddpFunction", "RandomFunction", "SeedFunction"),
-            *("SetgenFunction", "StrByteLengthFunction"),
+            *("SetgenFunction", "StrByteLengthFunction", "FactExistpFunction"),
         ),
         "void(*)(Environment *, UDFContext *, UDFValue *)",
     ),

@@ -20,12 +20,14 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
+from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
+from cxbridge.executive.host.functions.answers import Answers
+from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.host.loading import ClipsLoader, is_readable_file
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
-from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, make_room
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
@@ -80,6 +82,7 @@ class ClipsEnvironment:
         """Keeps the environment from being destroyed, for those who look at it from other threads."""
         self.is_firing = False
         """Whether rules fire, or wait for what they have called."""
+        self.loader.answers = self.answers = Answers(self.env, self.udfs, self.watcher)
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
@@ -102,6 +105,8 @@ class ClipsEnvironment:
         define(MODIFY_FUNCTION, Modify(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         define(DUPLICATE_FUNCTION, Duplicate(self.env, self.api, self.maker, self.log.error), 1, UNBOUNDED)
         self.udfs.define_c(GUARD_FUNCTION, make_guard(self._recursion_ended), 1, 1, "y")
+        self._by_index = FactsByIndex(self.env)
+        self.udfs.define_c(EXISTS_FUNCTION, self._by_index.function, 1, 1, "*;fl")
         define(DATA_FUNCTION, lambda text: assert_data(self.env, text), 1, types="s")
         define("cx-is-file", lambda path: TRUE if is_readable_file(str(path)) else FALSE, 1, types="*;sy")
         define("cx-not-found", self.loader.not_found, 1, types="*;sy")
@@ -163,6 +168,8 @@ class ClipsEnvironment:
     def _clear(self) -> None:
         """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
         self._forget_templates()
+        self.answers.clear()
+        self._by_index.forget()
         lib.Clear(self.env)
         self._build_functions()
 
@@ -204,6 +211,9 @@ class ClipsEnvironment:
 
         :raises ClipsError: when CLIPS refuses it.
         """
+        names = _CONSTRUCT_NAME.findall(construct)[:2]
+        if names[:1] == ["deffunction"]:
+            self.answers.redefined(names[-1])
         outer = self.output.begin_errors()
         error = lib.Build(self.env, encode(construct))
         text = self.output.end_errors(outer)
@@ -431,5 +441,7 @@ class ClipsEnvironment:
         if was_alive:
             self.output.close()
             self.api.dispose()
+            self.answers.dispose()
+            self._by_index.forget()
             lib.FCBDispose(self._calls)
             lib.DestroyEnvironment(self.env)

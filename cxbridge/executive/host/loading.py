@@ -19,6 +19,7 @@ from msgspec.structs import replace
 from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
 from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
+from cxbridge.executive.host.functions.answers import Answers
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
 from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
@@ -105,6 +106,8 @@ class ClipsLoader:
         self.warn_redefinitions = False
         self.quiet = False
         """Whether mistakes are only for debugging logs: somebody else reports them, all in one piece."""
+        self.answers: Answers | None = None
+        """What remembers the answers of functions that query facts; None: nothing does."""
         self.rewrite: Callable[[str, str], str] | None = None
         """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
@@ -135,9 +138,7 @@ class ClipsLoader:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = (
-            prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
-        )
+        source = prepare_core(text) if native else self._prepare(text)
         if self.rewrite is not None:
             source = replace(source, text=self.rewrite(file, source.text), changed=True)
         self.files.append(path)
@@ -162,6 +163,14 @@ class ClipsLoader:
             )
             self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
         return bool(fine)
+
+    def _prepare(self, text: str) -> ClipsSource:
+        """Scan a user's text."""
+        if self.answers is None:
+            return prepare(text, rewrite_modify=True, is_known=self.is_function)
+        self.answers.look_for_builds(text)
+        question_at = self.answers.question_at
+        return prepare(text, rewrite_modify=True, is_known=self.is_function, question_at=question_at)
 
     def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
         """Tell the bus of a file that is to be loaded."""

@@ -13,6 +13,7 @@ from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, encode
+from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
 
@@ -40,6 +41,7 @@ number of arguments, their types."""
 
 REMOVED = (
     *("str-replace", "load", "load*", "batch", "batch*", "exit", "clear", "watch", "unwatch", "round"),
+    EXISTS_FUNCTION,
     *(name for name in _KEPT if name != "str-byte-length"),
 )
 """Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""

@@ -22,8 +22,8 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.recursion import guard_at
-from cxbridge.executive.host.shortcuts import shortcut_at
+from cxbridge.executive.host.functions.recursion import guard_at
+from cxbridge.executive.host.functions.shortcuts import shortcut_at
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
@@ -97,15 +97,24 @@ class ClipsSource(Struct, frozen=True):
     excess: Excess | None = None
 
 
+Question = Callable[[str], tuple[int, str] | None]
+"""Gets a function's text; returns where in it something is to be inserted, and what; None: nothing."""
+
+
 def prepare(
-    text: str, *, rewrite_modify: bool, is_known: Callable[[str], bool] = lambda _name: False
+    text: str,
+    *,
+    rewrite_modify: bool,
+    is_known: Callable[[str], bool] = lambda _name: False,
+    question_at: Question = lambda _text: None,
 ) -> ClipsSource:
     """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
 
     :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
-        get guards against endless recursion (:mod:`cxbridge.executive.host.recursion`). Else it is the
-        core's.
+        get guards against endless recursion (:mod:`cxbridge.executive.host.functions.recursion`). Else it is
+        the core's.
     :param is_known: whether there is a function of this name before the text is loaded.
+    :param question_at: see :meth:`~cxbridge.executive.host.functions.answers.Answers.question_at`.
     """
     code, lines = blank(text), Lines(text)
     constructs: list[Construct] = []
@@ -125,6 +134,9 @@ def prepare(
             _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])
             _add_shortcut(code, (start, end), edits)
+            question = question_at(text[start:end])
+            if question is not None:
+                edits.append((start + question[0], start + question[0], question[1]))
     return ClipsSource(
         _apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed
     )

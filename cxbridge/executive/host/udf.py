@@ -14,6 +14,7 @@ from clips._clips import ffi, lib
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.values import (
+    TO_PYTHON,
     ExternalAddress,
     FactAddress,
     InstanceAddress,
@@ -21,7 +22,6 @@ from cxbridge.executive.host.values import (
     Symbol,
     Value,
     atom,
-    to_python,
 )
 
 UNBOUNDED = 65535
@@ -122,7 +122,9 @@ class UdfTable:
             return
         cell = [function]
         c_name, c_types = ffi.new("char[]", name.encode()), ffi.new("char[]", types.encode())
-        call = callback("void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, types))
+        call = callback(
+            "void(Environment *, UDFContext *, UDFValue *)", self._wrap(name, cell, minimum, most, types)
+        )
         self._add(c_name, c_types, minimum, most, call)
         self._alive[name] = (c_name, c_types, call)
         self._functions[name] = (minimum, most, types, cell)
@@ -146,25 +148,32 @@ class UdfTable:
             text = ffi.string(name).decode()
             raise ValueError(f"CLIPS refused the function '{text}' (AddUDF error {error})")
 
-    def _wrap(self, name: str, cell: list[Function], types: str) -> Callable[[CData, CData, CData], None]:
-        """Return what CLIPS calls.
+    def _wrap(
+        self, name: str, cell: list[Function], minimum: int, maximum: int, types: str
+    ) -> Callable[[CData, CData, CData], None]:
+        """Return what CLIPS calls; it has counted the arguments.
 
         :param cell: holds the function; another one after it was revoked.
         """
         failed, first, following = self._failed, lib.UDFFirstArgument, lib.UDFNextArgument
-        has_next, throw = lib.UDFHasNextArgument, lib.UDFThrowError
-        bits, void = _ALL_BITS, lib.VoidConstant(self._env)
+        has_next, throw, convert = lib.UDFHasNextArgument, lib.UDFThrowError, TO_PYTHON
+        void = lib.VoidConstant(self._env)
+        reads, is_open = (first, *[following] * (minimum - 1))[:minimum], minimum < maximum
+        # one for all calls: an argument is converted before anything else may be called
+        value = ffi.new("UDFValue *")
 
         def call(env: CData, context: CData, result: CData) -> None:
             arguments: list[Value] = []
             try:
-                read = first
-                while has_next(context):
-                    value = ffi.new("UDFValue *")
-                    if not read(context, bits, value):
+                for read in reads:
+                    if not read(context, _ALL_BITS, value):
                         return
-                    arguments.append(to_python(value))
-                    read = following
+                    arguments.append(convert[value.header.type](value))
+                while is_open and has_next(context):
+                    read = following if arguments else first
+                    if not read(context, _ALL_BITS, value):
+                        return
+                    arguments.append(convert[value.header.type](value))
                 answer = cell[0](*arguments)
                 if answer is None:
                     result.voidValue = void

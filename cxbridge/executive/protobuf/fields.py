@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable
 from typing import Any, Final
 
 from google.protobuf import message_factory
 from google.protobuf.descriptor import FieldDescriptor
+from msgspec import Struct
 
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
@@ -28,9 +30,45 @@ GetMessage = Callable[[Value], Message]
 """Returns the message of an address; None when there is none."""
 
 
-def find(message: Message, name: str) -> Any:
-    """Return the descriptor of a field, None when there is none."""
-    return message.DESCRIPTOR.fields_by_name.get(name)
+class Field(Struct, frozen=True):
+    """A field of a type of messages. To ask its descriptor costs more than to set it: here it has been asked.
+
+    :param descriptor: protobuf's own description.
+    :param kind: of ``FieldDescriptor.TYPE_...``.
+    :param is_list: whether it is repeated; maps are.
+    :param is_map: whether it is a map.
+    :param of: the full name of the messages that it holds; empty when it holds none.
+    """
+
+    descriptor: Any
+    name: str
+    kind: int
+    is_list: bool
+    is_map: bool
+    of: str
+
+
+@functools.lru_cache(maxsize=4096)
+def _field(of: Any, name: str) -> Field | None:
+    """Return a field of a type of messages, by the type's descriptor."""
+    field = of.fields_by_name.get(name)
+    if field is None:
+        return None
+    message = field.message_type
+    repeated = getattr(field, "is_repeated", None)
+    return Field(
+        descriptor=field,
+        name=name,
+        kind=field.type,
+        is_list=bool(field.label == field.LABEL_REPEATED if repeated is None else repeated),
+        is_map=message is not None and bool(message.GetOptions().map_entry),
+        of="" if message is None else message.full_name,
+    )
+
+
+def find(message: Message, name: str) -> Field | None:
+    """Return a field, None when there is none of that name."""
+    return _field(message.DESCRIPTOR, name)
 
 
 def names(message: Message) -> tuple[str, ...]:
@@ -38,62 +76,57 @@ def names(message: Message) -> tuple[str, ...]:
     return tuple(field.name for field in message.DESCRIPTOR.fields)
 
 
-def type_name(field: Any) -> Symbol:
+def type_name(field: Field) -> Symbol:
     """Return the type of a field, e.g. ``UINT32``."""
-    return _TYPE_NAMES.get(field.type, Symbol("UNKNOWN"))
+    return _TYPE_NAMES.get(field.kind, Symbol("UNKNOWN"))
 
 
-def is_list(field: Any) -> bool:
-    """Whether a field is repeated; maps are."""
-    repeated = getattr(field, "is_repeated", None)
-    return bool(field.label == field.LABEL_REPEATED if repeated is None else repeated)
-
-
-def label(field: Any) -> Symbol:
+def label(field: Field) -> Symbol:
     """Return ``OPTIONAL``, ``REQUIRED`` or ``REPEATED``."""
-    if is_list(field):
+    if field.is_list:
         return Symbol("REPEATED")
-    required = getattr(field, "is_required", None)
+    descriptor = field.descriptor
+    required = getattr(descriptor, "is_required", None)
     if required is None:
-        required = field.label == field.LABEL_REQUIRED
+        required = descriptor.label == descriptor.LABEL_REQUIRED
     return Symbol("REQUIRED" if required else "OPTIONAL")
 
 
-def has(message: Message, field: Any) -> bool:
+def has(message: Message, field: Field) -> bool:
     """Whether a field is set; whether a list has something in it."""
-    if is_list(field):
+    if field.is_list:
         return len(getattr(message, field.name)) > 0
-    if field.has_presence:
+    if field.descriptor.has_presence:
         return bool(message.HasField(field.name))
-    return any(known is field or known.number == field.number for known, _ in message.ListFields())
+    return any(known.number == field.descriptor.number for known, _ in message.ListFields())
 
 
-def value(message: Message, field: Any, add: AddMessage) -> Value:
+def value(message: Message, field: Field, add: AddMessage) -> Value:
     """Return the value of a field that is not a list."""
-    if field.type == FieldDescriptor.TYPE_BYTES:
+    if field.kind == FieldDescriptor.TYPE_BYTES:
         return "bytes"
     return _to_clips(field, getattr(message, field.name), add)
 
 
-def items(message: Message, field: Any, add: AddMessage) -> tuple[Value, ...]:
+def items(message: Message, field: Field, add: AddMessage) -> tuple[Value, ...]:
     """Return the values of a list."""
-    if field.type == FieldDescriptor.TYPE_BYTES:
+    if field.kind == FieldDescriptor.TYPE_BYTES:
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
     return tuple(_to_clips(field, item, add) for item in _elements(message, field))
 
 
-def set_value(message: Message, field: Any, given: Value, get: GetMessage) -> None:
+def set_value(message: Message, field: Field, given: Value, get: GetMessage) -> None:
     """Set a field that is not a list.
 
     :raises ProtobufError: when it is one, or cannot have this value.
     """
-    if is_list(field):
+    if field.is_list:
         raise ProtobufError("it is a list", hint="pb-add-list")
-    if field.type == FieldDescriptor.TYPE_BYTES:
+    if field.kind == FieldDescriptor.TYPE_BYTES:
         return
     converted = _to_protobuf(field, given, get)
     try:
-        if field.type == FieldDescriptor.TYPE_MESSAGE:
+        if field.kind == FieldDescriptor.TYPE_MESSAGE:
             getattr(message, field.name).CopyFrom(converted)
         else:
             setattr(message, field.name, converted)
@@ -101,21 +134,21 @@ def set_value(message: Message, field: Any, given: Value, get: GetMessage) -> No
         raise ProtobufError(str(error)) from None
 
 
-def add_value(message: Message, field: Any, given: Value, get: GetMessage) -> None:
+def add_value(message: Message, field: Field, given: Value, get: GetMessage) -> None:
     """Append to a list.
 
     :raises ProtobufError: when the field is none, or the list cannot hold this value.
     """
-    if not is_list(field):
+    if not field.is_list:
         raise ProtobufError("it is not a list", hint="pb-set-field")
-    if field.type == FieldDescriptor.TYPE_BYTES:
+    if field.kind == FieldDescriptor.TYPE_BYTES:
         return
     converted = _to_protobuf(field, given, get)
     here = getattr(message, field.name)
     try:
-        if _is_map(field):
+        if field.is_map:
             _put(here, converted)
-        elif field.type == FieldDescriptor.TYPE_MESSAGE:
+        elif field.kind == FieldDescriptor.TYPE_MESSAGE:
             here.add().CopyFrom(converted)
         else:
             here.append(converted)
@@ -123,19 +156,16 @@ def add_value(message: Message, field: Any, given: Value, get: GetMessage) -> No
         raise ProtobufError(str(error)) from None
 
 
-def _is_map(field: Any) -> bool:
-    return field.message_type is not None and bool(field.message_type.GetOptions().map_entry)
-
-
-def _elements(message: Message, field: Any) -> list[Any]:
+def _elements(message: Message, field: Field) -> list[Any]:
     here = getattr(message, field.name)
-    if not _is_map(field):
+    if not field.is_map:
         return list(here)
-    entry = message_factory.GetMessageClass(field.message_type)
+    of = field.descriptor.message_type
+    entry = message_factory.GetMessageClass(of)
     made = []
     for key in here:
         one: Any = entry(key=key)
-        if field.message_type.fields_by_name["value"].message_type is None:
+        if of.fields_by_name["value"].message_type is None:
             one.value = here[key]
         else:
             one.value.CopyFrom(here[key])
@@ -151,33 +181,33 @@ def _put(here: Any, entry: Message) -> None:
         here[entry.key].CopyFrom(entry.value)
 
 
-def _to_clips(field: Any, item: Any, add: AddMessage) -> Value:
-    if field.type == FieldDescriptor.TYPE_MESSAGE:
+def _to_clips(field: Field, item: Any, add: AddMessage) -> Value:
+    if field.kind == FieldDescriptor.TYPE_MESSAGE:
         copy = type(item)()
         copy.CopyFrom(item)
         return add(copy)
-    if field.type == FieldDescriptor.TYPE_BOOL:
+    if field.kind == FieldDescriptor.TYPE_BOOL:
         return TRUE if item else FALSE
-    if field.type == FieldDescriptor.TYPE_ENUM:
-        known = field.enum_type.values_by_number.get(item)
-        return Symbol(known.name if known else f"UNKNOWN_ENUM_VALUE_{field.enum_type.name}_{item}")
-    if field.type in _UNSIGNED_64 and item >= _HALF:
+    if field.kind == FieldDescriptor.TYPE_ENUM:
+        known = field.descriptor.enum_type.values_by_number.get(item)
+        return Symbol(known.name if known else f"UNKNOWN_ENUM_VALUE_{field.descriptor.enum_type.name}_{item}")
+    if field.kind in _UNSIGNED_64 and item >= _HALF:
         return item - _WHOLE
     return item
 
 
-def _to_protobuf(field: Any, given: Value, get: GetMessage) -> Any:
+def _to_protobuf(field: Field, given: Value, get: GetMessage) -> Any:
     """Return a value of CLIPS as a field takes it.
 
     :raises ProtobufError: when it is of another type.
     """
-    kind = field.type
+    kind = field.kind
     if kind == FieldDescriptor.TYPE_MESSAGE:
         found = get(given)
         if found is None:
             raise ProtobufError("the value is not a valid message")
-        if found.DESCRIPTOR.full_name != field.message_type.full_name:
-            raise ProtobufError(f"it takes {field.message_type.full_name}, not {found.DESCRIPTOR.full_name}")
+        if found.DESCRIPTOR.full_name != field.of:
+            raise ProtobufError(f"it takes {field.of}, not {found.DESCRIPTOR.full_name}")
         return found
     if kind == FieldDescriptor.TYPE_BOOL:
         return given == "TRUE"
@@ -200,8 +230,8 @@ class UnknownEnumValueError(ProtobufError):
     """An enum has no value of that name."""
 
 
-def _enum_number(field: Any, name: str) -> int:
-    known = field.enum_type.values_by_name.get(name)
+def _enum_number(field: Field, name: str) -> int:
+    known = field.descriptor.enum_type.values_by_name.get(name)
     if known is None:
-        raise UnknownEnumValueError(f"there is no '{name}' in {field.enum_type.name}")
+        raise UnknownEnumValueError(f"there is no '{name}' in {field.descriptor.enum_type.name}")
     return int(known.number)

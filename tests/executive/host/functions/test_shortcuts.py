@@ -14,7 +14,7 @@ from cxbridge.clipstext.syntax import blank, top_level
 from cxbridge.clock import make_clock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.shortcuts import shortcut_at
+from cxbridge.executive.host.functions.shortcuts import shortcut_at
 from cxbridge.executive.host.source import prepare
 
 CORE = "src/plugins/clips-executive/clips/worldmodel.clp"
