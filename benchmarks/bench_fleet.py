@@ -12,6 +12,7 @@ from __future__ import annotations
 import statistics
 import tempfile
 import time
+from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.run.assembly import Assembly
@@ -56,6 +57,11 @@ AGENT = """
 (defrule evaluate ?g <- (goal (mode FINISHED)) => (modify ?g (mode EVALUATED)))
 (defrule retract ?g <- (goal (mode EVALUATED)) => (modify ?g (mode RETRACTED)))
 """
+CONTROL = """
+(defrule control (executive-initialized) => (loop-for-count (?n 0 @LAST@)
+  (blackboard-open-reading "SkillerInterface" (str-cat robot ?n))
+  (assert (skiller-control (skiller (str-cat robot ?n))))))
+"""
 EXECUTOR = '''
 from cxbridge.skiller.board import Progress, SkillExecutor
 
@@ -70,28 +76,53 @@ class Worker(SkillExecutor):
 '''
 
 
-def write(folder: Path) -> Path:
+@dataclass(frozen=True)
+class Fleet:
+    """What the executive has to do with.
+
+    :param executors: of each robot.
+    :param facts: that no rule matches.
+    :param lua: whether robots have a Lua Skiller each, instead of executors on the skill board.
+    """
+
+    robots: int = ROBOTS
+    executors: int = EXECUTORS
+    goals: int = GOALS
+    facts: int = FACTS
+    lua: bool = False
+
+
+def write(folder: Path, fleet: Fleet) -> Path:
     """Write the scenario."""
     lines = []
-    for robot in range(ROBOTS):
+    config = CONFIG
+    if fleet.lua:
+        config = CONFIG.partition("skill-board:")[0].replace(", {name: skill-board}", "")
+        config = config.replace("skill-board-actions.clp", "skills-actions.clp")
+        config = config.replace("work{n=?(n)i}", "wait{seconds=0.8}") + "skiller:\n  instances:\n"
+        lines = [f"    robot{robot}: {{}}\n" for robot in range(fleet.robots)]
+    for robot in range(0 if fleet.lua else fleet.robots):
         lines.append(f"    robot{robot}: {{executors: {{")
-        lines.append(", ".join(f'w{n}: {{class: "worker.py:Worker"}}' for n in range(EXECUTORS)) + "}}\n")
-    (folder / "scenario.yaml").write_text(CONFIG + "".join(lines))
+        each = (f'w{n}: {{class: "worker.py:Worker"}}' for n in range(fleet.executors))
+        lines.append(", ".join(each) + "}}\n")
+    (folder / "scenario.yaml").write_text(config + "".join(lines))
     text = AGENT
-    for name, value in (("FACTS", FACTS), ("GOALS", GOALS), ("ROBOTS", ROBOTS)):
-        text = text.replace(f"@{name}@", str(value))
+    if fleet.lua:
+        text += CONTROL.replace("@LAST@", str(fleet.robots - 1))
+    for name in ("facts", "goals", "robots"):
+        text = text.replace(f"@{name.upper()}@", str(getattr(fleet, name)))
     (folder / "fleet.clp").write_text(text)
     (folder / "worker.py").write_text(EXECUTOR)
     return folder
 
 
-def measure() -> list[float]:
+def measure(fleet: Fleet) -> list[float]:
     """Run all goals to their end; return the milliseconds of each loop.
 
     :raises AssertionError: when a goal does not complete.
     """
     with tempfile.TemporaryDirectory() as folder:
-        options = RunOptions(scenario=write(Path(folder)))
+        options = RunOptions(scenario=write(Path(folder), fleet))
         loops: list[float] = []
         with Assembly(options) as run:
             run.start()
@@ -101,13 +132,13 @@ def measure() -> list[float]:
                 run.loop.run_once()
                 loops.append((time.process_time() - begin) * 1e3)
                 run.clock.sleep_until(start_us + run.loop.period_us)
-            assert run.executive.goals.outcomes == {"COMPLETED": GOALS}, run.executive.goals.outcomes
+            assert run.executive.goals.outcomes == {"COMPLETED": fleet.goals}, run.executive.goals.outcomes
     return loops
 
 
 def main() -> None:
     """Measure and print."""
-    loops = measure()
+    loops = measure(Fleet())
     # the first loop makes all facts and goals, which no agent does in one
     first, rest = loops[0], sorted(loops[1:])
     rate = 1e3 * len(rest) / sum(rest)

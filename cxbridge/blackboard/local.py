@@ -14,7 +14,7 @@ from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.memory import InterfaceMemory
-from cxbridge.blackboard.names import matches
+from cxbridge.blackboard.names import is_plain, matches
 from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
@@ -93,7 +93,11 @@ class LocalBlackBoard(BlackBoard):
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
         """Return what there is to tell of the interfaces that match; see the base class."""
         with self._lock:
-            memories = tuple(self._memories.values())
+            if is_plain(type_glob) and is_plain(id_glob):
+                found = self._memories.get((type_glob, id_glob))
+                memories: tuple[InterfaceMemory, ...] = () if found is None else (found,)
+            else:
+                memories = tuple(self._memories.values())
         return [memory.info() for memory in memories if matches(memory.type, memory.id, type_glob, id_glob)]
 
     def memories(self) -> tuple[InterfaceMemory, ...]:

@@ -58,8 +58,10 @@ def matches(interface_type: str, interface_id: str, type_glob: str, id_glob: str
     return _fits(interface_type, type_glob) and _fits(interface_id, id_glob)
 
 
+def is_plain(glob: str) -> bool:
+    """Return whether a shell pattern is a name: it selects nothing but itself."""
+    return not any(sign in glob for sign in _PATTERN_SIGNS)
+
+
 def _fits(text: str, glob: str) -> bool:
-    """Return whether a shell pattern selects a text; most patterns are plain names, and asked for often."""
-    if any(sign in glob for sign in _PATTERN_SIGNS):
-        return fnmatchcase(text, glob)
-    return text == glob
+    return text == glob if is_plain(glob) else fnmatchcase(text, glob)
