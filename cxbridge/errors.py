@@ -150,6 +150,10 @@ class NavGraphError(CxbridgeError):
     """A navigation graph cannot be read, or something is asked that is not in it."""
 
 
+class Ros2Error(CxbridgeError):
+    """A definition, a message or a peer of ROS 2 is wrong."""
+
+
 class TraceError(CxbridgeError):
     """A recorded run cannot be read or written."""
 

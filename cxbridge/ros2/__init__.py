@@ -1,0 +1,1 @@
+"""ROS 2 without a ROS installation: definitions of messages, their CDR and type hashes (docs/ros2.md)."""

@@ -1,0 +1,335 @@
+"""Actions: goals that take time, with feedback, and can be cancelled; by services and topics of a node."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Generator, Mapping
+from enum import IntEnum
+from typing import Any, Final
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.closing import Closing
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.names import parse_type
+from cxbridge.ros2.node import Client, Node
+from cxbridge.ros2.qos import PROFILES
+
+_CANCEL_TYPE: Final = "action_msgs/srv/CancelGoal"
+_STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
+
+
+class GoalStatus(IntEnum):
+    """The states of a goal: action_msgs/msg/GoalStatus."""
+
+    UNKNOWN = 0
+    ACCEPTED = 1
+    EXECUTING = 2
+    CANCELING = 3
+    SUCCEEDED = 4
+    CANCELED = 5
+    ABORTED = 6
+
+    @property
+    def is_final(self) -> bool:
+        """Whether the goal has ended."""
+        return self >= GoalStatus.SUCCEEDED
+
+
+class CancelCode(IntEnum):
+    """What a server answers to those who want a goal to be cancelled: action_msgs/srv/CancelGoal."""
+
+    NONE = 0
+    REJECTED = 1
+    UNKNOWN_GOAL_ID = 2
+    GOAL_TERMINATED = 3
+
+
+class SentGoal:
+    """A goal that was sent to a server. What is known of it changes while the node is polled.
+
+    :ivar is_accepted: None as long as the server has not answered.
+    :ivar status: the last that is known.
+    :ivar feedback: the last that came; None: none has come.
+    :ivar result: what came at the end; None: the goal has not ended.
+    :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
+    """
+
+    def __init__(self, client: ActionClient, number: bytes) -> None:
+        self._client = client
+        self.number = number
+        self.is_accepted: bool | None = None
+        self.status = GoalStatus.UNKNOWN
+        self.feedback: Message | None = None
+        self.result: Message | None = None
+        self.refused_cancel: CancelCode | None = None
+
+    @property
+    def is_over(self) -> bool:
+        """Whether nothing more will come: it was rejected, or its result is there."""
+        return self.is_accepted is False or self.result is not None
+
+    def cancel(self) -> None:
+        """Ask the server to cancel it."""
+        self._client.cancel(self)
+
+
+class ActionClient(Closing):
+    """Sends goals to the server of an action.
+
+    :param name: the action's, e.g. ``/navigate_to_pose``.
+    :param action_type: e.g. ``nav2_msgs/action/NavigateToPose``.
+    :raises Ros2Error: for a name or a type that there is not.
+    """
+
+    def __init__(self, node: Node, name: str, action_type: str) -> None:
+        kind = parse_type(action_type, "action")
+        self._goals: dict[bytes, SentGoal] = {}
+        self._send = node.client(f"{name}/_action/send_goal", str(kind.derived("SendGoal")))
+        self._get = node.client(f"{name}/_action/get_result", str(kind.derived("GetResult")))
+        self._cancel = node.client(f"{name}/_action/cancel_goal", _CANCEL_TYPE)
+        self._ends = [
+            node.subscribe(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")), self._told),
+            node.subscribe(f"{name}/_action/status", _STATUS_TYPE, self._changed, PROFILES["action_status"]),
+        ]
+
+    @property
+    def is_served(self) -> bool:
+        """Whether there is a server now."""
+        return all(each.is_served for each in self._clients)
+
+    @property
+    def _clients(self) -> tuple[Client, ...]:
+        return self._send, self._get, self._cancel
+
+    def send(self, goal: Mapping[str, Any]) -> SentGoal:
+        """Send a goal.
+
+        :raises Ros2Error: when it is none of the action's type.
+        """
+        number = uuid.uuid4().bytes
+        sent = SentGoal(self, number)
+
+        def answered(response: Message) -> None:
+            sent.is_accepted = bool(response["accepted"])
+            if not sent.is_accepted:
+                self._goals.pop(number, None)
+                return
+            sent.status = max(sent.status, GoalStatus.ACCEPTED)
+            self._get.call({"goal_id": {"uuid": number}}, ended)
+
+        def ended(response: Message) -> None:
+            sent.status = GoalStatus(response["status"])
+            sent.result = response["result"]
+            self._goals.pop(number, None)
+
+        self._goals[number] = sent  # feedback may come before the answer
+        try:
+            self._send.call({"goal_id": {"uuid": number}, "goal": goal}, answered)
+        except Exception:
+            del self._goals[number]
+            raise
+        return sent
+
+    def cancel(self, sent: SentGoal) -> None:
+        """Ask the server to cancel a goal."""
+
+        def answered(response: Message) -> None:
+            code = CancelCode(response["return_code"])
+            sent.refused_cancel = None if code == CancelCode.NONE else code
+
+        self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.number}}}, answered)
+
+    def forget(self, sent: SentGoal) -> None:
+        """Wait for a goal no more: its server is gone."""
+        self._goals.pop(sent.number, None)
+
+    def close(self) -> None:
+        """Send nothing more."""
+        for each in self._clients:
+            each.close()
+        for end in self._ends:
+            end()
+
+    def _told(self, message: Message) -> None:
+        sent = self._goals.get(message["goal_id"]["uuid"])
+        if sent is not None:
+            sent.feedback = message["feedback"]
+
+    def _changed(self, message: Message) -> None:
+        for each in message["status_list"]:
+            sent = self._goals.get(each["goal_info"]["goal_id"]["uuid"])
+            if sent is not None and not sent.status.is_final:
+                sent.status = GoalStatus(each["status"])
+
+
+class ServedGoal:
+    """A goal that a server has got.
+
+    :ivar goal: what is wanted.
+    :ivar wants_cancel: whether somebody wants it to be cancelled.
+    """
+
+    def __init__(self, server: ActionServer, number: bytes, goal: Message, stamp: Message) -> None:
+        self._server = server
+        self.number = number
+        self.goal = goal
+        self.stamp = stamp
+        self.status = GoalStatus.ACCEPTED
+        self.wants_cancel = False
+
+    def tell(self, feedback: Mapping[str, Any]) -> None:
+        """Publish feedback."""
+        self._server.tell(self, feedback)
+
+
+Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
+"""Steps of a goal's execution: each may yield feedback. Its return value is the result; it ends with
+:class:`AbortedError` when it fails, and sees :attr:`ServedGoal.wants_cancel`."""
+
+
+class AbortedError(Exception):
+    """A goal cannot be reached.
+
+    :param result: what the client gets.
+    """
+
+    def __init__(self, result: Mapping[str, Any] | None = None) -> None:
+        super().__init__()
+        self.result: Mapping[str, Any] = {} if result is None else result
+
+
+class ActionServer(Closing):
+    """Executes the goals of an action, a step each time that :meth:`step` is called.
+
+    :param execute: begins to execute a goal.
+    :param accept: whether a goal is accepted; all are by default.
+    :param clock: for the goals' stamps.
+    :param keep: results that are kept, for clients that ask late.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        action_type: str,
+        execute: Callable[[ServedGoal], Execution],
+        clock: Clock,
+        accept: Callable[[Message], bool] = lambda _goal: True,
+        keep: int = 100,
+    ) -> None:
+        kind = parse_type(action_type, "action")
+        self._execute, self._accept, self._clock, self._keep = execute, accept, clock, keep
+        self._running: dict[bytes, tuple[ServedGoal, Execution]] = {}
+        self._goals: dict[bytes, ServedGoal] = {}
+        self._results: dict[bytes, Mapping[str, Any]] = {}
+        self._asked: dict[bytes, list[Callable[[Mapping[str, Any]], None]]] = {}
+        self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
+        self._status = node.publisher(f"{name}/_action/status", _STATUS_TYPE, PROFILES["action_status"])
+        self._ends = [
+            node.serve(f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._sent),
+            node.serve_later(f"{name}/_action/get_result", str(kind.derived("GetResult")), self._wanted),
+            node.serve(f"{name}/_action/cancel_goal", _CANCEL_TYPE, self._cancelled),
+        ]
+
+    def step(self) -> None:
+        """Execute a step of each goal."""
+        for number, (served, steps) in list(self._running.items()):
+            try:
+                feedback = next(steps)
+            except StopIteration as end:
+                status = GoalStatus.CANCELED if served.wants_cancel else GoalStatus.SUCCEEDED
+                self._ended(number, status, end.value)
+            except AbortedError as error:
+                self._ended(number, GoalStatus.ABORTED, error.result)
+            else:
+                if feedback is not None:
+                    self.tell(served, feedback)
+
+    def tell(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
+        """Publish feedback on a goal."""
+        self._feedback.publish({"goal_id": {"uuid": served.number}, "feedback": feedback})
+
+    def close(self) -> None:
+        """Abort all goals, and serve no more."""
+        for number in list(self._running):
+            self._ended(number, GoalStatus.ABORTED, {})
+        for end in self._ends:
+            end()
+        self._feedback.close()
+        self._status.close()
+
+    def _sent(self, request: Message) -> Mapping[str, Any]:
+        number = request["goal_id"]["uuid"]
+        if number in self._goals or not self._accept(request["goal"]):
+            return {"accepted": False, "stamp": self._now()}
+        served = ServedGoal(self, number, request["goal"], self._now())
+        self._goals[number] = served
+        served.status = GoalStatus.EXECUTING
+        self._running[number] = (served, self._execute(served))
+        self._tell_status()
+        return {"accepted": True, "stamp": served.stamp}
+
+    def _cancelled(self, request: Message) -> Mapping[str, Any]:
+        wanted = request["goal_info"]["goal_id"]["uuid"]
+        known = self._goals.get(wanted)
+        if known is not None and known.status.is_final:
+            return {"return_code": CancelCode.GOAL_TERMINATED}
+        if known is None and any(wanted):
+            return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
+        stamp = _nanoseconds(request["goal_info"]["stamp"])
+        # no id: all goals, or those until the stamp
+        chosen = (
+            [known]
+            if known
+            else [
+                each for each, _ in self._running.values() if not stamp or _nanoseconds(each.stamp) <= stamp
+            ]
+        )
+        for each in chosen:
+            each.wants_cancel, each.status = True, GoalStatus.CANCELING
+        self._tell_status()
+        return {
+            "return_code": CancelCode.NONE if chosen else CancelCode.REJECTED,
+            "goals_canceling": [{"goal_id": {"uuid": each.number}, "stamp": each.stamp} for each in chosen],
+        }
+
+    def _wanted(self, request: Message, answer: Callable[[Mapping[str, Any]], None]) -> None:
+        number = request["goal_id"]["uuid"]
+        if number in self._results:
+            answer(self._results[number])
+        elif number in self._running:
+            self._asked.setdefault(number, []).append(answer)
+        else:
+            answer({"status": GoalStatus.UNKNOWN})
+
+    def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        served, _ = self._running.pop(number)
+        served.status = status
+        self._results[number] = {"status": status, "result": result}
+        for answer in self._asked.pop(number, ()):
+            answer(self._results[number])
+        self._tell_status()
+        while len(self._results) > self._keep:
+            old = next(iter(self._results))
+            del self._results[old], self._goals[old]
+
+    def _tell_status(self) -> None:
+        self._status.publish(
+            {
+                "status_list": [
+                    {
+                        "goal_info": {"goal_id": {"uuid": each.number}, "stamp": each.stamp},
+                        "status": each.status,
+                    }
+                    for each in self._goals.values()
+                ]
+            }
+        )
+
+    def _now(self) -> Message:
+        seconds, micros = divmod(self._clock.now_us(), MICROSECONDS)
+        return {"sec": seconds, "nanosec": micros * 1000}
+
+
+def _nanoseconds(stamp: Message) -> int:
+    return int(stamp["sec"]) * 1_000_000_000 + int(stamp["nanosec"])

@@ -1,0 +1,312 @@
+"""ROS 2 over DDS, by the wheel of Eclipse Cyclone DDS: no ROS installation is needed.
+
+Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds, which puts who asks, and
+the number of the request, before the request. (rmw_fastrtps puts them where this wheel cannot write.)
+:mod:`cxbridge.ros2.messages` writes and reads CDR; DDS gets bytes.
+"""
+
+from __future__ import annotations
+
+import os
+import secrets
+import struct
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import Any, Final, cast
+
+from cyclonedds.core import (
+    DDSException,
+    InstanceState,
+    Policy,
+    Qos,
+    ReadCondition,
+    SampleState,
+    ViewState,
+    WaitSet,
+)
+from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.idl import make_idl_struct
+from cyclonedds.idl.types import uint8
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from cyclonedds.topic import Topic
+from cyclonedds.util import duration
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Codec, Message
+from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge.ros2.topics import check_topic
+
+_HEADER: Final = struct.Struct("<Qq")
+"""Who asks, and the number of the request."""
+
+_CDR_HEADER: Final = 4
+_BATCH: Final = 256
+_NANOSECONDS: Final = 1000
+_RESOURCE_WAIT: Final = duration(milliseconds=100)
+_LOCAL: Final = """<CycloneDDS><Domain Id="any">
+<General><AllowMulticast>false</AllowMulticast>
+<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>
+<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
+<Peers><Peer Address="localhost"/></Peers></Discovery>
+</Domain></CycloneDDS>"""
+"""Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+
+
+class DdsNode(Node):
+    """A node of ROS 2 on DDS.
+
+    :param name: the node's, e.g. ``cxbridge``.
+    :param definitions: the types that are known.
+    :param domain: the DDS domain; that of ``ROS_DOMAIN_ID`` by default.
+    :param reach: ``localhost``: nodes on this host are found, and find us; ``subnet``: those of the network,
+        too; that of ``ROS_AUTOMATIC_DISCOVERY_RANGE`` by default, and ``localhost`` when that is not set.
+    :raises Ros2Error: when DDS cannot begin.
+    """
+
+    def __init__(
+        self, name: str, definitions: Definitions, domain: int | None = None, reach: str | None = None
+    ) -> None:
+        self.name = name
+        self._definitions = definitions
+        self._codec = Codec(definitions)
+        number = _domain_id() if domain is None else domain
+        self._domain = _make_domain(number, reach or _reach())
+        try:
+            self._participant = DomainParticipant(number)
+        except DDSException as error:
+            raise Ros2Error(
+                f"DDS cannot begin in domain {number}: {error}",
+                hint="is ROS_DOMAIN_ID right, are there free UDP ports, and is CYCLONEDDS_URI right?",
+            ) from None
+        self._waits = WaitSet(self._participant)
+        self._types: dict[str, type] = {}
+        self._readers: dict[int, tuple[DataReader[Any], Callable[[bytes], None]]] = {}
+        self._numbers = 0
+
+    # --- what a node offers -------------------------------------------------------------------------------
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        """Return a publisher; see the base class."""
+        name = parse_type(message_type)
+        writer = self._writer(f"rt{check_topic(topic)}", name, name, qos)
+        return _DdsPublisher(writer, partial(self._codec.encode, name))
+
+    def subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    ) -> Callable[[], None]:
+        """Call ``receive`` for each message of a topic; see the base class."""
+        name = parse_type(message_type)
+
+        def take(data: bytes) -> None:
+            receive(self._codec.decode(name, data))
+
+        return self._reader(f"rt{check_topic(topic)}", name, name, qos, take)
+
+    def client(self, service: str, service_type: str) -> Client:
+        """Return a client of a service; see the base class."""
+        name, qos = parse_type(service_type, "srv"), PROFILES["services_default"]
+        request, response = name.derived("Request"), name.derived("Response")
+        place = check_topic(service)
+        writer = self._writer(f"rq{place}Request", request, name, qos)
+        made = _DdsClient(writer, partial(self._codec.encode, request), partial(self._codec.decode, response))
+        made.end = self._reader(f"rr{place}Reply", response, name, qos, made.take)
+        return made
+
+    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        """Answer the requests of a service when there is an answer; see the base class."""
+        name, qos = parse_type(service_type, "srv"), PROFILES["services_default"]
+        request, response = name.derived("Request"), name.derived("Response")
+        place = check_topic(service)
+        writer = self._writer(f"rr{place}Reply", response, name, qos)
+
+        def take(data: bytes) -> None:
+            head = data[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
+
+            def reply(message: Mapping[str, Any]) -> None:
+                made = self._codec.encode(response, message)
+                _write(writer, made[:_CDR_HEADER] + head + made[_CDR_HEADER:])
+
+            answer(self._codec.decode(request, _without_header(data)), reply)
+
+        return self._reader(f"rq{place}Request", request, name, qos, take)
+
+    def poll(self, timeout_s: float = 0.0) -> bool:
+        """Hand out all that has come; see the base class."""
+        if timeout_s > 0:
+            self._waits.wait(int(timeout_s * MICROSECONDS) * _NANOSECONDS)
+        any_came = False
+        for number in list(self._readers):
+            entry = self._readers.get(number)
+            if entry is None:
+                continue
+            reader, take = entry
+            for sample in reader.take(N=_BATCH):
+                data = getattr(sample, "cdr", None)
+                if data is not None:
+                    any_came = True
+                    take(data)
+        return any_came
+
+    def close(self) -> None:
+        """Leave the network."""
+        for number in list(self._readers):
+            self._end(number)
+
+    # --- DDS ----------------------------------------------------------------------------------------------
+
+    def _topic(self, topic: str, name: TypeName, qos: Qos) -> Topic[Any]:
+        known = self._types.get(name.dds)
+        if known is None:
+            self._definitions.fields(name)
+            known = self._types[name.dds] = _dds_type(name)
+        return Topic(self._participant, topic, cast("Any", known), qos=qos)
+
+    def _writer(self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile) -> DataWriter[Any]:
+        qos = self._qos(hashed, profile)
+        return DataWriter(self._participant, self._topic(topic, name, qos), qos=qos)
+
+    def _reader(
+        self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile, take: Callable[[bytes], None]
+    ) -> Callable[[], None]:
+        qos = self._qos(hashed, profile)
+        reader: DataReader[Any] = DataReader(self._participant, self._topic(topic, name, qos), qos=qos)
+        condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
+        self._waits.attach(condition)
+        self._numbers += 1
+        number = self._numbers
+        self._readers[number] = (reader, take)
+        return lambda: self._end(number)
+
+    def _end(self, number: int) -> None:
+        self._readers.pop(number, None)
+
+    def _qos(self, hashed: TypeName, profile: QosProfile) -> Qos:
+        reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
+        return Qos(
+            reliable if profile.reliability == "reliable" else Policy.Reliability.BestEffort,
+            Policy.Durability.TransientLocal
+            if profile.durability == "transient_local"
+            else Policy.Durability.Volatile,
+            Policy.History.KeepLast(profile.depth),
+            Policy.Userdata(f"typehash={self._definitions.type_hash(hashed)};".encode()),
+        )
+
+
+class _DdsPublisher(Publisher):
+    def __init__(self, writer: DataWriter[Any], encode: Callable[[Mapping[str, Any]], bytes]) -> None:
+        self._writer, self._encode = writer, encode
+
+    def publish(self, message: Mapping[str, Any]) -> None:
+        _write(self._writer, self._encode(message))
+
+    @property
+    def subscriptions(self) -> int:
+        return len(self._writer.get_matched_subscriptions())
+
+    def close(self) -> None:
+        del self._writer
+
+
+class _DdsClient(Client):
+    end: Callable[[], None]
+
+    def __init__(
+        self,
+        writer: DataWriter[Any],
+        encode: Callable[[Mapping[str, Any]], bytes],
+        decode: Callable[[bytes], Message],
+    ) -> None:
+        self._writer, self._encode, self._decode = writer, encode, decode
+        self._us = secrets.randbits(64)
+        self._waiting: dict[int, Receive] = {}
+        self._number = 0
+
+    def call(self, request: Mapping[str, Any], done: Receive) -> int:
+        made = self._encode(request)
+        self._number += 1
+        self._waiting[self._number] = done
+        head = _HEADER.pack(self._us, self._number)
+        _write(self._writer, made[:_CDR_HEADER] + head + made[_CDR_HEADER:])
+        return self._number
+
+    def forget(self, number: int) -> None:
+        self._waiting.pop(number, None)
+
+    def take(self, data: bytes) -> None:
+        """Get a response, which may be another client's."""
+        if len(data) < _CDR_HEADER + _HEADER.size:
+            return
+        whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
+        done = self._waiting.pop(number, None) if whose == self._us else None
+        if done is not None:
+            done(self._decode(_without_header(data)))
+
+    @property
+    def is_served(self) -> bool:
+        return bool(self._writer.get_matched_subscriptions())
+
+    def close(self) -> None:
+        self.end()
+
+
+def _write(writer: DataWriter[Any], data: bytes) -> None:
+    sample = _deserialize(writer.data_type, data)
+    try:
+        writer.write(sample)
+    except DDSException as error:
+        raise Ros2Error(f"DDS does not take a message: {error}") from None
+
+
+def _without_header(data: bytes) -> bytes:
+    return data[:_CDR_HEADER] + data[_CDR_HEADER + _HEADER.size :]
+
+
+def _dds_type(name: TypeName) -> type:
+    """Make what the wheel wants for a type: its name counts, and that a sample is the bytes in ``cdr``."""
+    made: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
+    made.serialize, made.deserialize = _serialize, classmethod(_deserialize)
+    return cast("type", made)
+
+
+def _serialize(sample: Any, *_arguments: object, **_options: object) -> bytes:
+    return cast("bytes", sample.cdr)
+
+
+def _deserialize(kind: Any, data: bytes, /, *_arguments: object, **_options: object) -> Any:
+    made = object.__new__(kind)
+    made.cdr = data
+    return made
+
+
+def _domain_id() -> int:
+    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
+    if not text.isdecimal() or int(text) > 232:  # noqa: PLR2004  what DDS' ports allow
+        raise Ros2Error(
+            f"ROS_DOMAIN_ID={text} is no domain", hint="it is a number from 0 to 101 on most systems"
+        )
+    return int(text)
+
+
+def _reach() -> str:
+    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
+        return "localhost"
+    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
+
+
+_domains: dict[int, Domain] = {}
+
+
+def _make_domain(number: int, reach: str) -> Domain | None:
+    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it."""
+    if reach not in ("localhost", "subnet", "off", "system_default"):
+        raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
+    if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
+        return None
+    if number not in _domains:
+        _domains[number] = Domain(number, _LOCAL)
+    return _domains[number]

@@ -1,0 +1,380 @@
+"""Definitions of messages, services and actions: .msg, .srv and .action files as ROS packages have them.
+
+Where a type is looked for: in the folders that the user names, in those of a sourced ROS environment
+(``AMENT_PREFIX_PATH``), at last among the well-known ones of a ROS distribution, which rosbags brings. Files
+are read when a type of theirs is asked for.
+
+rosbags parses messages, makes classes of them, writes and reads CDR, and computes type hashes (REP 2016). It
+does not know services and actions; what ROS makes of these is made here.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+from xml.etree import ElementTree as ET
+
+import yaml
+from rosbags.interfaces import Nodetype
+from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
+from rosbags.typesys.base import TypesysError
+
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.names import KINDS, TypeName, parse_type
+from cxbridge.suggestions import did_you_mean
+
+FieldType = tuple[Any, ...]
+"""A field's type as rosbags has it: a kind of node, and what that kind needs."""
+
+Fields = list[tuple[str, FieldType]]
+
+DISTRIBUTIONS: Final = ("humble", "iron", "jazzy", "kilted", "lyrical")
+"""ROS distributions whose well-known types are there without a ROS installation."""
+
+DEFAULT_DISTRIBUTION: Final = "jazzy"
+
+_TIME: Final = parse_type("builtin_interfaces/msg/Time")
+_UUID: Final = parse_type("unique_identifier_msgs/msg/UUID")
+_EVENT_INFO: Final = parse_type("service_msgs/msg/ServiceEventInfo")
+_CANCEL: Final = "action_msgs/srv/CancelGoal"
+_SEPARATOR: Final = "---"
+_SECTIONS: Final = {"msg": 1, "srv": 2, "action": 3}
+
+# definitions that rosbags lacks and that every action needs
+_BUILT_IN: Final = {
+    _CANCEL: """int8 ERROR_NONE=0
+int8 ERROR_REJECTED=1
+int8 ERROR_UNKNOWN_GOAL_ID=2
+int8 ERROR_GOAL_TERMINATED=3
+action_msgs/GoalInfo goal_info
+---
+int8 return_code
+action_msgs/GoalInfo[] goals_canceling
+""",
+}
+
+
+_DEFAULT: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
+"""A field with a default: type, name, value."""
+
+# of the well-known types: rosbags leaves defaults out
+_DEFAULTS: Final[dict[str, dict[str, Any]]] = {
+    "geometry_msgs/msg/Quaternion": {"w": 1.0},
+    "type_description_interfaces/srv/GetTypeDescription_Request": {"include_type_sources": True},
+}
+
+
+class Definitions:
+    """The types that are known.
+
+    :param folders: packages, or folders that have packages in them.
+    :param distribution: whose well-known types are known; None: none are.
+    :param environment: where ``AMENT_PREFIX_PATH`` is looked up; that of the process by default.
+    :raises Ros2Error: when there is no such folder or distribution.
+    """
+
+    def __init__(
+        self,
+        folders: Iterable[Path] = (),
+        distribution: str | None = DEFAULT_DISTRIBUTION,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self._store: Any = get_typestore(_store_of(distribution))
+        # ROS' char is IDL's uint8, for the hash too
+        for name, (constants, fields) in self._store.fielddefs.items():
+            self._store.fielddefs[name] = (constants, [(each, _plain(kind)) for each, kind in fields])
+        self._files: dict[str, Path] = {}
+        known = os.environ if environment is None else environment
+        sourced = [
+            Path(each) / "share" for each in known.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each
+        ]
+        for folder in (*reversed([each for each in sourced if each.is_dir()]), *reversed(list(folders))):
+            self._files.update(_files_in(folder))
+        self._read: set[str] = set()
+        self._defaults = dict(_DEFAULTS)
+
+    # --- what is known ------------------------------------------------------------------------------------
+
+    def names(self) -> list[str]:
+        """Return the names of all types that can be asked for."""
+        well_known = (name for name in self._store.fielddefs if _is_whole(name))
+        return sorted({*well_known, *self._files, *_BUILT_IN})
+
+    def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
+        """Return the fields of a message, in their order.
+
+        :raises Ros2Error: when there is no such type, or its file is broken.
+        """
+        self._need(name)
+        found: Sequence[tuple[str, FieldType]] = self._store.fielddefs[str(name)][1]
+        return found
+
+    def defaults(self, name: TypeName) -> Mapping[str, Any]:
+        """Return the values of fields that are not zero when nobody sets them."""
+        return self._defaults.get(str(name), {})
+
+    def type_hash(self, name: TypeName) -> str:
+        """Return the hash of a type: ``RIHS01_`` and 64 hexadecimal digits.
+
+        :param name: of a message, a service, an action, or of a part of these.
+        :raises Ros2Error: when there is no such type.
+        """
+        self._need(name)
+        return str(self._store.hash_rihs01(str(name)))
+
+    @property
+    def store(self) -> Any:
+        """Rosbags' store of all types that were asked for so far."""
+        return self._store
+
+    # --- reading ------------------------------------------------------------------------------------------
+
+    def _need(self, name: TypeName) -> None:
+        """Have a type in the store, and all that it consists of."""
+        whole = _whole(name)
+        for each in {str(name), str(whole)}:
+            if each in self._read:
+                return
+        if name.kind == "msg" and str(name) not in self._files and str(name) in self._store.fielddefs:
+            self._read.add(str(name))
+        else:
+            self._define(whole)
+        if str(name) not in self._store.fielddefs:
+            raise Ros2Error(
+                f"there is no ROS 2 type {name}",
+                hint=did_you_mean(str(name), self.names(), "name its package's folder"),
+            )
+
+    def _define(self, name: TypeName) -> None:
+        """Put a type and what ROS makes of it into the store."""
+        made = dict(self._made_of(name))
+        self._read.add(str(name))
+        try:
+            self._store.register({key: ([], value) for key, value in made.items()})
+        except TypesysError as error:
+            raise Ros2Error(f"{name}: {error}", file=self._files.get(str(name))) from None
+        for fields in made.values():
+            for _, kind in fields:
+                nested = _nested(kind)
+                if nested is not None and nested not in made:
+                    self._need(parse_type(nested))
+
+    def _made_of(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
+        parts, defaults = self._parts(name)
+        for part, values in zip(_parts_of(name), defaults, strict=True):
+            self._defaults[str(part)] = values
+        if name.kind == "msg":
+            yield str(name), parts[0]
+        elif name.kind == "srv":
+            yield from _service(name, parts[0], parts[1])
+        else:
+            yield from _action(name, parts)
+
+    def _parts(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
+        """Return the fields of each section of a definition, and their defaults."""
+        file = self._files.get(str(name))
+        try:
+            text = _BUILT_IN[str(name)] if file is None else file.read_text("utf-8")
+        except KeyError:
+            hint = did_you_mean(str(name), self.names(), "name the folder of its package")
+            raise Ros2Error(f"there is no ROS 2 type {name}", hint=hint) from None
+        except (OSError, UnicodeDecodeError) as error:
+            raise Ros2Error(f"cannot read the definition of {name}: {error}", file=file) from None
+        if file is not None and file.suffix == ".idl":
+            return [_parse_idl(text, name, file)], [{}]
+        sections = _split(text)
+        if len(sections) != _SECTIONS[name.kind]:
+            raise Ros2Error(
+                f"{name} has {len(sections)} sections, {_SECTIONS[name.kind]} are wanted",
+                file=file,
+                hint=f"they are separated by lines with {_SEPARATOR}",
+            )
+        fields = [_parse(section, name, file, line) for line, section in sections]
+        return fields, [_defaults_in(section) for _, section in sections]
+
+
+def _store_of(distribution: str | None) -> Stores:
+    if distribution is None:
+        return Stores.EMPTY
+    try:
+        return Stores[f"ROS2_{distribution.upper()}"]
+    except KeyError:
+        raise Ros2Error(
+            f"there is no ROS distribution '{distribution}' here",
+            hint=did_you_mean(distribution, DISTRIBUTIONS),
+        ) from None
+
+
+# --- files --------------------------------------------------------------------------------------------------
+
+
+def _files_in(folder: Path) -> dict[str, Path]:
+    """Return the definitions of all packages in a folder, by the names of their types."""
+    if not folder.is_dir():
+        raise Ros2Error("there is no such folder with ROS packages", file=folder)
+    found: dict[str, Path] = {}
+    for place, folders, files in os.walk(folder):
+        folders.sort()
+        here = Path(place)
+        if here.name not in KINDS:
+            continue
+        package = _package_of(here.parent)
+        for file in sorted(files):
+            path = here / file
+            if path.suffix in (f".{here.name}", ".idl"):
+                # a package that is installed has both; the one as it was written says more
+                name = f"{package}/{here.name}/{path.stem}"
+                if path.suffix != ".idl" or name not in found:
+                    found[name] = path
+    return {name: path for name, path in found.items() if path.suffix != ".idl" or "/msg/" in name}
+
+
+def _package_of(folder: Path) -> str:
+    """Return the name of the package in a folder."""
+    try:
+        name = ET.parse(folder / "package.xml").getroot().findtext("name")  # noqa: S314  the user's own
+    except (OSError, ET.ParseError):
+        name = None
+    return (name or folder.name).strip()
+
+
+def _split(text: str) -> list[tuple[int, str]]:
+    """Return the sections of a definition, each with the number of its first line."""
+    sections: list[tuple[int, list[str]]] = [(1, [])]
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.strip() == _SEPARATOR:
+            sections.append((number + 1, []))
+        else:
+            sections[-1][1].append(line)
+    return [(line, "\n".join(lines)) for line, lines in sections]
+
+
+def _parse(text: str, name: TypeName, file: Path | None, line: int) -> Fields:
+    """Return the fields of a section."""
+    # nested types without a package are messages of the same one
+    as_message = f"{name.package}/msg/{name.name}"
+    try:
+        ((_, fields),) = get_types_from_msg(text, as_message).values()
+    except (TypesysError, ValueError) as error:
+        reason = " ".join(str(error).split())
+        raise Ros2Error(f"{name}: {reason}", file=file, line=line if file else None) from None
+    found = [(each, _plain(kind)) for each, kind in fields]
+    for field, kind in found:
+        if _nested(kind) in (f"{name.package}/msg/wstring", f"{name.package}/msg/wchar"):
+            raise Ros2Error(
+                f"{name}: the field '{field}' is a wide string, which is not supported", file=file
+            )
+    return found
+
+
+def _defaults_in(text: str) -> dict[str, Any]:
+    """Return the defaults of the fields of a section."""
+    found = (_DEFAULT.match(line.strip()) for line in text.splitlines())
+    return {each[1]: yaml.safe_load(each[2]) for each in found if each}
+
+
+def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
+    try:
+        types = get_types_from_idl(text)
+        return [(each, _plain(kind)) for each, kind in types[str(name)][1]]
+    except (TypesysError, KeyError, ValueError) as error:
+        raise Ros2Error(f"{name}: {' '.join(str(error).split())}", file=file) from None
+
+
+# --- what ROS makes of services and actions ----------------------------------------------------------------
+
+
+def _service(name: TypeName, request: Fields, response: Fields) -> Iterator[tuple[str, Fields]]:
+    """Yield a service's messages: request, response, event, and what its hash is made of."""
+    parts = {each: name.derived(each) for each in ("Request", "Response", "Event")}
+    yield str(parts["Request"]), request
+    yield str(parts["Response"]), response
+    yield (
+        str(parts["Event"]),
+        [
+            ("info", _is(_EVENT_INFO)),
+            ("request", _at_most_one(parts["Request"])),
+            ("response", _at_most_one(parts["Response"])),
+        ],
+    )
+    yield str(name), [(f"{each.lower()}_message", _is(part)) for each, part in parts.items()]
+
+
+def _action(name: TypeName, parts: list[Fields]) -> Iterator[tuple[str, Fields]]:
+    """Yield an action's messages: its own three, and those of its services and topics."""
+    goal, result, feedback = (name.derived(each) for each in ("Goal", "Result", "Feedback"))
+    for part, fields in zip((goal, result, feedback), parts, strict=True):
+        yield str(part), fields
+    send, get, message = (name.derived(each) for each in ("SendGoal", "GetResult", "FeedbackMessage"))
+    goal_id = ("goal_id", _is(_UUID))
+    accepted: Fields = [("accepted", _base("bool")), ("stamp", _is(_TIME))]
+    yield from _service(send, [goal_id, ("goal", _is(goal))], accepted)
+    yield from _service(get, [goal_id], [("status", _base("int8")), ("result", _is(result))])
+    yield str(message), [goal_id, ("feedback", _is(feedback))]
+    whole = {
+        "goal": goal,
+        "result": result,
+        "feedback": feedback,
+        "send_goal_service": send,
+        "get_result_service": get,
+        "feedback_message": message,
+    }
+    yield str(name), [(field, _is(part)) for field, part in whole.items()]
+
+
+def _base(name: str) -> FieldType:
+    return Nodetype.BASE, (name, 0)
+
+
+def _is(name: TypeName) -> FieldType:
+    return Nodetype.NAME, str(name)
+
+
+def _at_most_one(name: TypeName) -> FieldType:
+    return Nodetype.SEQUENCE, (_is(name), 1)
+
+
+def _plain(kind: FieldType) -> FieldType:
+    """Return a type with ``uint8`` in place of ``char``."""
+    node, rest = kind
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return node, (_plain(rest[0]), rest[1])
+    return (node, ("uint8", 0)) if node == Nodetype.BASE and rest[0] == "char" else kind
+
+
+def _nested(kind: FieldType) -> str | None:
+    """Return the name of the type that a field has in it; None when it has a base type."""
+    node, rest = kind
+    if node in (Nodetype.ARRAY, Nodetype.SEQUENCE):
+        return _nested(rest[0])
+    return str(rest) if node == Nodetype.NAME else None
+
+
+_MADE: Final = (
+    *("SendGoal_Request", "SendGoal_Response", "SendGoal_Event", "GetResult_Request", "GetResult_Response"),
+    *("GetResult_Event", "SendGoal", "GetResult", "FeedbackMessage", "Goal", "Result", "Feedback"),
+    *("Request", "Response", "Event"),
+)
+
+
+def _parts_of(name: TypeName) -> list[TypeName]:
+    """Return the names of the messages whose fields are written down for a type."""
+    parts = {"msg": (), "srv": ("Request", "Response"), "action": ("Goal", "Result", "Feedback")}[name.kind]
+    return [name.derived(part) for part in parts] or [name]
+
+
+def _whole(name: TypeName) -> TypeName:
+    """Return the service or action that a type is a part of; the type itself when it is none."""
+    if name.kind != "msg":
+        for part in _MADE:
+            if name.name.endswith(f"_{part}"):
+                return TypeName(name.package, name.kind, name.name.removesuffix(f"_{part}"))
+    return name
+
+
+def _is_whole(name: str) -> bool:
+    found = parse_type(name)
+    return _whole(found) == found

@@ -1,0 +1,116 @@
+"""A node of ROS 2: what every transport offers. Actions are built on it (:mod:`cxbridge.ros2.actions`).
+
+A node does nothing by itself. :meth:`Node.poll` takes what has come, and calls those who asked for it, in the
+thread that polls.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from cxbridge.closing import Closing
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.qos import PROFILES, QosProfile
+
+Receive = Callable[[Message], None]
+"""Gets a message."""
+
+Answer = Callable[[Message], Mapping[str, Any]]
+"""Gets a request, and returns the response."""
+
+Reply = Callable[[Mapping[str, Any]], None]
+"""Sends the response to a request, once."""
+
+AnswerLater = Callable[[Message, Reply], None]
+"""Gets a request, and what sends the response, now or later."""
+
+
+class Publisher(ABC):
+    """Sends messages to a topic."""
+
+    @abstractmethod
+    def publish(self, message: Mapping[str, Any]) -> None:
+        """Send a message.
+
+        :raises Ros2Error: when it is none of the topic's type.
+        """
+
+    @property
+    @abstractmethod
+    def subscriptions(self) -> int:
+        """How many subscriptions there are now, as far as the transport knows."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Publish nothing more."""
+
+
+class Client(ABC):
+    """Calls a service."""
+
+    @abstractmethod
+    def call(self, request: Mapping[str, Any], done: Receive) -> int:
+        """Send a request; ``done`` gets the response. Return the request's number.
+
+        :raises Ros2Error: when it is none of the service's type.
+        """
+
+    @abstractmethod
+    def forget(self, number: int) -> None:
+        """Wait for the response to a request no more."""
+
+    @property
+    @abstractmethod
+    def is_served(self) -> bool:
+        """Whether there is a server now."""
+
+    @abstractmethod
+    def close(self) -> None:
+        """Call nothing more."""
+
+
+class Node(Closing):
+    """A node. Names of topics and services are whole: ``/robot1/odom``."""
+
+    @abstractmethod
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        """Return a publisher.
+
+        :raises Ros2Error: for a topic or a type that there is not.
+        """
+
+    @abstractmethod
+    def subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    ) -> Callable[[], None]:
+        """Call ``receive`` for each message of a topic; return what ends that.
+
+        :raises Ros2Error: for a topic or a type that there is not.
+        """
+
+    @abstractmethod
+    def client(self, service: str, service_type: str) -> Client:
+        """Return a client of a service.
+
+        :raises Ros2Error: for a name or a type that there is not.
+        """
+
+    def serve(self, service: str, service_type: str, answer: Answer) -> Callable[[], None]:
+        """Answer the requests of a service at once; return what ends that.
+
+        :raises Ros2Error: for a name or a type that there is not.
+        """
+        return self.serve_later(service, service_type, lambda request, reply: reply(answer(request)))
+
+    @abstractmethod
+    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        """Answer the requests of a service when there is an answer; return what ends that.
+
+        :raises Ros2Error: for a name or a type that there is not.
+        """
+
+    @abstractmethod
+    def poll(self, timeout_s: float = 0.0) -> bool:
+        """Hand out all that has come; wait so long for something. Return whether something had come."""

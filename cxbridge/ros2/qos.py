@@ -1,0 +1,48 @@
+"""Quality of service of topics, services and actions, by ROS' names."""
+
+from __future__ import annotations
+
+from typing import Final, Literal
+
+from msgspec import Struct
+
+from cxbridge.errors import Ros2Error
+from cxbridge.suggestions import did_you_mean
+
+
+class QosProfile(Struct, frozen=True):
+    """What a publisher offers, or a subscription wants.
+
+    :param reliability: whether what is lost is sent again.
+    :param durability: ``transient_local``: those who come late get the last messages, too.
+    :param depth: how many messages are kept.
+    """
+
+    reliability: Literal["reliable", "best_effort"] = "reliable"
+    durability: Literal["volatile", "transient_local"] = "volatile"
+    depth: int = 10
+
+
+PROFILES: Final = {
+    "default": QosProfile(),
+    "sensor_data": QosProfile(reliability="best_effort", depth=5),
+    "services_default": QosProfile(depth=1000),  # ROS' own 10 loses requests of a burst
+    "parameters": QosProfile(depth=1000),
+    "action_status": QosProfile(durability="transient_local", depth=1),
+    "latched": QosProfile(durability="transient_local", depth=1),
+    "tf": QosProfile(depth=100),
+    "tf_static": QosProfile(durability="transient_local", depth=100),
+    "rosout": QosProfile(durability="transient_local", depth=1000),
+}
+"""The profiles that ROS has names for, and ``latched`` for what its ROS 1 users call so."""
+
+
+def profile(name: str) -> QosProfile:
+    """Return a profile by its name.
+
+    :raises Ros2Error: when there is none of this name.
+    """
+    try:
+        return PROFILES[name]
+    except KeyError:
+        raise Ros2Error(f"there is no QoS profile '{name}'", hint=did_you_mean(name, PROFILES, "")) from None

@@ -1,0 +1,58 @@
+"""Peers of the tests: ours, and those of a real ROS 2 where ``ROS2_SETUP`` names its folder."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+SETUP = os.environ.get("ROS2_SETUP", "")
+needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder with the setup.bash of a ROS 2")
+
+
+@pytest.fixture(scope="module")
+def domain() -> Iterator[int]:
+    """Set a DDS domain of this process' own, and keep discovery on this host."""
+    number = 1 + os.getpid() % 100
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ROS_DOMAIN_ID", str(number))
+        patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
+        patch.delenv("CYCLONEDDS_URI", raising=False)
+        yield number
+
+
+def with_ros(*command: str) -> list[str]:
+    """Return a command with which the Python of ROS (``ROS2_PYTHON``) runs a script of this folder."""
+    python = os.environ.get("ROS2_PYTHON", "python3")
+    script = f"source {shlex.quote(SETUP)}/setup.bash && exec {shlex.join([python, *command])}"
+    return ["env", "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp", "bash", "-c", script]
+
+
+def start(kind: str) -> subprocess.Popen[str]:
+    """Start a peer, of cxbridge (``ours``) or of rclpy; it is ready."""
+    if kind == "rclpy":
+        command = with_ros(str(HERE / "with_rclpy/peer.py"))
+    else:
+        command = [sys.executable, "-m", "tests.ros2.peer"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    return process
+
+
+@pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
+def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
+    """A node that echoes /there to /back, adds, and counts; its kind."""
+    pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+    process = start(request.param)
+    yield request.param
+    process.kill()
+    process.wait()
+    assert process.stdout is not None
+    process.stdout.close()

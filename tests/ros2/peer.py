@@ -1,0 +1,48 @@
+"""The node of with_rclpy/peer.py, by cxbridge."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cxbridge.clock import RealClock
+from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.qos import QosProfile
+
+ABORTED = 13
+PACKAGES = Path(__file__).parent / "packages"
+
+
+def count(goal: ServedGoal) -> Execution:
+    numbers = [0, 1]
+    while len(numbers) <= goal.goal["order"] and not goal.wants_cancel:
+        numbers.append(numbers[-1] + numbers[-2])
+        yield {"sequence": numbers}
+    if goal.goal["order"] == ABORTED:
+        raise AbortedError({"sequence": numbers})
+    return {"sequence": numbers}
+
+
+def main() -> None:
+    node = DdsNode("peer", Definitions([PACKAGES], environment={}))
+    many = QosProfile(depth=100)
+    back = node.publisher("/back", "std_msgs/msg/String", many)
+    node.subscribe("/there", "std_msgs/msg/String", back.publish, many)
+    node.serve("/add", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
+    server = ActionServer(
+        node,
+        "/fibonacci",
+        "example_interfaces/action/Fibonacci",
+        count,
+        RealClock(),
+        accept=lambda goal: bool(goal["order"] >= 0),
+    )
+    print("ready", flush=True)  # noqa: T201
+    while True:
+        node.poll(0.02)
+        server.step()
+
+
+if __name__ == "__main__":
+    main()

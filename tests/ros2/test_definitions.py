@@ -1,0 +1,146 @@
+"""Definitions and type hashes, held against those that real rosidl writes."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
+from cxbridge.ros2.names import TypeName, parse_type
+from tests.ros2.conftest import SETUP, needs_ros
+from tests.ros2.peer import PACKAGES
+
+WIDE = "example_interfaces/msg/WString"
+"""Wide strings are not supported."""
+
+# what rosidl of ROS 2 Iron writes
+KNOWN = {
+    "std_msgs/msg/String": "df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18",
+    "action_msgs/msg/GoalStatusArray": "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e",
+    "example_interfaces/srv/AddTwoInts": "e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a",
+    "example_interfaces/action/Fibonacci_FeedbackMessage": (
+        "c1de71afd52e49a89c53d8262366884185bc0a02f78ce051c4e46b0a7fe59bb2"
+    ),
+}
+
+
+def definitions(*folders: Path, distribution: str | None = "jazzy") -> Definitions:
+    return Definitions([PACKAGES, *folders], distribution, environment={})
+
+
+@pytest.mark.parametrize("name", KNOWN)
+def test_hashes_are_those_of_rosidl(name: str):
+    assert definitions().type_hash(parse_type(name)) == f"RIHS01_{KNOWN[name]}"
+
+
+@needs_ros
+def test_all_hashes_are_those_of_rosidl():
+    share = Path(SETUP) / "share"
+    known = definitions(share, distribution=None)
+    real = {
+        each["type_name"]: each["hash_string"]
+        for file in share.glob("*/*/*.json")
+        if file.parent.name in ("msg", "srv", "action")
+        for each in json.loads(file.read_text())["type_hashes"]
+    }
+    real.pop(WIDE, None)
+    assert len(real) > 200
+    assert {name: known.type_hash(parse_type(name)) for name in real} == real
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+def test_each_distribution_has_the_types_of_an_action(distribution: str):
+    known = Definitions([PACKAGES], distribution, environment={})
+    if distribution == "humble":  # services had no events yet
+        return
+    fields = known.fields(parse_type("example_interfaces/action/Fibonacci_SendGoal_Request"))
+    assert [name for name, _ in fields] == ["goal_id", "goal"]
+    assert known.type_hash(parse_type("action_msgs/srv/CancelGoal"))
+
+
+def write(folder: Path, name: str, text: str) -> Path:
+    file = folder / "robot_msgs" / name
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(text)
+    return file
+
+
+def test_a_package_is_read_as_it_is(tmp_path: Path):
+    write(
+        tmp_path,
+        "msg/Place.msg",
+        "# a place\nstring<=5 name nowhere\nfloat32[2] at\nuint8 KIND=3\nPart[<=3] parts\n",
+    )
+    write(tmp_path, "msg/Part.msg", "char sign\nint16[] sizes\n")
+    write(tmp_path, "srv/Find.srv", "string name\n---\nPlace place\nbool found true\n")
+    (tmp_path / "robot_msgs/package.xml").write_text("<package><name>my_robot_msgs</name></package>")
+    known = definitions(tmp_path)
+    assert {"my_robot_msgs/msg/Place", "my_robot_msgs/srv/Find"} <= set(known.names())
+    assert [name for name, _ in known.fields(parse_type("my_robot_msgs/msg/Place"))] == [
+        "name",
+        "at",
+        "parts",
+    ]
+    known.fields(parse_type("my_robot_msgs/srv/Find_Response"))
+    assert known.defaults(parse_type("my_robot_msgs/srv/Find_Response")) == {"found": True}
+    assert known.defaults(parse_type("my_robot_msgs/msg/Place")) == {"name": "nowhere"}
+
+
+def test_the_folder_that_is_named_first_wins(tmp_path: Path):
+    write(tmp_path / "one", "msg/Place.msg", "int8 one\n")
+    write(tmp_path / "two", "msg/Place.msg", "int8 two\n")
+    known = definitions(tmp_path / "one", tmp_path / "two")
+    assert [name for name, _ in known.fields(parse_type("robot_msgs/msg/Place"))] == ["one"]
+
+
+def test_a_sourced_ros_is_known(tmp_path: Path):
+    write(tmp_path / "share", "msg/Place.msg", "int8 one\n")
+    known = Definitions(environment={"AMENT_PREFIX_PATH": f"{tmp_path}:/nowhere"})
+    assert "robot_msgs/msg/Place" in known.names()
+
+
+BROKEN = {
+    "msg/A.msg": (
+        "int32 a\nflaot32 b\n",
+        "robot_msgs/msg/A",
+        "there is no ROS 2 type robot_msgs/msg/flaot32",
+    ),
+    "msg/B.msg": ("int32 a b c = 5\n=\n", "robot_msgs/msg/B", "B.msg"),
+    "srv/C.srv": ("int32 a\n", "robot_msgs/srv/C", "has 1 sections, 2 are wanted"),
+    "action/D.action": ("int32 a\n---\n", "robot_msgs/action/D", "has 2 sections, 3 are wanted"),
+    "msg/E.msg": ("wstring a\n", "robot_msgs/msg/E", "a wide string, which is not supported"),
+}
+
+
+@pytest.mark.parametrize("file", BROKEN)
+def test_a_broken_definition_is_one_error(tmp_path: Path, file: str):
+    text, name, message = BROKEN[file]
+    write(tmp_path, file, text)
+    with pytest.raises(Ros2Error) as caught:
+        definitions(tmp_path).fields(parse_type(name))
+    assert message in str(caught.value)
+
+
+def test_a_type_that_there_is_not_has_a_hint():
+    with pytest.raises(Ros2Error, match="did you mean geometry_msgs/msg/PoseStamped"):
+        definitions().fields(parse_type("geometry_msgs/msg/PoseStampd"))
+    with pytest.raises(Ros2Error, match="no name of a ROS 2 type"):
+        parse_type("PoseStamped")
+    with pytest.raises(Ros2Error, match="no such folder"):
+        Definitions([Path("/nowhere")], environment={})
+    with pytest.raises(Ros2Error, match="did you mean jazzy"):
+        Definitions(distribution="jazy", environment={})
+
+
+def test_names_on_the_wire():
+    name = parse_type("nav2_msgs/NavigateToPose", "action")
+    assert name == TypeName("nav2_msgs", "action", "NavigateToPose")
+    assert (
+        name.derived("SendGoal").derived("Request").dds
+        == "nav2_msgs::action::dds_::NavigateToPose_SendGoal_Request_"
+    )

@@ -1,0 +1,161 @@
+"""What every transport does, against peers that are ours and those of the real rclpy."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.qos import QosProfile
+from tests.ros2.conftest import HERE, needs_ros, with_ros
+from tests.ros2.peer import ABORTED, PACKAGES
+
+COUNT = 200
+AT_ONCE = 8  # a server of rclpy keeps ten requests
+FIBONACCI = "example_interfaces/action/Fibonacci"
+
+
+@pytest.fixture(scope="module")
+def node(domain: int) -> Iterator[Node]:
+    with DdsNode("test", Definitions([PACKAGES], environment={})) as node:
+        yield node
+
+
+def poll_until(node: Node, condition: Callable[[], Any], limit_s: float = 10.0) -> None:
+    end = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end, "it took too long"
+        node.poll(0.05)
+
+
+def test_each_message_comes_back_once_and_in_order(node: Node, peer: str):
+    got: list[str] = []
+    many = QosProfile(depth=COUNT)
+    end = node.subscribe("/back", "std_msgs/msg/String", lambda each: got.append(each["data"]), many)
+    there = node.publisher("/there", "std_msgs/msg/String", many)
+    poll_until(node, lambda: there.subscriptions)
+    while not got:  # until the peer has found our subscription
+        there.publish({"data": "first"})
+        node.poll(0.1)
+    sent = [f"message {number} äö\t" for number in range(COUNT)]
+    for each in sent:
+        there.publish({"data": each})
+        poll_until(node, partial(got.__contains__, each))
+    assert [each for each in got if each != "first"] == sent
+    end()
+    there.close()
+
+
+def test_each_call_of_a_service_has_its_answer(node: Node, peer: str):
+    add = node.client("/add", "example_interfaces/srv/AddTwoInts")
+    poll_until(node, lambda: add.is_served)
+    answers: dict[int, int] = {}
+    for number in range(COUNT):
+        add.call({"a": number, "b": 2**40}, lambda each: answers.update({each["sum"] - 2**40: each["sum"]}))
+        open_calls = number + 1 - len(answers)
+        if open_calls > AT_ONCE:
+            poll_until(node, partial(_has_more_than, answers, len(answers)))
+    poll_until(node, lambda: len(answers) == COUNT)
+    assert answers == {number: number + 2**40 for number in range(COUNT)}
+    add.close()
+
+
+def _has_more_than(answers: dict[int, int], count: int) -> bool:
+    return len(answers) > count
+
+
+@pytest.fixture(scope="module")
+def count(node: Node, peer: str) -> Iterator[ActionClient]:
+    with ActionClient(node, "/fibonacci", FIBONACCI) as client:
+        poll_until(node, lambda: client.is_served)
+        poll_until(node, lambda: not node.poll(0.5))
+        yield client
+
+
+def play(node: Node, sent: SentGoal) -> SentGoal:
+    poll_until(node, lambda: sent.is_over)
+    return sent
+
+
+def test_a_goal_is_accepted_tells_how_far_it_is_and_succeeds(node: Node, count: ActionClient):
+    sent = play(node, count.send({"order": 6}))
+    assert sent.status is GoalStatus.SUCCEEDED
+    assert sent.result == {"sequence": [0, 1, 1, 2, 3, 5, 8]}
+    assert sent.feedback == sent.result
+
+
+def test_a_goal_is_rejected(node: Node, count: ActionClient):
+    sent = play(node, count.send({"order": -1}))
+    assert sent.is_accepted is False
+    assert sent.result is None
+
+
+def test_a_goal_is_aborted(node: Node, count: ActionClient):
+    sent = play(node, count.send({"order": ABORTED}))
+    assert sent.status is GoalStatus.ABORTED
+    assert sent.result is not None
+    assert len(sent.result["sequence"]) == ABORTED + 1
+
+
+def test_a_goal_is_cancelled(node: Node, count: ActionClient):
+    sent = count.send({"order": 1000})
+    poll_until(node, lambda: sent.feedback)
+    sent.cancel()
+    play(node, sent)
+    assert sent.status is GoalStatus.CANCELED
+    assert sent.result is not None
+    assert 2 < len(sent.result["sequence"]) < 1000
+
+
+def test_a_goal_that_is_over_is_not_cancelled(node: Node, count: ActionClient):
+    sent = play(node, count.send({"order": 2}))
+    sent.cancel()
+    poll_until(node, lambda: sent.refused_cancel)
+    assert sent.refused_cancel in (CancelCode.GOAL_TERMINATED, CancelCode.REJECTED)
+
+
+def test_many_goals_at_once_each_have_their_result(node: Node, count: ActionClient):
+    sent = [count.send({"order": number}) for number in range(1, 9)]
+    for each in sent:
+        play(node, each)
+    assert [len(each.result["sequence"]) for each in sent if each.result] == [2, *range(3, 10)]
+
+
+@needs_ros
+def test_rclpy_uses_what_we_serve(peer: str):
+    done = subprocess.run(
+        with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT)),
+        capture_output=True,
+        text=True,
+        timeout=60,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    found = json.loads(done.stdout)
+    assert found["got"] == [f"message {number}" for number in range(COUNT)]
+    assert found["sums"] == list(range(1, COUNT + 1))
+    goals = found["goals"]
+    assert goals["done"] | {"feedback": 4} == {
+        "accepted": True,
+        "status": 4,
+        "result": [0, 1, 1, 2, 3, 5],
+        "feedback": 4,
+        "cancel": None,
+    }
+    assert goals["rejected"] == {"accepted": False}
+    assert goals["aborted"]["status"] == 6
+    assert goals["cancelled"]["status"] == 5
+    assert goals["cancelled"]["cancel"] == 0
+    assert found["types"]["/back"] == ["std_msgs/msg/String"]
+    assert not done.stderr, f"{peer}: {done.stderr}"
