@@ -24,7 +24,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"navgraph", "tf", "gateway", "process"},
     {"executive", "skiller", "trace"},
     {"agent"},
-    {"explain", "ros2cx"},
+    {"explain", "ros2", "ros2cx"},
     {"operations", "properties"},
     {"web", "run"},
     {"worldmodel"},

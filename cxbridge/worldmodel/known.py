@@ -69,7 +69,7 @@ def known_skills(agent: RunContext) -> set[str]:
     board = agent.skill_board
     for each in () if board is None else board.agents:
         for executor in each.executors:
-            found.update(executor.load().skills)
+            found.update(executor.skills())
     return found
 
 

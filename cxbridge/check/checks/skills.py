@@ -144,7 +144,7 @@ def _skills(agent: Agent) -> set[str] | None:
     found: set[str] = set()
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            found.update(executor.load().skills)
+            found.update(executor.skills())
     for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
         if item.kind != "lua":
             return None

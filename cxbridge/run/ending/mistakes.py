@@ -222,7 +222,7 @@ def known_skills(context: RunContext) -> frozenset[str] | None:
     found = {skill for skills in context.known_skills.values() for skill in skills or ()}
     for agent in () if board is None else board.agents:
         for executor in agent.executors:
-            found.update(executor.load().skills)
+            found.update(executor.skills())
     return frozenset(found)
 
 

@@ -97,6 +97,11 @@ class SkillExecutor:
                 known = ", ".join(self.known_settings) or "none"
                 raise ConfigError(f"{type(self).__name__} has no setting '{name}'", hint=f"it has: {known}")
 
+    @classmethod
+    def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003  some depend on them
+        """Return the names of the skills that an executor with these settings executes."""
+        return cls.skills
+
     def setting(self, name: str, default: T = _NEEDED) -> T:
         """Return a setting, of the type of the default if there is one.
 

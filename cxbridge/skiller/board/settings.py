@@ -53,6 +53,13 @@ class ExecutorSettings:
             return load_executor(self.target, self.folder)
         return checked_executor(self.target)
 
+    def skills(self) -> tuple[str, ...]:
+        """Return the skills that it executes.
+
+        :raises CxbridgeError: as :meth:`load`, or when its settings make no sense.
+        """
+        return self.load().skills_with(self.settings)
+
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
     ) -> ExecutorHost:
@@ -76,7 +83,7 @@ class ExecutorSettings:
 
         :raises SkillError: when it is only some of them.
         """
-        mine = self.load().skills
+        mine = self.skills()
         others = [skill for skill in mine if skill in skills]
         if others and len(others) < len(mine):
             raise SkillError(

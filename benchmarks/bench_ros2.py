@@ -1,0 +1,89 @@
+"""Round trips with a node of rclpy: ours, and those of rclpy with itself, in turns in one run.
+
+``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2, ``ROS2_PYTHON`` its Python. Without them there is
+nothing to measure.
+
+    python -m benchmarks ros2
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import statistics
+import subprocess
+import time
+from collections.abc import Callable
+
+COUNT = 300
+ROUNDS = 5
+NEEDED = ("ROS2_SETUP",)
+
+
+def ours() -> dict[str, float]:
+    """Return the medians of our round trips, in microseconds."""
+    from cxbridge.ros2.actions import ActionClient  # noqa: PLC0415  an extra
+    from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415
+    from cxbridge.ros2.definitions import Definitions  # noqa: PLC0415
+    from tests.ros2.peer import PACKAGES  # noqa: PLC0415
+
+    with DdsNode("bench", Definitions([PACKAGES], environment={})) as node:
+        got: list[object] = []
+
+        def trip(begin: Callable[[int], object]) -> float:
+            times = []
+            for number in range(COUNT):
+                before, started = len(got), time.perf_counter()
+                begin(number)
+                while len(got) == before and time.perf_counter() - started < 5:  # noqa: PLR2004
+                    node.poll(0.5)
+                times.append(time.perf_counter() - started)
+            return statistics.median(times) * 1e6
+
+        node.subscribe("/back", "std_msgs/msg/String", got.append)
+        there = node.publisher("/there", "std_msgs/msg/String")
+        add = node.client("/add", "example_interfaces/srv/AddTwoInts")
+        count = ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci")
+        limit = time.monotonic() + 20
+        while not (there.subscriptions and add.is_served and count.is_served) and time.monotonic() < limit:
+            node.poll(0.1)
+        time.sleep(1.0)
+        node.poll()
+        return {
+            "topic": trip(lambda number: there.publish({"data": f"message {number}"})),
+            "service": trip(lambda number: add.call({"a": number, "b": 1}, got.append)),
+        }
+
+
+def theirs() -> dict[str, float]:
+    """Return the medians of rclpy's round trips, in microseconds."""
+    from tests.ros2.conftest import HERE, with_ros  # noqa: PLC0415
+
+    command = with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT))
+    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)  # noqa: S603
+    return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6}
+
+
+def main() -> None:
+    """Measure and print."""
+    if any(not os.environ.get(name) for name in NEEDED):
+        print("nothing is measured: ROS2_SETUP names no ROS 2")
+        return
+    from tests.ros2.conftest import start  # noqa: PLC0415
+
+    os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
+    peer = start("rclpy")
+    try:
+        rounds = [(ours(), theirs()) for _ in range(ROUNDS)]
+    finally:
+        peer.kill()
+        peer.wait()
+    for what in ("topic", "service"):
+        mine = statistics.median(first[what] for first, _ in rounds)
+        rival = statistics.median(second[what] for _, second in rounds)
+        ratio = statistics.median(first[what] / second[what] for first, second in rounds)
+        print(f"{what}: ours with rclpy {mine:.0f} us, rclpy with itself {rival:.0f} us, ratio {ratio:.2f}")
+
+
+if __name__ == "__main__":
+    main()

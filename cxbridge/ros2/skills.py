@@ -1,0 +1,288 @@
+"""Skills that are actions and services of ROS 2, by configuration alone (docs/ros2.md)."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Generator, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Final
+
+from msgspec import Struct
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ConfigError, SkillError
+from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Client, Node
+from cxbridge.ros2.topics import check_topic
+from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.suggestions import did_you_mean
+
+PATIENCE_S: Final = 5.0
+"""Seconds that nobody may serve an action or a service before a skill fails."""
+
+TIMEOUT_S: Final = 600.0
+"""Seconds that a skill may take."""
+
+_OF_ALL: Final = ("packages", "distribution", "domain", "reach", "namespace", "tables", "skills")
+_OF_ACTION: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
+_OF_SERVICE: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
+_PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
+
+
+class RosSkill(Struct, frozen=True):
+    """A skill as it is configured.
+
+    :param kind: the type of the action or service.
+    :param is_action: whether it is an action.
+    :param name: of the action or service, whole.
+    :param message: the goal or the request; texts may have parameters of the skill in them: ``$place``.
+    :param feedback: the field of the feedback that is shown; empty: all of it.
+    :param success: the field of a response that must be true; empty: any response is success.
+    :param error: the field of a result or response that says why it failed; empty: none does.
+    """
+
+    kind: str
+    is_action: bool
+    name: str
+    message: Mapping[str, Any]
+    feedback: str
+    success: str
+    error: str
+    timeout_s: float
+    patience_s: float
+
+
+class RosSkills(SkillExecutor):
+    """Executes skills as actions and services of ROS 2 nodes, over DDS."""
+
+    known_settings: ClassVar[tuple[str, ...]] = _OF_ALL
+
+    def __init__(self, context: ExecutorContext) -> None:
+        settings = _nested(context.settings)
+        known = ExecutorContext(
+            context.agent, context.board, context.clock, context.log, settings, context.folder
+        )
+        super().__init__(known)
+        self._tables: Mapping[str, Mapping[str, Any]] = self.setting("tables", {})
+        self._known = {
+            name: _skill(name, value, self._namespace()) for name, value in self._configured().items()
+        }
+        self.skills = tuple(self._known)
+        folders: Any = self.settings.get("packages", [])
+        self._definitions = Definitions(
+            [self.folder / Path(str(each)) for each in (folders if isinstance(folders, list) else [folders])],
+            self.setting("distribution", DEFAULT_DISTRIBUTION),
+        )
+        self._node: Node | None = None
+        self._clients: dict[str, ActionClient | Client] = {}
+
+    @classmethod
+    def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
+        """Return the skills that are configured; see the base class."""
+        skills = _nested(settings).get("skills")
+        return tuple(skills) if isinstance(skills, Mapping) else ()
+
+    def _configured(self) -> Mapping[str, Any]:
+        skills: Mapping[str, Any] = self.setting("skills", {})
+        if not skills:
+            raise ConfigError(
+                "RosSkills has no skills", hint="skills: {goto: {action: TYPE, name: /NAME, goal: {}}}"
+            )
+        return skills
+
+    def _namespace(self) -> str:
+        namespace = self.setting("namespace", "")
+        return check_topic(namespace) if namespace else ""
+
+    def start(self) -> None:
+        """Join the domain, and make a client for each skill: what is wrong with a type is told now."""
+        from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415  an extra
+
+        domain, reach = self.setting("domain", -1), self.setting("reach", "")
+        name = re.sub(r"\W", "_", f"cxbridge_{self.agent}")
+        self._node = node = DdsNode(name, self._definitions, None if domain < 0 else domain, reach or None)
+        for skill, known in self._known.items():
+            self._clients[skill] = (
+                ActionClient(node, known.name, known.kind)
+                if known.is_action
+                else node.client(known.name, known.kind)
+            )
+
+    def execute(self, call: SkillCall) -> Steps:
+        """Execute a skill; see the base class."""
+        known, client = self._known[call.skill], self._clients[call.skill]
+        message = fill(known.message, call, self._tables)
+        deadline_us = self.clock.now_us() + round(known.timeout_s * MICROSECONDS)
+        steps = (
+            self._act(known, client, message)
+            if isinstance(client, ActionClient)
+            else self._ask(known, client, message)
+        )
+        for step in steps:
+            if self.clock.now_us() > deadline_us:
+                steps.close()
+                raise SkillFailedError(f"{known.name} has not ended within {known.timeout_s:g} s")
+            yield step
+
+    def idle(self) -> None:
+        """Take what came in."""
+        self._poll()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        for client in self._clients.values():
+            client.close()
+        if self._node is not None:
+            self._node.close()
+
+    def _poll(self) -> None:
+        if self._node is not None:
+            self._node.poll()
+
+    def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
+        """Wait until somebody serves."""
+        since_us = self.clock.now_us()
+        while not client.is_served:
+            if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
+                raise SkillFailedError(f"nobody serves {known.name} ({known.kind})")
+            self._poll()
+            yield
+
+    def _act(self, known: RosSkill, client: ActionClient, goal: Message) -> Generator[Any, None, Any]:
+        yield from self._served(known, client)
+        sent = client.send(goal)
+        try:
+            yield from self._follow(known, client, sent)
+        finally:
+            if not sent.is_over:
+                sent.cancel()  # the skill was cancelled, or took too long
+                client.forget(sent)
+        if sent.is_accepted is False:
+            raise SkillFailedError(f"{known.name} has rejected the goal")
+        if sent.status is not GoalStatus.SUCCEEDED:
+            reason = _field(sent.result or {}, known.error)
+            raise SkillFailedError(f"{known.name}: {sent.status.name}{f', {reason}' if reason else ''}")
+
+    def _follow(self, known: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
+        seen_us, told, first = self.clock.now_us(), None, 0.0
+        while True:
+            self._poll()
+            if sent.is_over:
+                return
+            now_us = self.clock.now_us()
+            if client.is_served:
+                seen_us = now_us
+            elif now_us - seen_us > known.patience_s * MICROSECONDS:
+                raise SkillFailedError(f"the server of {known.name} has vanished")
+            if sent.feedback is None or sent.feedback is told:
+                yield None
+                continue
+            told = sent.feedback
+            value = _field(told, known.feedback) if known.feedback else told
+            number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
+            first = max(first, number)
+            # what is left becomes less: 1 when nothing is left
+            yield Progress(1 - number / first if first > 0 else 0.0, f"{known.feedback} {value}".strip())
+
+    def _ask(self, known: RosSkill, client: Client, request: Message) -> Generator[Any, None, Any]:
+        yield from self._served(known, client)
+        answers: list[Message] = []
+        number = client.call(request, answers.append)
+        try:
+            while not answers:
+                self._poll()
+                if not answers:
+                    yield None
+        finally:
+            client.forget(number)
+        if known.success and _field(answers[0], known.success) is not True:
+            reason = _field(answers[0], known.error)
+            raise SkillFailedError(f"{known.name}: {reason or f'{known.success} is not true'}")
+
+
+def fill(value: Any, call: SkillCall, tables: Mapping[str, Mapping[str, Any]]) -> Any:
+    """Return a message with the parameters of a call in the places that are meant for them.
+
+    ``$place`` alone is the parameter's value with its type, or its entry in the table of that name, if there
+    is one; in a longer text it is text.
+
+    :raises SkillError: when the call lacks a parameter, or a table an entry.
+    """
+    if isinstance(value, Mapping):
+        return {key: fill(each, call, tables) for key, each in value.items()}
+    if isinstance(value, list):
+        return [fill(each, call, tables) for each in value]
+    if not isinstance(value, str):
+        return value
+    whole = _PARAMETER.fullmatch(value)
+    if whole is None:
+        return _PARAMETER.sub(lambda each: str(call.get(each[1] or each[2])), value)
+    name = whole[1] or whole[2]
+    given = call.get(name)
+    if name not in tables:
+        return given
+    try:
+        return tables[name][str(given)]
+    except KeyError:
+        hint = did_you_mean(str(given), tables[name], f"it has: {', '.join(tables[name])}")
+        raise SkillError(f"the table '{name}' has no entry '{given}'", hint=hint) from None
+
+
+def _skill(name: str, value: Any, namespace: str) -> RosSkill:
+    if not isinstance(value, Mapping) or ("action" in value) == ("service" in value):
+        raise ConfigError(
+            f"the skill {name} is neither an action nor a service", hint="name one: action: TYPE"
+        )
+    is_action = "action" in value
+    known = _OF_ACTION if is_action else _OF_SERVICE
+    for key in value:
+        if key not in known:
+            raise ConfigError(f"the skill {name} has no setting '{key}'", hint=f"it has: {', '.join(known)}")
+    message = value.get("goal" if is_action else "request", {})
+    if not isinstance(message, Mapping):
+        raise ConfigError(f"the goal or request of the skill {name} is a mapping of fields, not {message!r}")
+    return RosSkill(
+        kind=str(value["action" if is_action else "service"]),
+        is_action=is_action,
+        name=check_topic(f"{namespace}{value.get('name', '')}"),
+        message=message,
+        feedback=str(value.get("feedback", "")),
+        success=str(value.get("success", "")),
+        error=str(value.get("error", "")),
+        timeout_s=_seconds(name, "timeout", value.get("timeout", TIMEOUT_S)),
+        patience_s=_seconds(name, "patience", value.get("patience", PATIENCE_S)),
+    )
+
+
+def _seconds(skill: str, key: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise ConfigError(f"the {key} of the skill {skill} is a number of seconds, not {value!r}")
+    return float(value)
+
+
+def _field(message: Any, path: str) -> Any:
+    """Return a field of a message, by its path with dots; None when there is none."""
+    for part in path.split(".") if path else ():
+        if not isinstance(message, Mapping) or part not in message:
+            return None
+        message = message[part]
+    return message if path else None
+
+
+def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as mappings in mappings; a configuration gives them by path: ``skills/goto/name``."""
+    found: dict[str, Any] = {}
+    for path, value in settings.items():
+        *parents, last = path.split("/")
+        place = found
+        for parent in parents:
+            inner = place.setdefault(parent, {})
+            if not isinstance(inner, dict):
+                raise ConfigError(f"'{path}' is in something that is no mapping")
+            place = inner
+        place[last] = value
+    return found

@@ -1,0 +1,167 @@
+"""Skills that are actions of ROS 2: the waypoints of the thesis, driven by a node that counts."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import CxbridgeError, SkillError
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.ros2.skills import RosSkills, fill
+from cxbridge.skiller.board import SkillCall
+from cxbridge.skiller.board.executor import ExecutorContext
+from tests.ros2.conftest import start
+from tests.ros2.peer import PACKAGES
+from tests.support import ROOT
+
+EXECUTOR = f"""
+          class: cxbridge.ros2.skills:RosSkills
+          packages: ["{PACKAGES}"]
+          tables:
+            to: {{wp1: 2, wp2: 3, wp3: 4, wp4: 5, wp5: 6, wp6: 7, wp-final: LAST}}
+          skills:
+            move:
+              action: example_interfaces/action/Fibonacci
+              name: /fibonacci
+              goal: {{order: $to}}
+              patience: 1.0
+"""
+
+
+def scenario(folder: Path, last: int) -> Path:
+    """Write the waypoints with counting in place of driving; the last way is a goal of that order."""
+    made = folder / "waypoints"
+    shutil.copytree(ROOT / "scenarios/waypoints", made)
+    text = (made / "scenario.yaml").read_text()
+    before = text[: text.index("          class: cxbridge.skiller")]
+    (made / "scenario.yaml").write_text(before + EXECUTOR.lstrip("\n").replace("LAST", str(last)))
+    return made
+
+
+def begin(folder: Path, *options: str) -> subprocess.Popen[str]:
+    command = [sys.executable, "-m", "cxbridge", "run", str(folder), "--clock", "real", "--json", *options]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+
+
+def end(process: subprocess.Popen[str]) -> tuple[int, dict[str, Any], str]:
+    out, errors = process.communicate(timeout=60)
+    return process.returncode, json.loads(out), errors
+
+
+def test_a_robot_of_ros_drives_all_waypoints(peer: str, tmp_path: Path):
+    status, result, errors = end(begin(scenario(tmp_path, 8)))
+    assert (status, result["result"]) == (0, "completed"), (peer, errors)
+
+
+def test_a_goal_that_is_aborted_is_a_failure_that_names_it(peer: str, tmp_path: Path):
+    status, _, errors = end(begin(scenario(tmp_path, 13)))
+    assert status == 1, (peer, errors)
+    assert "/fibonacci: ABORTED" in errors
+
+
+@pytest.fixture
+def quiet_domain(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Set a domain in which there is nobody."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 100))
+
+
+@pytest.mark.usefixtures("quiet_domain")
+def test_a_server_that_is_not_there_is_a_failure_that_names_it(tmp_path: Path):
+    status, _, errors = end(begin(scenario(tmp_path, 8)))
+    assert status == 1
+    assert "nobody serves /fibonacci (example_interfaces/action/Fibonacci)" in errors
+
+
+@pytest.mark.usefixtures("quiet_domain")
+def test_a_server_that_vanishes_is_a_failure_that_names_it(tmp_path: Path):
+    peer = start("ours")
+    running = begin(scenario(tmp_path, 45), "--verbose")
+    assert running.stderr is not None
+    for line in running.stderr:
+        if "wp-final" in line and "move" in line:
+            break
+    time.sleep(0.3)
+    peer.kill()
+    peer.wait()
+    status, _, errors = end(running)
+    assert status == 1
+    assert "the server of /fibonacci has vanished" in errors
+
+
+def executor(settings: dict[str, Any]) -> RosSkills:
+    clock = VirtualClock()
+    board = LocalBlackBoard(InterfaceRegistry(), clock)
+    return RosSkills(
+        ExecutorContext("robot1", board, clock, EventBus(clock).logger("test"), settings, Path())
+    )
+
+
+WRONG: dict[str, tuple[dict[str, Any], str]] = {
+    "no skills": ({}, "has no skills"),
+    "neither": ({"skills/go/name": "/go"}, "the skill go is neither an action nor a service"),
+    "both": ({"skills/go/action": "a/action/B", "skills/go/service": "a/srv/B"}, "is neither an action"),
+    "an unknown key": (
+        {"skills/go/action": "a/action/B", "skills/go/name": "/go", "skills/go/goals": 1},
+        "the skill go has no setting 'goals'",
+    ),
+    "no whole name": ({"skills/go/action": "a/action/B", "skills/go/name": "go"}, "'go' is no whole name"),
+    "a timeout": (
+        {"skills/go/action": "a/action/B", "skills/go/name": "/go", "skills/go/timeout": 0},
+        "the timeout of the skill go is a number of seconds, not 0",
+    ),
+    "an unknown setting": ({"skill": 1}, "has no setting 'skill'"),
+    "no folder": (
+        {"skills/go/action": "a/action/B", "skills/go/name": "/go", "packages": "/nowhere"},
+        "no such folder",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", WRONG)
+def test_a_wrong_configuration_is_one_error(case: str):
+    settings, words = WRONG[case]
+    with pytest.raises(CxbridgeError) as caught:
+        executor(settings)
+    assert words in str(caught.value)
+
+
+def test_an_unknown_type_is_told_when_the_run_begins(tmp_path: Path):
+    folder = scenario(tmp_path, 8)
+    file = folder / "scenario.yaml"
+    file.write_text(file.read_text().replace("action/Fibonacci", "action/Fibonaci"))
+    process = begin(folder)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == 2
+    assert "there is no ROS 2 type example_interfaces/action/Fibonaci" in errors
+    assert "did you mean example_interfaces/action/Fibonacci" in errors
+    assert "scenario.yaml:" in errors
+
+
+def test_parameters_fill_a_message():
+    call = SkillCall("go", "robot1", {"x": 1.5, "place": "kitchen", "n": 3})
+    tables = {"place": {"kitchen": {"x": 7}}}
+    message = {"a": "$x", "b": ["$n", "at $x, ${n}nd"], "c": {"d": "$place"}, "e": 4}
+    assert fill(message, call, tables) == {"a": 1.5, "b": [3, "at 1.5, 3nd"], "c": {"d": {"x": 7}}, "e": 4}
+    with pytest.raises(SkillError, match="go needs the parameter 'y'"):
+        fill({"a": "$y"}, call, {})
+    with pytest.raises(SkillError, match="the table 'place' has no entry 'kitchen'"):
+        fill("$place", call, {"place": {"kitchn": 1}})
+
+
+def test_a_namespace_comes_before_names():
+    made = executor({"namespace": "/robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})
+    assert made._known["go"].name == "/robot1/go"
+    with pytest.raises(CxbridgeError, match="is no whole name"):
+        executor({"namespace": "robot1", "skills/go/action": "a/action/B", "skills/go/name": "/go"})
