@@ -1,7 +1,7 @@
 """Round trips with a node of rclpy: ours, and those of rclpy with itself, in turns in one run.
 
-``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2, ``ROS2_PYTHON`` its Python. Without them there is
-nothing to measure.
+``ROS2_SETUP`` names the folder with the setup.bash of a ROS 2, ``ROS2_PYTHON`` its Python. Without them
+nothing is measured.
 
     python -m benchmarks ros2
 """
@@ -22,10 +22,10 @@ NEEDED = ("ROS2_SETUP",)
 
 def ours() -> dict[str, float]:
     """Return the medians of our round trips, in microseconds."""
-    from cxbridge.ros2.actions import ActionClient  # noqa: PLC0415  an extra
-    from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415
-    from cxbridge.ros2.definitions import Definitions  # noqa: PLC0415
-    from tests.ros2.peer import PACKAGES  # noqa: PLC0415
+    from cxbridge.ros2.actions import ActionClient
+    from cxbridge.ros2.dds import DdsNode
+    from cxbridge.ros2.definitions import Definitions
+    from tests.ros2.peer import PACKAGES
 
     with DdsNode("bench", Definitions([PACKAGES], environment={})) as node:
         got: list[object] = []
@@ -35,7 +35,7 @@ def ours() -> dict[str, float]:
             for number in range(COUNT):
                 before, started = len(got), time.perf_counter()
                 begin(number)
-                while len(got) == before and time.perf_counter() - started < 5:  # noqa: PLR2004
+                while len(got) == before and time.perf_counter() - started < 5:
                     node.poll(0.5)
                 times.append(time.perf_counter() - started)
             return statistics.median(times) * 1e6
@@ -57,10 +57,10 @@ def ours() -> dict[str, float]:
 
 def theirs() -> dict[str, float]:
     """Return the medians of rclpy's round trips, in microseconds."""
-    from tests.ros2.conftest import HERE, with_ros  # noqa: PLC0415
+    from tests.ros2.conftest import HERE, with_ros
 
     command = with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT))
-    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)  # noqa: S603
+    found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
     return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6}
 
 
@@ -69,7 +69,7 @@ def main() -> None:
     if any(not os.environ.get(name) for name in NEEDED):
         print("nothing is measured: ROS2_SETUP names no ROS 2")
         return
-    from tests.ros2.conftest import start  # noqa: PLC0415
+    from tests.ros2.conftest import start
 
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     peer = start("rclpy")

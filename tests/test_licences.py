@@ -26,6 +26,7 @@ WORDS = {
     "ISC": {"ISC License", "ISC License (ISCL)"},
     "BSD-2-Clause": {"BSD License"},
     "Apache-2.0": {"APACHE", "Apache Software License"},
+    "EPL-2.0 OR BSD-3-Clause": {"EPL-2.0, BSD-3-Clause"},
     "GPL-3.0-or-later": {"GPL3+", "GNU General Public License v3 or later (GPLv3+)"},
 }
 """What packages write that do not write the name of SPDX."""

@@ -52,6 +52,7 @@ class SentGoal:
     :ivar feedback: the last that came; None: none has come.
     :ivar result: what came at the end; None: the goal has not ended.
     :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
+    :ivar servers: those that there were when the client looked last.
     """
 
     def __init__(self, client: ActionClient, number: bytes) -> None:
@@ -62,6 +63,7 @@ class SentGoal:
         self.feedback: Message | None = None
         self.result: Message | None = None
         self.refused_cancel: CancelCode | None = None
+        self.servers: frozenset[int] = frozenset()
 
     @property
     def is_over(self) -> bool:
@@ -108,6 +110,7 @@ class ActionClient(Closing):
         """
         number = uuid.uuid4().bytes
         sent = SentGoal(self, number)
+        sent.servers = self._get.servers
 
         def answered(response: Message) -> None:
             sent.is_accepted = bool(response["accepted"])
@@ -115,12 +118,7 @@ class ActionClient(Closing):
                 self._goals.pop(number, None)
                 return
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
-            self._get.call({"goal_id": {"uuid": number}}, ended)
-
-        def ended(response: Message) -> None:
-            sent.status = GoalStatus(response["status"])
-            sent.result = response["result"]
-            self._goals.pop(number, None)
+            self._want_result(sent)
 
         self._goals[number] = sent  # feedback may come before the answer
         try:
@@ -129,6 +127,24 @@ class ActionClient(Closing):
             del self._goals[number]
             raise
         return sent
+
+    def look(self, sent: SentGoal) -> None:
+        """See whether there is another server than before: one that was restarted knows nothing of a goal.
+
+        Then the goal ends with the status UNKNOWN.
+        """
+        now = self._get.servers
+        if now - sent.servers and sent.is_accepted:
+            self._want_result(sent)
+        sent.servers |= now
+
+    def _want_result(self, sent: SentGoal) -> None:
+        def ended(response: Message) -> None:
+            if self._goals.pop(sent.number, None) is not None:
+                sent.status = GoalStatus(response["status"])
+                sent.result = response["result"]
+
+        self._get.call({"goal_id": {"uuid": sent.number}}, ended)
 
     def cancel(self, sent: SentGoal) -> None:
         """Ask the server to cancel a goal."""

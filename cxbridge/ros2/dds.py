@@ -247,8 +247,8 @@ class _DdsClient(Client):
             done(self._decode(_without_header(data)))
 
     @property
-    def is_served(self) -> bool:
-        return bool(self._writer.get_matched_subscriptions())
+    def servers(self) -> frozenset[int]:
+        return frozenset(self._writer.get_matched_subscriptions())
 
     def close(self) -> None:
         self.end()

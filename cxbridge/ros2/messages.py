@@ -102,6 +102,8 @@ class Codec:
         if base in _BYTES and isinstance(given, bytes | bytearray | memoryview):
             return np.frombuffer(bytes(given), dtype=np.uint8)
         values = [self._value(of, each, f"{path}[{index}]") for index, each in enumerate(given)]
+        if base in _BYTES:
+            return np.array([each & 0xFF for each in values], dtype=np.uint8)
         return np.array(values, dtype=_DTYPES[base]) if base in _DTYPES else values
 
     def _zero(self, kind: FieldType) -> Any:
@@ -131,7 +133,7 @@ class Codec:
         if node == Nodetype.NAME:
             return self._plain(parse_type(rest), value)
         if node == Nodetype.BASE:
-            return value
+            return value & 0xFF if rest[0] == "byte" else value
         of = rest[0]
         if of[0] == Nodetype.NAME:
             name = parse_type(of[1])
@@ -157,6 +159,11 @@ def _integer(given: Any, path: str, name: str, _bound: int) -> int:
     if not low <= whole <= high:
         raise Ros2Error(f"{path}: {whole} does not fit into {name} ({low} to {high})")
     return whole
+
+
+def _byte(given: Any, path: str, name: str, bound: int) -> int:
+    whole = _integer(given, path, name, bound)
+    return whole - 256 if whole > 127 else whole  # noqa: PLR2004  rosbags writes a byte with a sign
 
 
 def _float(given: Any, path: str, name: str, _bound: int) -> float:
@@ -191,6 +198,7 @@ def _string(given: Any, path: str, _name: str, bound: int) -> str:
 _Check: TypeAlias = Callable[[Any, str, str, int], Any]
 _CHECKS: Final[dict[str, _Check]] = {
     **dict.fromkeys(_INTEGERS, _integer),
+    "byte": _byte,
     "bool": _boolean,
     "string": _string,
     "float32": _float,

@@ -44,7 +44,7 @@ def parse_type(text: str, kind: str = "msg") -> TypeName:
     """Return a type's name.
 
     :param kind: what is meant when the name has two parts only: ``std_msgs/String``.
-    :raises Ros2Error: when it is no name of a type.
+    :raises Ros2Error: when it is not the name of a type.
     """
     found = _TYPE.fullmatch(text)
     if found is None:

@@ -63,8 +63,13 @@ class Client(ABC):
 
     @property
     @abstractmethod
+    def servers(self) -> frozenset[int]:
+        """The servers that there are now, each by a number of its own."""
+
+    @property
     def is_served(self) -> bool:
         """Whether there is a server now."""
+        return bool(self.servers)
 
     @abstractmethod
     def close(self) -> None:

@@ -99,7 +99,7 @@ class RosSkills(SkillExecutor):
         return check_topic(namespace) if namespace else ""
 
     def start(self) -> None:
-        """Join the domain, and make a client for each skill: what is wrong with a type is told now."""
+        """Join the domain, and make a client for each skill: a wrong type is an error now."""
         from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415  an extra
 
         domain, reach = self.setting("domain", -1), self.setting("reach", "")
@@ -163,6 +163,8 @@ class RosSkills(SkillExecutor):
                 client.forget(sent)
         if sent.is_accepted is False:
             raise SkillFailedError(f"{known.name} has rejected the goal")
+        if sent.status is GoalStatus.UNKNOWN:
+            raise SkillFailedError(f"the server of {known.name} does not know the goal: it was restarted")
         if sent.status is not GoalStatus.SUCCEEDED:
             reason = _field(sent.result or {}, known.error)
             raise SkillFailedError(f"{known.name}: {sent.status.name}{f', {reason}' if reason else ''}")
@@ -174,6 +176,7 @@ class RosSkills(SkillExecutor):
             if sent.is_over:
                 return
             now_us = self.clock.now_us()
+            client.look(sent)
             if client.is_served:
                 seen_us = now_us
             elif now_us - seen_us > known.patience_s * MICROSECONDS:
@@ -282,7 +285,7 @@ def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
         for parent in parents:
             inner = place.setdefault(parent, {})
             if not isinstance(inner, dict):
-                raise ConfigError(f"'{path}' is in something that is no mapping")
+                raise ConfigError(f"'{path}' is in something that is not a mapping")
             place = inner
         place[last] = value
     return found

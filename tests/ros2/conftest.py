@@ -34,10 +34,10 @@ def with_ros(*command: str) -> list[str]:
     return ["env", "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp", "bash", "-c", script]
 
 
-def start(kind: str) -> subprocess.Popen[str]:
-    """Start a peer, of cxbridge (``ours``) or of rclpy; it is ready."""
+def start(kind: str, script: str = "peer.py") -> subprocess.Popen[str]:
+    """Start a peer, of cxbridge (``ours``) or a script of rclpy; it is ready."""
     if kind == "rclpy":
-        command = with_ros(str(HERE / "with_rclpy/peer.py"))
+        command = with_ros(str(HERE / "with_rclpy" / script))
     else:
         command = [sys.executable, "-m", "tests.ros2.peer"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)
@@ -46,13 +46,16 @@ def start(kind: str) -> subprocess.Popen[str]:
     return process
 
 
+def stop(process: subprocess.Popen[str]) -> None:
+    """Kill a peer."""
+    process.kill()
+    process.communicate()
+
+
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
     """A node that echoes /there to /back, adds, and counts; its kind."""
     pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
     process = start(request.param)
     yield request.param
-    process.kill()
-    process.wait()
-    assert process.stdout is not None
-    process.stdout.close()
+    stop(process)

@@ -99,6 +99,16 @@ def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRe
         assert real.rstrip("0") == ours.rstrip("0"), name
 
 
+@pytest.mark.parametrize("level", [0, 127, 128, 255])
+def test_a_byte_has_no_sign(level: int):
+    name = parse_type("diagnostic_msgs/msg/DiagnosticStatus")
+    data = CODEC.encode(name, {"level": level})
+    assert data[4] == level
+    assert CODEC.decode(name, data)["level"] == level
+    many = parse_type("std_msgs/msg/ByteMultiArray")
+    assert CODEC.decode(many, CODEC.encode(many, {"data": [level, 1]}))["data"] == bytes([level, 1])
+
+
 def test_fields_that_are_left_out_have_their_defaults():
     found = CODEC.decode(POSE, CODEC.encode(POSE, {"pose": {"position": {"x": 1}}}))
     assert found["pose"] == {

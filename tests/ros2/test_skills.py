@@ -6,7 +6,7 @@ import json
 import shutil
 import subprocess
 import sys
-import time
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +22,11 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.ros2.skills import RosSkills, fill
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
-from tests.ros2.conftest import start
+from tests.ros2.conftest import SETUP, needs_ros, start, stop
 from tests.ros2.peer import PACKAGES
 from tests.support import ROOT
 
+WAYS = 7
 EXECUTOR = f"""
           class: cxbridge.ros2.skills:RosSkills
           packages: ["{PACKAGES}"]
@@ -48,6 +49,77 @@ def scenario(folder: Path, last: int) -> Path:
     before = text[: text.index("          class: cxbridge.skiller")]
     (made / "scenario.yaml").write_text(before + EXECUTOR.lstrip("\n").replace("LAST", str(last)))
     return made
+
+
+DRIVE = """
+          class: cxbridge.ros2.skills:RosSkills
+          packages: ["SHARE"]
+          tables:
+            to:
+              wp1: {position: {x: 0.8}}
+              wp2: {position: {x: 1.6, y: 0.3}}
+              wp3: {position: {x: 1.8, y: 1.1}}
+              wp4: {position: {x: 1.2, y: 1.7}}
+              wp5: {position: {x: 0.4, y: 1.7}}
+              wp6: {position: {x: -0.2, y: 1.1}}
+              wp-final: {position: {x: -0.2, y: 0.4}}
+          skills:
+            move:
+              action: nav2_msgs/action/NavigateToPose
+              name: /navigate_to_pose
+              goal: {pose: {header: {frame_id: map}, pose: $to}}
+              feedback: distance_remaining
+              patience: 5.0
+"""
+
+
+@pytest.fixture
+def navigation(tmp_path: Path) -> Path:
+    """A scenario that drives by NavigateToPose."""
+    share = Path(SETUP) / "share/nav2_msgs"
+    if not share.is_dir():
+        pytest.skip("this ROS 2 has no nav2_msgs")
+    folder = scenario(tmp_path, 8)
+    file = folder / "scenario.yaml"
+    before = file.read_text().partition("          class: cxbridge.ros2")[0]
+    file.write_text(before + DRIVE.lstrip("\n").replace("SHARE", str(share)))
+    return folder
+
+
+def places(process: subprocess.Popen[str]) -> Iterator[str]:
+    """Yield where the robot is sent, line by line."""
+    assert process.stdout is not None
+    for line in process.stdout:
+        if line.startswith("drive to"):
+            yield line.strip()
+
+
+@needs_ros
+@pytest.mark.usefixtures("quiet_domain")
+def test_the_waypoints_are_driven_by_navigate_to_pose_of_rclpy(navigation: Path):
+    robot = start("rclpy", "navigate.py")
+    status, result, errors = end(begin(navigation))
+    assert (status, result["result"]) == (0, "completed"), errors
+    robot.kill()
+    way = [line for line in robot.communicate()[0].splitlines() if line.startswith("drive to")]
+    assert way[0] == "drive to map 0.8 0.0 1.0"
+    assert way[-1] == "drive to map -0.2 0.4 1.0"
+    assert len(way) == WAYS
+
+
+@needs_ros
+@pytest.mark.usefixtures("quiet_domain")
+def test_a_robot_that_is_restarted_in_the_middle_fails_a_skill_with_a_reason(navigation: Path):
+    robot = start("rclpy", "navigate.py")
+    running = begin(navigation)
+    on_its_way = places(robot)
+    assert [next(on_its_way) for _ in range(3)][-1] == "drive to map 1.8 1.1 1.0"
+    stop(robot)
+    robot = start("rclpy", "navigate.py")
+    status, _, errors = end(running)
+    stop(robot)
+    assert status == 1
+    assert "the server of /navigate_to_pose does not know the goal: it was restarted" in errors
 
 
 def begin(folder: Path, *options: str) -> subprocess.Popen[str]:
@@ -89,15 +161,15 @@ def test_a_server_that_vanishes_is_a_failure_that_names_it(tmp_path: Path):
     peer = start("ours")
     running = begin(scenario(tmp_path, 45), "--verbose")
     assert running.stderr is not None
-    for line in running.stderr:
-        if "wp-final" in line and "move" in line:
-            break
-    time.sleep(0.3)
-    peer.kill()
-    peer.wait()
+    for _, _line in zip(
+        range(WAYS), (line for line in running.stderr if "is executed by" in line), strict=False
+    ):
+        pass
+    stop(peer)
     status, _, errors = end(running)
     assert status == 1
-    assert "the server of /fibonacci has vanished" in errors
+    # the last goal was on its way
+    assert "the server of /fibonacci has vanished" in errors or "nobody serves /fibonacci" in errors
 
 
 def executor(settings: dict[str, Any]) -> RosSkills:

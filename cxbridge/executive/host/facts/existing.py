@@ -13,7 +13,7 @@ from clips._clips import ffi, lib
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback
 
 EXISTS_FUNCTION: Final = "fact-existp"
-"""The built-in that this takes the place of."""
+"""The built-in that this replaces."""
 
 _INTEGER: Final = 1
 _FACT_ADDRESS: Final = 6

@@ -37,7 +37,7 @@ _BUILD: Final = re.compile(r"\(\s*build(?=[\s(])")
 
 
 class FactNews(Protocol):
-    """Tells of facts that come and go."""
+    """Reports facts that come and go."""
 
     def on_change(self, template: str, call: Callable[[], None]) -> None:
         """Call ``call`` for each fact of a deftemplate that comes or goes."""
@@ -67,7 +67,7 @@ class Answers:
     """The remembered answers of one environment.
 
     :param env: the environment's pointer.
-    :param news: tells when facts change.
+    :param news: reports facts that come and go.
     """
 
     def __init__(self, env: CData, udfs: UdfTable, news: FactNews) -> None:
@@ -200,7 +200,7 @@ class Answers:
 
 
 def _key(arguments: list[Value]) -> tuple[object, ...] | None:
-    """Return what tells arguments from others; None when answers for them are not to be kept.
+    """Return what distinguishes arguments from others; None when answers for them are not to be kept.
 
     A SYMBOL and a STRING of the same text are equal in Python, so their types count, too. A FLOAT mostly
     comes from a clock: it will not come again.
@@ -213,7 +213,7 @@ def _key(arguments: list[Value]) -> tuple[object, ...] | None:
 
 
 def _can_be_kept(value: Value) -> bool:
-    """Whether a value is no address: what is there may go, and another thing may come to its place."""
+    """Whether a value is something other than an address: another thing may come to its place."""
     if isinstance(value, tuple):
         return all(map(_can_be_kept, value))
     return isinstance(value, _PLAIN)

@@ -1,0 +1,47 @@
+"""A robot that drives in straight lines: NavigateToPose of the real rclpy."""
+
+import math
+import time
+
+import rclpy
+from nav2_msgs.action import NavigateToPose
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.callback_groups import ReentrantCallbackGroup
+from rclpy.executors import MultiThreadedExecutor
+
+SPEED = 4.0
+STEP_S = 0.02
+here = [0.0, 0.0]
+
+
+def drive(goal):
+    pose = goal.request.pose
+    place = pose.pose.position
+    print("drive to", pose.header.frame_id, place.x, place.y, pose.pose.orientation.w, flush=True)  # noqa: T201
+    while (left := math.dist(here, (place.x, place.y))) > SPEED * STEP_S:
+        if goal.is_cancel_requested:
+            goal.canceled()
+            return NavigateToPose.Result()
+        for axis, wanted in enumerate((place.x, place.y)):
+            here[axis] += (wanted - here[axis]) * SPEED * STEP_S / left
+        goal.publish_feedback(NavigateToPose.Feedback(distance_remaining=left))
+        time.sleep(STEP_S)
+    here[:] = place.x, place.y
+    goal.succeed()
+    return NavigateToPose.Result()
+
+
+rclpy.init()
+node = rclpy.create_node("robot")
+server = ActionServer(
+    node,
+    NavigateToPose,
+    "/navigate_to_pose",
+    drive,
+    callback_group=ReentrantCallbackGroup(),
+    cancel_callback=lambda _goal: CancelResponse.ACCEPT,
+)
+executor = MultiThreadedExecutor()
+executor.add_node(node)
+print("ready", flush=True)  # noqa: T201
+executor.spin()
