@@ -54,7 +54,7 @@ def agents(count: int) -> list[float]:
     """Agents, each with an executive and a robot, that share work by one robot memory: two rooms for each."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file in HOUSE.iterdir():
+        for file in (each for each in HOUSE.iterdir() if each.is_file()):
             text = file.read_text()
             if file.name == "scenario.yaml":
                 text = text[: text.index("    robot1:")] + "".join(

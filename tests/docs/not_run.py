@@ -138,7 +138,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what tests/rcll/test_league.py does",
         "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 3 --depth 30": "takes ten minutes",
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
     },
     "ros2.md": {"pip install 'cxbridge[ros2]'": INDEX},
     "sweep.md": {
