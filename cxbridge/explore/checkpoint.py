@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -14,14 +16,17 @@ from cxbridge import __version__
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.bounds import Bounds
 from cxbridge.explore.graph import Graph, SavedGraph
+from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
+from cxbridge.worldmodel.model import WorldModel
+from cxbridge.worlds.run import MakeAssembly
 
 
 class _Checkpoint(Struct, frozen=True):
     """What is in the file.
 
     :param kind: what files of this kind begin with.
-    :param about: the bounds, the options, the agent's files and the version; all must be the same.
+    :param about: what was explored (:func:`about`); all of it must be the same.
     """
 
     kind: Literal["cxbridge exploration"]
@@ -29,12 +34,38 @@ class _Checkpoint(Struct, frozen=True):
     graph: SavedGraph
 
 
-def write_checkpoint(file: Path, graph: Graph, options: RunOptions, bounds: Bounds) -> None:
+About = Mapping[str, str]
+"""What is explored, in words that can be compared: by what differs, what it is."""
+
+
+def about(
+    options: RunOptions,
+    bounds: Bounds,
+    properties: Sequence[Property],
+    world: WorldModel | None,
+    make: MakeAssembly,
+) -> About:
+    """Return what is explored. What is different leads to other runs, or judges them in another way."""
+    found = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
+    found |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
+    # a game of the league is a method of it, for a seed
+    game = make if isinstance(make, partial) else partial(make)
+    return found | {
+        "world": repr(world),
+        "properties": "\n".join(f"{each.name}: {each.text}" for each in properties),
+        "game or its seed": f"{game.args}{getattr(game.func, '__self__', '')}",
+        "version": __version__,
+        "files of the agent": _digest(options),
+    }
+
+
+def write_checkpoint(file: Path, graph: Graph, known: About) -> None:
     """Write what was explored, and what is left.
 
+    :param known: see :func:`about`.
     :raises OSError: when the file cannot be written; one that was there before is as it was.
     """
-    data = encode(_Checkpoint("cxbridge exploration", _about(options, bounds), graph.save()))
+    data = encode(_Checkpoint("cxbridge exploration", dict(known), graph.save()))
     new = file.with_name(f"{file.name}.new")
     try:
         new.write_bytes(data)
@@ -44,9 +75,10 @@ def write_checkpoint(file: Path, graph: Graph, options: RunOptions, bounds: Boun
         raise
 
 
-def read_checkpoint(file: Path, graph: Graph, options: RunOptions, bounds: Bounds) -> None:
+def read_checkpoint(file: Path, graph: Graph, known: About) -> None:
     """Take over what was explored.
 
+    :param known: see :func:`about`.
     :raises CxbridgeError: when the file is none of ours, or of another exploration.
     """
     try:
@@ -55,8 +87,7 @@ def read_checkpoint(file: Path, graph: Graph, options: RunOptions, bounds: Bound
         raise CxbridgeError(f"cannot be read: {error.strerror}", file=file) from error
     except (DecodeError, UnicodeDecodeError) as error:
         raise CxbridgeError("is not an exploration that was interrupted", file=file) from error
-    about = _about(options, bounds)
-    different = [name for name in about if found.about.get(name) != about[name]]
+    different = [name for name in known if found.about.get(name) != known[name]]
     if different:
         raise CxbridgeError(
             f"is of another exploration: {', '.join(different)} differ"
@@ -66,12 +97,6 @@ def read_checkpoint(file: Path, graph: Graph, options: RunOptions, bounds: Bound
             hint="give the same options as before, with the same agent; or begin again without --resume",
         )
     graph.load(found.graph)
-
-
-def _about(options: RunOptions, bounds: Bounds) -> dict[str, str]:
-    about = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
-    about |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
-    return about | {"version": __version__, "files of the agent": _digest(options)}
 
 
 def _digest(options: RunOptions) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NoReturn
 
 from cxbridge.explore.bounds import Bounds, Means
-from cxbridge.explore.checkpoint import read_checkpoint
+from cxbridge.explore.checkpoint import about, read_checkpoint
 from cxbridge.explore.coordinator import Coordinator
 from cxbridge.explore.determinism import UsualRun, explain_difference, usual_moments
 from cxbridge.explore.graph import Graph
@@ -59,7 +59,7 @@ def explore(
     explored = partial(ExploredRun, options, properties, world=world, make=make, coverage=means.coverage)
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
-        read_checkpoint(resume, graph, options, bounds)
+        read_checkpoint(resume, graph, about(options, bounds, properties, world, make))
     progress = Progress(graph, show)
     coordinator: Coordinator | None = None
     hidden: tuple[str, ...] = ()

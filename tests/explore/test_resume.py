@@ -70,6 +70,21 @@ def test_only_the_same_exploration_goes_on(tmp_path: Path):
     refused((scenario, *FAULTS), resume, "files of the agent")
 
 
+@LINUX
+def test_it_goes_on_in_the_same_world_with_the_same_properties(tmp_path: Path):
+    scenario = write_retrying(tmp_path / "retrying", tries=4)
+    world = tmp_path / "slow.yaml"
+    world.write_text("otherwise:\n  fails:\n    - {error: broken, after: 0.5}\n")
+    judged = ("--property", "never (goal (class NOBODY))")
+    status, said = interrupted(tmp_path, scenario, *FAULTS, "--world", world, *judged)
+    assert status == 3, said
+    resume = ("--resume", tmp_path / "explore.resume")
+    refused((scenario, *FAULTS, *judged), resume, "world")
+    refused((scenario, *FAULTS, "--world", world), resume, "properties")
+    found = explored(scenario, *FAULTS, "--world", world, *judged, *resume, folder=tmp_path)
+    assert found["complete"]
+
+
 @pytest.mark.parametrize("content", [None, b"", b"\xff\xfe no exploration", b"\x80"])
 def test_another_file_is_refused(tmp_path: Path, content: bytes | None):
     file = tmp_path / "file"

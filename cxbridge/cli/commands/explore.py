@@ -21,7 +21,7 @@ from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, Sou
 
 if TYPE_CHECKING:
     from cxbridge.explain.coverage.model import Coverage
-    from cxbridge.explore.bounds import Bounds
+    from cxbridge.explore.checkpoint import About
     from cxbridge.explore.result import ExploreResult
     from cxbridge.rcll.game import LeagueGame
     from cxbridge.worldmodel.model import WorldModel
@@ -195,7 +195,9 @@ def explore(
         _show_line("")
     result = _with_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
-        _keep(result, options, limits, resume or Path(RESUME))
+        from cxbridge.explore.checkpoint import about
+
+        _keep(result, about(options, limits, properties, world, make), resume or Path(RESUME))
     coverage = _coverage(result, options) if how.coverage else None
     if coverage is not None and judging.html is not None:
         from cxbridge.explore.map.page import write_page
@@ -253,12 +255,12 @@ def _show_line(text: str) -> None:
     sys.stderr.flush()
 
 
-def _keep(result: ExploreResult, options: RunOptions, bounds: Bounds, file: Path) -> None:
+def _keep(result: ExploreResult, known: About, file: Path) -> None:
     """Write what was explored, so that it can go on; that it cannot be written costs nothing else."""
     from cxbridge.explore.checkpoint import write_checkpoint
 
     try:
-        write_checkpoint(file, result.graph, options, bounds)
+        write_checkpoint(file, result.graph, known)
     except OSError as error:
         complain(f"{file}: the exploration cannot be kept: {error.strerror}")
     else:
