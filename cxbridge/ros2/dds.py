@@ -13,6 +13,7 @@ import struct
 from collections.abc import Callable, Mapping
 from functools import partial
 from typing import Any, Final, cast
+from weakref import WeakValueDictionary
 
 from cyclonedds.core import (
     DDSException,
@@ -298,7 +299,8 @@ def _reach() -> str:
     return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
 
 
-_domains: dict[int, Domain] = {}
+_domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
+"""Those that nodes of this process are in: a domain is configured once, and is gone with its last node."""
 
 
 def _make_domain(number: int, reach: str) -> Domain | None:
@@ -307,6 +309,7 @@ def _make_domain(number: int, reach: str) -> Domain | None:
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
     if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
         return None
-    if number not in _domains:
-        _domains[number] = Domain(number, _LOCAL)
-    return _domains[number]
+    known = _domains.get(number)
+    if known is None:
+        known = _domains[number] = Domain(number, _LOCAL)
+    return known

@@ -78,7 +78,7 @@ class Definitions:
 
     def __init__(
         self,
-        folders: Iterable[Path] = (),
+        folders: Iterable[Path | str] = (),
         distribution: str | None = DEFAULT_DISTRIBUTION,
         environment: Mapping[str, str] | None = None,
     ) -> None:
@@ -91,7 +91,10 @@ class Definitions:
         sourced = [
             Path(each) / "share" for each in known.get("AMENT_PREFIX_PATH", "").split(os.pathsep) if each
         ]
-        for folder in (*reversed([each for each in sourced if each.is_dir()]), *reversed(list(folders))):
+        for folder in (
+            *reversed([each for each in sourced if each.is_dir()]),
+            *reversed([Path(each) for each in folders]),
+        ):
             self._files.update(_files_in(folder))
         self._read: set[str] = set()
         self._defaults = dict(_DEFAULTS)

@@ -48,7 +48,7 @@ class RosSkill(Struct, frozen=True):
     kind: str
     is_action: bool
     name: str
-    message: Mapping[str, Any]
+    message: Mapping[str, Any] | str
     feedback: str
     success: str
     error: str
@@ -246,8 +246,9 @@ def _skill(name: str, value: Any, namespace: str) -> RosSkill:
         if key not in known:
             raise ConfigError(f"the skill {name} has no setting '{key}'", hint=f"it has: {', '.join(known)}")
     message = value.get("goal" if is_action else "request", {})
-    if not isinstance(message, Mapping):
-        raise ConfigError(f"the goal or request of the skill {name} is a mapping of fields, not {message!r}")
+    if not isinstance(message, Mapping) and not _PARAMETER.fullmatch(str(message)):
+        hint = "or a parameter that is one in a table: $place"
+        raise ConfigError(f"the goal or request of the skill {name} is a mapping, not {message!r}", hint=hint)
     return RosSkill(
         kind=str(value["action" if is_action else "service"]),
         is_action=is_action,

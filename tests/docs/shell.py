@@ -39,11 +39,12 @@ class Background:
     """A program that was started with ``&``; the next command waits until it says that it is ready."""
 
     def __init__(self, arguments: list[str], folder: Path) -> None:
+        """Start Python with these arguments."""
         self.text = shlex.join(arguments)
         self.lines: list[str] = []
         self._ready = threading.Event()
         self._process = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge", *arguments],
+            [sys.executable, *arguments],
             cwd=folder,
             stdout=subprocess.DEVNULL,
             stderr=subprocess.PIPE,
@@ -131,7 +132,7 @@ class Shell:
             return
         if job := _KILL.match(text):
             self._running[int(job[1]) - 1].terminate()
-            assert self._running[int(job[1]) - 1].end() == 0, line
+            assert self._running[int(job[1]) - 1].end() in (0, -signal.SIGTERM), line
             return
         status = self._status(text)
         assert status == expected, (line, status)
@@ -158,15 +159,16 @@ class Shell:
         return done.returncode
 
     def _start(self, words: list[str]) -> None:
-        assert words[0] == "cxbridge", words
-        arguments = words[1:]
-        if arguments[0] == "daemon":
+        program, *arguments = words
+        assert program in ("cxbridge", "python"), words
+        if program == "cxbridge" and arguments[0] == "daemon":
             arguments += ["--fawkes-port", "0"]
             if "--endpoint" not in arguments:
                 url = f"ipc://{self._ipc / 'daemon'}"
                 arguments += ["--endpoint", url]
                 self._setenv("CXBRIDGE_CONNECT", url)
-        self._running.append(Background(arguments, self._folder))
+        started = arguments if program == "python" else ["-m", "cxbridge", *arguments]
+        self._running.append(Background(started, self._folder))
         self._running[-1].wait_until_ready()
         for url in self._running[-1].urls:
             if url.startswith("fawkes://"):

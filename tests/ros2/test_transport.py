@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import json
 import subprocess
 import time
@@ -14,7 +15,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
-from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.dds import DdsNode, _domains
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
@@ -159,3 +160,13 @@ def test_rclpy_uses_what_we_serve(peer: str):
     assert goals["cancelled"]["cancel"] == 0
     assert found["types"]["/back"] == ["std_msgs/msg/String"]
     assert not done.stderr, f"{peer}: {done.stderr}"
+
+
+def test_a_domain_is_gone_with_its_last_node(domain: int):
+    first = DdsNode("first", Definitions(environment={}), domain + 60)
+    second = DdsNode("second", Definitions(environment={}), domain + 60)
+    first.close()
+    second.close()
+    del first, second
+    gc.collect()
+    assert domain + 60 not in _domains
