@@ -11,12 +11,14 @@ import os
 import secrets
 import struct
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, cast
-from weakref import WeakValueDictionary
+from weakref import WeakSet, WeakValueDictionary
 
 from cyclonedds.core import (
     DDSException,
+    Entity,
     InstanceState,
     Policy,
     Qos,
@@ -48,6 +50,11 @@ _HEADER: Final = struct.Struct("<Qq")
 _CDR_HEADER: Final = 4
 _BATCH: Final = 256
 _NANOSECONDS: Final = 1000
+_GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
+_GID: Final = parse_type("rmw_dds_common/msg/Gid")
+_ENCLAVE: Final = b"enclave=/;"
+"""What the participant of a node says of itself; without it ROS takes it for a stranger."""
+
 _RESOURCE_WAIT: Final = duration(milliseconds=100)
 _LOCAL: Final = """<CycloneDDS><Domain Id="any">
 <General><AllowMulticast>false</AllowMulticast>
@@ -56,6 +63,15 @@ _LOCAL: Final = """<CycloneDDS><Domain Id="any">
 <Peers><Peer Address="localhost"/></Peers></Discovery>
 </Domain></CycloneDDS>"""
 """Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+
+
+@dataclass(frozen=True, slots=True)
+class _Reader:
+    """A reader that has not ended."""
+
+    entity: DataReader[Any]
+    condition: ReadCondition
+    take: Callable[[bytes], None]
 
 
 class DdsNode(Node):
@@ -78,7 +94,7 @@ class DdsNode(Node):
         number = _domain_id() if domain is None else domain
         self._domain = _make_domain(number, reach or _reach())
         try:
-            self._participant = DomainParticipant(number)
+            self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
         except DDSException as error:
             raise Ros2Error(
                 f"DDS cannot begin in domain {number}: {error}",
@@ -86,8 +102,11 @@ class DdsNode(Node):
             ) from None
         self._waits = WaitSet(self._participant)
         self._types: dict[str, type] = {}
-        self._readers: dict[int, tuple[DataReader[Any], Callable[[bytes], None]]] = {}
+        self._readers: dict[int, _Reader] = {}
+        self._writers: WeakSet[DataWriter[Any]] = WeakSet()
         self._numbers = 0
+        self._graph = self._make_graph()
+        self._announce()
 
     # --- what a node offers -------------------------------------------------------------------------------
 
@@ -142,21 +161,18 @@ class DdsNode(Node):
             self._waits.wait(int(timeout_s * MICROSECONDS) * _NANOSECONDS)
         any_came = False
         for number in list(self._readers):
-            entry = self._readers.get(number)
-            if entry is None:
-                continue
-            reader, take = entry
-            for sample in reader.take(N=_BATCH):
+            reader = self._readers.get(number)
+            for sample in () if reader is None else reader.entity.take(N=_BATCH):
                 data = getattr(sample, "cdr", None)
-                if data is not None:
+                if data is not None and reader is not None:
                     any_came = True
-                    take(data)
+                    reader.take(data)
         return any_came
 
     def close(self) -> None:
         """Leave the network."""
-        for number in list(self._readers):
-            self._end(number)
+        while self._readers:
+            self._end(next(iter(self._readers)))
 
     # --- DDS ----------------------------------------------------------------------------------------------
 
@@ -169,7 +185,10 @@ class DdsNode(Node):
 
     def _writer(self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile) -> DataWriter[Any]:
         qos = self._qos(hashed, profile)
-        return DataWriter(self._participant, self._topic(topic, name, qos), qos=qos)
+        made: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name, qos), qos=qos)
+        self._writers.add(made)
+        self._announce()
+        return made
 
     def _reader(
         self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile, take: Callable[[bytes], None]
@@ -180,11 +199,37 @@ class DdsNode(Node):
         self._waits.attach(condition)
         self._numbers += 1
         number = self._numbers
-        self._readers[number] = (reader, take)
+        self._readers[number] = _Reader(reader, condition, take)
+        self._announce()
         return lambda: self._end(number)
 
     def _end(self, number: int) -> None:
-        self._readers.pop(number, None)
+        reader = self._readers.pop(number, None)
+        if reader is not None:
+            self._waits.detach(reader.condition)
+            self._announce()
+
+    # --- the graph of ROS -----------------------------------------------------------------------------------
+
+    def _make_graph(self) -> DataWriter[Any]:
+        qos = self._qos(_GRAPH, PROFILES["latched"])
+        return DataWriter(self._participant, self._topic("ros_discovery_info", _GRAPH, qos), qos=qos)
+
+    def _announce(self) -> None:
+        """Let others know which readers and writers are this node's: so the node is in the graph of ROS."""
+        ((_, (_, (_, size))),) = self._definitions.fields(_GID)  # 24 bytes until Humble, 16 now
+
+        def gid(entity: Entity) -> Mapping[str, Any]:
+            return {"data": entity.guid.bytes.ljust(size, b"\0")}
+
+        node = {
+            "node_namespace": "/",
+            "node_name": self.name,
+            "reader_gid_seq": [gid(reader.entity) for reader in self._readers.values()],
+            "writer_gid_seq": [gid(each) for each in self._writers],
+        }
+        message = {"gid": gid(self._participant), "node_entities_info_seq": [node]}
+        _write(self._graph, self._codec.encode(_GRAPH, message))
 
     def _qos(self, hashed: TypeName, profile: QosProfile) -> Qos:
         reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
@@ -194,7 +239,11 @@ class DdsNode(Node):
             if profile.durability == "transient_local"
             else Policy.Durability.Volatile,
             Policy.History.KeepLast(profile.depth),
-            Policy.Userdata(f"typehash={self._definitions.type_hash(hashed)};".encode()),
+            *(
+                [Policy.Userdata(f"typehash={self._definitions.type_hash(hashed)};".encode())]
+                if self._definitions.has_hashes
+                else []
+            ),
         )
 
 

@@ -97,6 +97,8 @@ class Definitions:
         ):
             self._files.update(_files_in(folder))
         self._read: set[str] = set()
+        self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
+        """Whether types have hashes, and services events: from ROS 2 Iron on."""
         self._defaults = dict(_DEFAULTS)
 
     # --- what is known ------------------------------------------------------------------------------------
@@ -172,9 +174,9 @@ class Definitions:
         if name.kind == "msg":
             yield str(name), parts[0]
         elif name.kind == "srv":
-            yield from _service(name, parts[0], parts[1])
+            yield from _service(name, parts[0], parts[1], self.has_hashes)
         else:
-            yield from _action(name, parts)
+            yield from _action(name, parts, self.has_hashes)
 
     def _parts(self, name: TypeName) -> tuple[list[Fields], list[dict[str, Any]]]:
         """Return the fields of each section of a definition, and their defaults."""
@@ -290,11 +292,15 @@ def _parse_idl(text: str, name: TypeName, file: Path) -> Fields:
 # --- what ROS makes of services and actions ----------------------------------------------------------------
 
 
-def _service(name: TypeName, request: Fields, response: Fields) -> Iterator[tuple[str, Fields]]:
+def _service(
+    name: TypeName, request: Fields, response: Fields, has_event: bool
+) -> Iterator[tuple[str, Fields]]:
     """Yield a service's messages: request, response, event, and what its hash is made of."""
     parts = {each: name.derived(each) for each in ("Request", "Response", "Event")}
     yield str(parts["Request"]), request
     yield str(parts["Response"]), response
+    if not has_event:
+        return
     yield (
         str(parts["Event"]),
         [
@@ -306,7 +312,7 @@ def _service(name: TypeName, request: Fields, response: Fields) -> Iterator[tupl
     yield str(name), [(f"{each.lower()}_message", _is(part)) for each, part in parts.items()]
 
 
-def _action(name: TypeName, parts: list[Fields]) -> Iterator[tuple[str, Fields]]:
+def _action(name: TypeName, parts: list[Fields], has_events: bool) -> Iterator[tuple[str, Fields]]:
     """Yield an action's messages: its own three, and those of its services and topics."""
     goal, result, feedback = (name.derived(each) for each in ("Goal", "Result", "Feedback"))
     for part, fields in zip((goal, result, feedback), parts, strict=True):
@@ -314,9 +320,11 @@ def _action(name: TypeName, parts: list[Fields]) -> Iterator[tuple[str, Fields]]
     send, get, message = (name.derived(each) for each in ("SendGoal", "GetResult", "FeedbackMessage"))
     goal_id = ("goal_id", _is(_UUID))
     accepted: Fields = [("accepted", _base("bool")), ("stamp", _is(_TIME))]
-    yield from _service(send, [goal_id, ("goal", _is(goal))], accepted)
-    yield from _service(get, [goal_id], [("status", _base("int8")), ("result", _is(result))])
+    yield from _service(send, [goal_id, ("goal", _is(goal))], accepted, has_events)
+    yield from _service(get, [goal_id], [("status", _base("int8")), ("result", _is(result))], has_events)
     yield str(message), [goal_id, ("feedback", _is(feedback))]
+    if not has_events:
+        return
     whole = {
         "goal": goal,
         "result": result,

@@ -16,7 +16,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
 from cxbridge.ros2.dds import DdsNode, _domains
-from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
 from tests.ros2.conftest import HERE, needs_ros, with_ros
@@ -133,6 +133,35 @@ def test_many_goals_at_once_each_have_their_result(node: Node, count: ActionClie
     assert [len(each.result["sequence"]) for each in sent if each.result] == [2, *range(3, 10)]
 
 
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+def test_services_work_with_the_types_of_each_distribution(domain: int, distribution: str):
+    types = Definitions([PACKAGES], distribution, environment={})
+    with DdsNode("server", types, domain + 61) as node:
+        node.serve("/sum", "example_interfaces/srv/AddTwoInts", lambda each: {"sum": each["a"] + each["b"]})
+        client = node.client("/sum", "example_interfaces/srv/AddTwoInts")
+        got: list[object] = []
+        client.call({"a": 1, "b": 2}, got.append)
+        poll_until(node, lambda: got)
+        assert got == [{"sum": 3}]
+        client.close()
+
+
+def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
+    got: list[object] = []
+    end = node.subscribe("/mine", "std_msgs/msg/String", got.append)
+    mine = node.publisher("/mine", "std_msgs/msg/String")
+    mine.publish({"data": "one"})
+    poll_until(node, lambda: got)
+    end()
+    mine.publish({"data": "two"})
+    begin = time.monotonic()
+    while node.poll(0.2):  # what others have sent
+        begin = time.monotonic()
+    assert time.monotonic() - begin > 0.15
+    assert [each for each in got if each != {"data": "one"}] == []
+    mine.close()
+
+
 @needs_ros
 def test_rclpy_uses_what_we_serve(peer: str):
     done = subprocess.run(
@@ -159,6 +188,10 @@ def test_rclpy_uses_what_we_serve(peer: str):
     assert goals["cancelled"]["status"] == 5
     assert goals["cancelled"]["cancel"] == 0
     assert found["types"]["/back"] == ["std_msgs/msg/String"]
+    assert "peer" in found["nodes"]
+    assert found["of_peer"]["/back"] == ["std_msgs/msg/String"]
+    assert found["of_peer"]["/fibonacci/_action/feedback"] == [f"{FIBONACCI}_FeedbackMessage"]
+    assert found["services_of_peer"]["/add"] == ["example_interfaces/srv/AddTwoInts"]
     assert not done.stderr, f"{peer}: {done.stderr}"
 
 

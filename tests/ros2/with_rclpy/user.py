@@ -73,5 +73,8 @@ found = {
         "cancelled": send(1000, cancel=True),
     },
     "types": dict(node.get_topic_names_and_types()),
+    "nodes": node.get_node_names(),
+    "of_peer": dict(node.get_publisher_names_and_types_by_node("peer", "/")),
+    "services_of_peer": dict(node.get_service_names_and_types_by_node("peer", "/")),
 }
 print(json.dumps(found))  # noqa: T201
