@@ -11,7 +11,7 @@ import pytest
 
 from tests.docs.pages import PAGES, TUTORIALS, commands
 from tests.docs.shell import Shell
-from tests.support import FAWKES_DIR, ROOT, SHARED
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, SHARED
 
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
@@ -26,6 +26,7 @@ AFTER = re.compile(r"goes on in the folder of \[.*?\]\((tutorial-[\w-]+\.md)\)")
 """How a page says that it begins where a tutorial ended."""
 
 ELSEWHERE = {
+    "~/fawkes-robotino": ROBOTINO_DIR,
     "~/fawkes": FAWKES_DIR,
     "~/recording": SHARED / "traces" / "test-scenario" / "skiller-1" if SHARED.is_dir() else None,
 }

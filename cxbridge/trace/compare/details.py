@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import Any, Final, TypeAlias
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition
-from cxbridge.trace.compare.names import without_times
+from cxbridge.trace.compare.names import without_times, without_times_of_day
 from cxbridge.trace.formats.base import Run
 
 DETAILED: Final = (GoalTransition, PlanActionTransition)
@@ -31,7 +31,8 @@ class DetailNews:
         kind = event.KIND
         if not kind.details:
             return ()
-        now = tuple(without_times(getattr(event, name)) for name in kind.details)
+        values = (without_times_of_day(getattr(event, name), event.time_us) for name in kind.details)
+        now = tuple(map(without_times, values))
         subject = (kind.name, *(getattr(event, name) for name in kind.subject))
         before = self._last.get(subject)
         self._last[subject] = now

@@ -19,7 +19,7 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.trace.compare.context import ContextTracker
-from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid
+from cxbridge.trace.compare.names import MSGID, Namer, Names, interface_text, take_msgid, without_times_of_day
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
 
@@ -233,7 +233,7 @@ class _KeyMaker:
             if at < self._thread:
                 thread_names = len(names)
         for at in self._details:
-            values[at], found = self._split_detail(values[at])
+            values[at], found = self._split_detail(without_times_of_day(values[at], event.time_us))
             names += found
         return (self._kind, *values), names, thread_names
 

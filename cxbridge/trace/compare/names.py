@@ -10,6 +10,7 @@ import re
 from collections.abc import Callable, Mapping
 from typing import Any, Final, TypeAlias
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.trace.codec import dump, plain_values
 
 _GENSYM = re.compile(r"gen\d+(?![A-Za-z0-9])")  # what precedes it is looked at apart: so it is found fast
@@ -18,6 +19,9 @@ _UUID_WITHIN = re.compile(r"-[0-9a-fA-F]{4}-[0-9a-fA-F]{4}-")
 _INDEX = re.compile(r"(?<=<Fact-)\d+(?=>)|(?<=-idx )[1-9]\d*(?=\))|(?<=\(meta-fact )[1-9]\d*(?=\))")
 _INDEX_WITHIN = ("-idx ", "(meta-fact ", "<Fact-")
 _TIMES = re.compile(r"(?<![\w.-])[1-9]\d{9}(?:\.\d+|[ ,]+(?:INTEGER )?\d{1,6})?(?![\w.-])")
+_PAIR = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")  # seconds and microseconds
+_DATED_US = 10**9 * MICROSECONDS
+_RECENT_S = 3600
 _TIME_WITHIN = re.compile(r"\d{10}")
 _MSGID = re.compile(r"\(msgid (\d+)\)")
 
@@ -57,6 +61,20 @@ def take_msgid(text: str) -> tuple[str, int | None]:
 def without_times(text: str) -> str:
     """Return ``text`` with one name for all absolute times."""
     return text if _TIME_WITHIN.search(text) is None else _TIMES.sub("time#", text)
+
+
+def without_times_of_day(text: str, now_us: int) -> str:
+    """Return ``text`` with one name for all times of a log without dates: seconds since midnight.
+
+    :param now_us: what the run's clock shows; text of a run with dates stays as it is.
+    """
+    if now_us >= _DATED_US or _PAIR.search(text) is None:
+        return text
+
+    def name(match: re.Match[str]) -> str:
+        return "time#" if 0 <= now_us // MICROSECONDS - int(match[1]) <= _RECENT_S else match[0]
+
+    return _PAIR.sub(name, text)
 
 
 def _split(text: str, found: Callable[[str], object] | None, *, indices: bool = False) -> str:
