@@ -53,7 +53,7 @@ _NANOSECONDS: Final = 1000
 _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
 _ENCLAVE: Final = b"enclave=/;"
-"""What the participant of a node says of itself; without it ROS takes it for a stranger."""
+"""What the participant of a node reports about itself; without it ROS takes it for a stranger."""
 
 _RESOURCE_WAIT: Final = duration(milliseconds=100)
 _LOCAL: Final = """<CycloneDDS><Domain Id="any">
