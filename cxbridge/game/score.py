@@ -85,6 +85,7 @@ class GameResult:
     :param robots: what each one did.
     :param faults: errors of ours that came to light.
     :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
+    :param simtest: what the agent's own tests say, ``SUCCEEDED`` or ``FAILED``; empty without them.
     """
 
     score: Score
@@ -94,6 +95,7 @@ class GameResult:
     robots: Mapping[str, RobotWork]
     faults: tuple[str, ...] = ()
     undefined: tuple[str, ...] = ()
+    simtest: str = ""
 
     @property
     def points(self) -> int:
@@ -108,6 +110,7 @@ class GameResult:
             "robots": {name: asdict(work) for name, work in self.robots.items()},
             "undefined": list(self.undefined),
             "faults": list(self.faults),
+            **({"simtest": self.simtest} if self.simtest else {}),
             "seed": self.seed,
             "wall_seconds": self.wall_seconds,
         }

@@ -6,8 +6,11 @@ from collections import Counter, defaultdict
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SkillStatus
+from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.game.score import RobotWork
 from cxbridge.history.builder import RunHistory
+from cxbridge.history.model import SkillExecution
+from cxbridge.skiller.backend import DEFAULT_SKILLER
 from cxbridge.skiller.status import Status
 
 
@@ -36,9 +39,17 @@ class WorkCount:
         failed: defaultdict[str, Counter[str]] = defaultdict(Counter)
         end = self._history.clock.at(end_us)
         for call in self._history.calls:
-            busy[call.skiller] += (call.end[1] if call.end else end) - call.begin[1]
+            name = _name(call)
+            busy[name] += (call.end[1] if call.end else end) - call.begin[1]
             if call.status == Status.S_FAILED.name:
-                failed[call.skiller][call.error or "failed"] += 1
+                failed[name][call.error or "failed"] += 1
         return {
             name: RobotWork(round(busy[name] / MICROSECONDS, 1), dict(failed[name])) for name in sorted(busy)
         }
+
+
+def _name(call: SkillExecution) -> str:
+    """Return who executes: of several agents, each with one Skiller, the agent."""
+    if call.env in ("", ENVIRONMENT):
+        return call.skiller
+    return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"

@@ -215,14 +215,14 @@ class RunHistory:
             call.end = here
             call.status = event.status if same and event.status != IDLE else "stopped"
             if call.status in ENDED:
-                call.error = self._errors.get(event.skiller, "")
+                call.error = self._error_of(*key)
             if same:
                 return
         if event.status == RUNNING and not (same and call is not None and call.end is None):
             self._begin(key, SkillExecution(*key, text, event.msgid, here, None, RUNNING))
         elif event.status in ENDED and text and not same:
             # over between two looks of the executive
-            error = self._errors.get(event.skiller, "")
+            error = self._error_of(*key)
             self._begin(key, SkillExecution(*key, text, event.msgid, here, here, event.status, error))
 
     def _begin(self, key: tuple[str, str], call: SkillExecution) -> None:
@@ -238,11 +238,15 @@ class RunHistory:
         if kind == _SKILLER:
             self._note_error(skiller, str(event.values.get("error", "")))
 
+    def _error_of(self, env: str, skiller: str) -> str:
+        """Return what a Skiller gives as a reason; of several agents each has its own on its blackboard."""
+        return self._errors.get(f"{env}/{skiller}") or self._errors.get(skiller, "")
+
     def _note_error(self, skiller: str, text: str) -> None:
         """Note what a Skiller gives as a reason; it may follow the end of the skill, at the same time."""
         self._errors[skiller] = text
-        for (_, name), call in self._last_call.items():
-            ended = None if call is None or name != skiller else call.end
+        for (env, name), call in self._last_call.items():
+            ended = None if call is None or skiller not in (name, f"{env}/{name}") else call.end
             if call is not None and ended is not None and ended[1] == self.end and not call.error:
                 call.error = text
 

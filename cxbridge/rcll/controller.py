@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.local import HOST, LocalNetwork
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
+from cxbridge.executive.protobuf.types import Message, MessageTypes
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
@@ -51,10 +50,10 @@ class Script:
 
 
 class Controller(Component):
-    """Instructs the referee, each time over a connection of its own.
+    """Instructs the referee.
 
     :param types: the league's messages.
-    :param port: of the referee's server.
+    :param send: sends it a message.
     :raises ProtobufError: when a message is missing that it sends.
     """
 
@@ -62,46 +61,44 @@ class Controller(Component):
     description = "Leads through the phases of a game"
 
     def __init__(
-        self, context: RunContext, network: LocalNetwork, types: MessageTypes, port: int, script: Script
+        self, context: RunContext, types: MessageTypes, script: Script, send: Callable[[Message], None]
     ) -> None:
         self._clock: Clock = context.clock
-        self._connections = network.join(types, NetworkSettings(), self._clock.now_us)
         self._types = types
-        self._port = port
-        start = self._clock.now_us()
+        self._send = send
+        self._begun_us: int | None = None
         teams = [("CYAN", script.cyan), ("MAGENTA", script.magenta)]
         production = BEGIN_S + SETUP_S
-        steps: list[tuple[float, str, dict[str, str]]] = [
+        self._steps: list[tuple[float, str, dict[str, str]]] = [
             (BEGIN_S, "SetTeamName", {"team_color": colour, "team_name": name})
             for colour, name in teams
             if name
         ]
-        steps += [
+        self._steps += [
             (BEGIN_S, "SetGamePhase", {"phase": Phase.SETUP}),
             (BEGIN_S, "SetGameState", {"state": "RUNNING"}),
             (production, "SetGamePhase", {"phase": Phase.PRODUCTION}),
             (production + script.production_s, "SetGamePhase", {"phase": Phase.POST_GAME}),
         ]
-        for kind in dict.fromkeys(kind for _, kind, _ in steps):
+        for kind in dict.fromkeys(kind for _, kind, _ in self._steps):
             self._create(kind)
-        self._steps = [(start + round(at * MICROSECONDS), kind, values) for at, kind, values in steps]
 
     def loop(self) -> None:
-        """Send what is due."""
-        while self._steps and self._clock.now_us() >= self._steps[0][0]:
+        """Send what is due. Time counts from the first loop: a large agent loads for seconds."""
+        now_us = self._clock.now_us()
+        if self._begun_us is None:
+            self._begun_us = now_us
+        while self._steps and now_us >= self._begun_us + round(self._steps[0][0] * MICROSECONDS):
             _, kind, values = self._steps.pop(0)
-            self._instruct(kind, values)
+            self._send(self._instruction(kind, values))
 
-    def _instruct(self, kind: str, values: dict[str, str]) -> None:
+    def _instruction(self, kind: str, values: dict[str, str]) -> Message:
         message = self._create(kind)
         for name, value in values.items():
             field = message.DESCRIPTOR.fields_by_name[name]
             enum = field.enum_type
             setattr(message, name, value if enum is None else enum.values_by_name[value].number)
-        link = self._connections.connect(HOST, self._port)
-        self._connections.send(link, frame_of(message))
-        self._connections.disconnect(link)
-        self._connections.drain()
+        return message
 
     def _create(self, kind: str) -> Message:
         try:
@@ -111,7 +108,3 @@ class Controller(Component):
                 f"the message definitions have no {PACKAGE}.{kind}",
                 hint="they are of another version of the league, or did not compile; see the log",
             ) from None
-
-    def close(self) -> None:
-        """Leave the network."""
-        self._connections.close()

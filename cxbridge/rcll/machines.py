@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from typing import Final
+from typing import Final, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
 
@@ -41,6 +41,24 @@ class Workpiece:
 
     def __str__(self) -> str:
         return " ".join(self.parts)
+
+
+class Workplace(Protocol):
+    """A machine, as robots meet it."""
+
+    name: str
+
+    def has(self, place: Place) -> bool:
+        """Return whether a workpiece lies there."""
+
+    def put(self, workpiece: Workpiece) -> None:
+        """Lay a workpiece at the input."""
+
+    def pay(self) -> None:
+        """Let a workpiece go down the slide."""
+
+    def take(self, place: Place) -> Workpiece | None:
+        """Take the workpiece there; None when there is none."""
 
 
 @dataclass(slots=True)
@@ -122,6 +140,10 @@ class Machine:
                 self._report(self.name, "READY", False)
 
     # -- what robots do at it
+
+    def has(self, place: Place) -> bool:
+        """Return whether a workpiece lies there."""
+        return place in self.belt
 
     def put(self, workpiece: Workpiece) -> None:
         """Lay a workpiece at the input."""

@@ -45,13 +45,11 @@ class RefboxOptions:
         ),
     ] = ()
 
-    def refuse_without_refbox(self) -> None:
+    def refuse(self) -> None:
         """Refuse what only a game of the league has.
 
-        :raises CxbridgeError: when it is given without a referee box.
+        :raises CxbridgeError: when some of it is given.
         """
-        if self.refbox_dir is not None:
-            return
         for each in fields(self):
             if each.default is not MISSING and getattr(self, each.name) != each.default:
                 name = each.name.removesuffix("s") if each.name == "proto_dirs" else each.name

@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Generator, Iterable
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.field import Field, Pose, entry
-from cxbridge.rcll.machines import Machine, Place, Workpiece
+from cxbridge.rcll.machines import Place, Workpiece, Workplace
+from cxbridge.rcll.stations import StationNodes
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
@@ -60,7 +61,7 @@ class RobotWorld:
     """
 
     places: Field
-    machine: Callable[[str], Machine | None]
+    machine: Callable[[str], Workplace | None]
     robots: dict[str, Robot] = field(default_factory=dict)
 
     def add(self, names: Iterable[str]) -> None:
@@ -79,6 +80,8 @@ class RobotExecutor(SkillExecutor):
         "discard",
         "explore_zone",
         "moveto_corner_turn",
+        "get_product_from",
+        "bring_product_to",
     )
     world: RobotWorld
 
@@ -110,10 +113,19 @@ class RobotExecutor(SkillExecutor):
         yield from self._wait(LOOK_S)
         self.robot.held = None
 
+    def _get_product_from(self, call: SkillCall) -> Steps:
+        machine = self._machine(call.text("place"))
+        yield from self._wait(HANDLE_S)
+        shelf = call.get("shelf", "")
+        self._take(machine, f"SHELF-{shelf}" if shelf else str(call.get("side", "output")).upper())
+
+    def _bring_product_to(self, call: SkillCall) -> Steps:
+        machine = self._machine(call.text("place"))
+        yield from self._wait(HANDLE_S)
+        self._put(machine, "SLIDE" if call.get("slide", False) else "CONVEYOR")
+
     def _manipulate_wp(self, call: SkillCall) -> Steps:
-        machine = self.world.machine(call.text("mps"))
-        if machine is None:
-            raise SkillFailedError(f"there is no machine {call.text('mps')}")
+        machine = self._machine(call.text("mps"))
         side, target = str(call.get("side", "")), str(call.get("target", ""))
         if call.get("dry_run", False):
             yield from self._wait(LOOK_S)
@@ -127,7 +139,13 @@ class RobotExecutor(SkillExecutor):
 
     # -- what they do
 
-    def _take(self, machine: Machine, side: str) -> None:
+    def _machine(self, name: str) -> Workplace:
+        machine = self.world.machine(name)
+        if machine is None:
+            raise SkillFailedError(f"there is no machine {name}")
+        return machine
+
+    def _take(self, machine: Workplace, side: str) -> None:
         if side.startswith("SHELF"):
             self.robot.held = Workpiece(["BASE_CLEAR", "CAP"])
             return
@@ -136,7 +154,7 @@ class RobotExecutor(SkillExecutor):
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
         self.robot.held = taken
 
-    def _put(self, machine: Machine, target: str) -> None:
+    def _put(self, machine: Workplace, target: str) -> None:
         held, self.robot.held = self.robot.held, None
         if held is None:
             raise SkillFailedError("there is no workpiece in the gripper")
@@ -146,8 +164,8 @@ class RobotExecutor(SkillExecutor):
             machine.put(held)
             self.robot.put_at = machine.name
 
-    def _check(self, machine: Machine, side: str, query: str) -> None:
-        there = (Place.INPUT if side == "INPUT" else Place.OUTPUT) in machine.belt
+    def _check(self, machine: Workplace, side: str, query: str) -> None:
+        there = machine.has(Place.INPUT if side == "INPUT" else Place.OUTPUT)
         if side == "INPUT" and query == "THERE":
             there |= self.robot.put_at == machine.name  # the machine may have moved it already
         if there != (query == "THERE"):
@@ -185,31 +203,45 @@ def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
 
 
 class RobotInterfaces(Component):
-    """Writes what robots tell over the blackboard besides their skills, as bbsync mirrors it in Fawkes.
+    """Writes what robots tell over the blackboard besides their skills.
 
+    :param prefixes: what the ids of a robot's interfaces begin with, by its name: as Fawkes' bbsync mirrors
+        them on the blackboard of others, with its name; on its own blackboard with nothing.
+    :param stations: gets the messages to the generator of the navigation graph; None: they change nothing.
     :raises BlackBoardError: when somebody else writes an interface.
     """
 
     hooks = (Hook.SENSOR_PROCESS,)
     description = "What robots tell over the blackboard"
 
-    def __init__(self, context: RunContext, world: RobotWorld) -> None:
+    def __init__(
+        self,
+        context: RunContext,
+        world: RobotWorld,
+        prefixes: Mapping[str, str],
+        stations: StationNodes | None = None,
+    ) -> None:
+        self._stations = stations
         self._board, self._clock, self._world = context.board, context.clock, world
         self._open: list[Any] = []
         self._next_us = 0
         try:
-            self._poses = {name: self._write("Position3DInterface", f"/{name}/Pose") for name in world.robots}
-            for name in world.robots:
+            self._poses = {
+                name: self._write("Position3DInterface", f"{prefix}Pose") for name, prefix in prefixes.items()
+            }
+            for name in prefixes:
                 alive = self._write("HeartbeatInterface", f"/heartbeat/{name}")
                 alive.alive = True
                 alive.write()
             self._served = [
-                self._write(kind, f"{prefix}/{_id_of(kind)}")
+                self._write(kind, f"{prefix}{_id_of(kind)}")
                 for kind in _GENERATORS
                 if context.registry.path(kind) is not None  # a team may do without it
-                for prefix in ("", *(f"/{name}" for name in world.robots))
+                for prefix in dict.fromkeys(("/", *(prefix or "/" for prefix in prefixes.values())))
             ]
-            self._served += [self._write("NavigatorInterface", f"/{name}/Navigator") for name in world.robots]
+            self._served += [
+                self._write("NavigatorInterface", f"{prefix}Navigator") for prefix in prefixes.values()
+            ]
         except Exception:
             self.close()
             raise
@@ -235,10 +267,11 @@ class RobotInterfaces(Component):
             interface.visibility_history = 100
             interface.write()
 
-    @staticmethod
-    def _serve(interface: Any) -> None:
-        """Say of each command that it is carried out: there is no navgraph to be computed."""
+    def _serve(self, interface: Any) -> None:
+        """Say of each command that it is carried out."""
         while (message := interface.msgq_pop()) is not None:
+            if self._stations is not None:
+                self._stations.take(message)
             if message.type == "ComputeMessage":
                 interface.msgid = message.id
                 interface.final = True

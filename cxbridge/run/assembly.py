@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
@@ -10,6 +11,7 @@ from cxbridge.closing import Closing
 from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
+from cxbridge.run.components.component import Component
 from cxbridge.run.components.executive import ExecutiveComponent
 from cxbridge.run.components.table import EXECUTIVE, needed_components
 from cxbridge.run.context import RunContext
@@ -18,10 +20,12 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Sequence
 
-    from cxbridge.run.components.component import Component
     from cxbridge.run.replay.replay import Replay
+
+MakeComponent = Callable[[RunContext], Component]
+"""Makes a component of a run."""
 
 
 class Assembly(Closing):
@@ -41,7 +45,7 @@ class Assembly(Closing):
         agent_context: AgentContext | None = None,
         replay: Replay | None = None,
         additions: Additions = NOTHING,
-        components: Sequence[Callable[[RunContext], Component]] = (),
+        components: Sequence[MakeComponent] = (),
     ) -> None:
         self.options = options
         self._replay = replay

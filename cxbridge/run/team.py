@@ -5,7 +5,7 @@ See docs/several-agents.md.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
@@ -15,7 +15,7 @@ from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
 from cxbridge.run.agent_context import AgentContext, choose_agent
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.assembly import Assembly, MakeComponent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 
@@ -32,6 +32,7 @@ class Team(Closing):
     :param names: the agents.
     :param replay: plays the environment of each.
     :param additions: what each gets besides.
+    :param components: makes the components of an agent that no configuration names.
     :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
     """
 
@@ -42,18 +43,21 @@ class Team(Closing):
         names: list[str],
         replay: Replay | None = None,
         additions: Additions = NOTHING,
+        components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:
         self.bus, self.clock, self.loop = agent_context.bus, agent_context.clock, agent_context.loop
         self.config, self.early = agent_context.config, agent_context.early
         self._memory = SharedMemory(agent_context)
         self._options, self._agent_context, self._additions = options, agent_context, additions
+        self._components = components
         self._dead: list[Assembly] = []
         with ExitStack() as undo:
             undo.callback(self._memory.close)
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                agent = Assembly(options, self._one(agent_context, name), part, additions)
+                one = self._one(agent_context, name)
+                agent = Assembly(options, one, part, additions, components(name))
                 made.append(undo.enter_context(agent))
             undo.pop_all()
         self.agents: tuple[Assembly, ...] = tuple(made)
@@ -100,7 +104,8 @@ class Team(Closing):
 
         :raises CxbridgeError: when it cannot be made.
         """
-        agent = Assembly(self._options, self._one(self._agent_context, name), None, self._additions)
+        one, more = self._one(self._agent_context, name), self._components(name)
+        agent = Assembly(self._options, one, None, self._additions, more)
         self.agents = (*self.agents, agent)
         return agent
 

@@ -176,7 +176,8 @@ def explore(
     from cxbridge.worldmodel.reading import read_world
     from cxbridge.worlds.run import make_scenario
 
-    league.refuse_without_refbox()
+    if league.refbox_dir is None:
+        league.refuse()
     check_folders(judging.html)
     options, make = RunOptions(**vars(agent), skiller="none"), make_scenario
     if league.refbox_dir is not None:

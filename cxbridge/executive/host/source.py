@@ -24,6 +24,7 @@ from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, bla
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.functions.recursion import guard_at
 from cxbridge.executive.host.functions.shortcuts import shortcut_at
+from cxbridge.executive.host.retracted import kept_slots
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
 _REWRITTEN_IN_CORE = re.compile(r"\(\s*(cx-modify-goal)(?=[\s(])")
@@ -130,6 +131,8 @@ def prepare(
         if found is None:
             continue
         constructs += _constructs(found, code, end, lines)
+        if rewrite_modify and end is not None:
+            edits += kept_slots(code, start, end)
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])

@@ -26,6 +26,9 @@ if TYPE_CHECKING:
     from cxbridge.game.score import GameResult
     from cxbridge.rcll.game import LeagueGame
 
+TESTS_FAILED: Final = 1
+"""Exit status of a game whose agent's own tests failed."""
+
 NOT_OVER: Final = 3
 """Exit status of a game that did not come to its end."""
 
@@ -58,20 +61,22 @@ def game(
 
     A game is a scenario with a referee that publishes GameInterface; or, with --refbox-dir, a game of the
     RoboCup Logistics League, judged by the referee's own rules in the same process. The orders, and what
-    fails, are drawn by the seed: the same seed is the same game.
+    fails, are drawn by the seed: the same seed is the same game. With --referee a referee box that runs
+    judges one game of the league in real time, and draws what it wants.
 
-    Exit status: 0 each game came to its end; 2 bad input; 3 one did not; 4 a fault of a run itself.
+    Exit status: 0 each game came to its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
+    come to its end; 4 a fault of a run itself.
 
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
     options = RunOptions(**vars(agent), skiller="none")
-    first = (
-        _league_game(options, play, league) if league.refbox_dir else _scenario_game(options, play, league)
-    )
+    first = _league_game(options, play, league) if league.is_played else _scenario_game(options, play, league)
     against = play.second_agent()
     if play.games == 1 and against is None:
         log = _GameLog(console)
         return _one(first.play(play.seed, log, log.attach), as_json=as_json)
+    if league.referee is not None:
+        raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
     if options.trace or options.log or options.bblog:
         raise CxbridgeError(
             "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
@@ -82,7 +87,7 @@ def game(
 def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> ScenarioGame:
     from cxbridge.game.scenario import ScenarioGame
 
-    league.refuse_without_refbox()
+    league.refuse()
     options.check()
     return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
 
@@ -97,14 +102,16 @@ def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) 
             "there is no agent to play",
             hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
         )
-    assert league.refbox_dir is not None
     found = LeagueGame(
         run=options,
         refbox_dir=league.refbox_dir,
+        referee=league.address,
+        speed=league.speed,
         proto_dirs=league.proto_dirs,
         referee_config=league.referee_config,
         world=play.world,
         failures=league.failures,
+        simtest=league.simtest,
     )
     return found if play.minutes is None else replace(found, minutes=play.minutes)
 
@@ -166,4 +173,6 @@ def _status(results: Mapping[int, GameResult]) -> int:
             complain(f"seed {seed}: {fault}")
     if any(result.faults for result in results.values()):
         return FAULT
+    if any(result.simtest == "FAILED" for result in results.values()):
+        return TESTS_FAILED
     return 0 if all(result.is_over for result in results.values()) else NOT_OVER

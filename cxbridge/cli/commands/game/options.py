@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
+
+if TYPE_CHECKING:
+    from cxbridge.rcll.remote import Address
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,3 +76,52 @@ class LeagueOptions(RefboxOptions):
         float,
         typer.Option(min=0, max=1, metavar="P", help="How likely a skill of a robot fails, in the league."),
     ] = 0.0
+    referee: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Play in the league with a referee box that runs there, instead of --refbox-dir.",
+            show_default=False,
+        ),
+    ] = None
+    speed: Annotated[
+        float,
+        typer.Option(
+            min=0.01, metavar="N", help="How fast time passes for the referee box of --referee: its speedup."
+        ),
+    ] = 1.0
+
+    simtest: Annotated[
+        str,
+        typer.Option(
+            metavar="TESTBED",
+            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD: exit status 1 when it fails.",
+            show_default=False,
+        ),
+    ] = ""
+
+    @property
+    def is_played(self) -> bool:
+        """Whether a game of the league is played."""
+        return self.refbox_dir is not None or self.referee is not None
+
+    @property
+    def address(self) -> Address | None:
+        """Where the referee box runs; None: its rules are in the process of the agent.
+
+        :raises CxbridgeError: when an option is for the other way.
+        """
+        from cxbridge.rcll.remote import Address
+
+        if self.referee is None:
+            if self.speed != 1:
+                raise CxbridgeError("--speed is for --referee", hint="a game with --refbox-dir never waits")
+            return None
+        if self.refbox_dir is not None:
+            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="leave one")
+        if self.referee_config:
+            raise CxbridgeError(
+                "--referee-config is for --refbox-dir",
+                hint="a referee box that runs has its own configuration",
+            )
+        return Address.parse(self.referee)

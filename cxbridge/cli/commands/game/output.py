@@ -20,6 +20,8 @@ def say_game(result: GameResult) -> None:
     for name, work in result.robots.items():
         failed = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
         say(f"busy: {name} {work.busy_seconds:g} s{failed}")
+    if result.simtest:
+        say(f"the agent's own tests: {result.simtest}")
     points = ", ".join(f"{team} {points}" for team, points in score.points.items())
     ended = "over" if result.is_over else f"not over, in {score.phase}"
     say(

@@ -1,0 +1,99 @@
+"""The referee of a game in the process of the agent: its rules, and the machines that it watches over."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from pathlib import Path
+
+from cxbridge.config import Configuration
+from cxbridge.executive.host.values import Value
+from cxbridge.executive.protobuf.connections import MakeConnections
+from cxbridge.executive.protobuf.local import HOST, LocalNetwork
+from cxbridge.executive.protobuf.settings import NetworkSettings
+from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
+from cxbridge.game.score import POST_GAME, Score
+from cxbridge.rcll.controller import Controller, Script
+from cxbridge.rcll.machines import Machine
+from cxbridge.rcll.refbox import Refbox
+from cxbridge.rcll.referee import SERVER_PORT, STATION, Referee, RefereeSettings, referee_maker
+from cxbridge.rcll.score import phase_of, score_of
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+
+
+class LocalReferee:
+    """A referee of this process: its rules decide on the clock of the run, and messages need no sockets.
+
+    :param refbox: the checkout with its rules.
+    :param messages: the folder with message definitions.
+    :param more: files that are laid over its configuration.
+    :param seed: of everything that it draws.
+    """
+
+    def __init__(self, refbox: Refbox, messages: Path, more: Iterable[Path], seed: int) -> None:
+        self._messages = messages
+        self._network = LocalNetwork()
+        self._config = config = refbox.configuration(*more)
+        for station in config.keys(STATION):
+            config.set(f"{STATION}{station}/connection", "simulated")
+        self._settings = RefereeSettings(refbox, config, messages, self._network, seed)
+        self._referee: Referee | None = None
+
+    @property
+    def connections(self) -> MakeConnections:
+        """What carries the messages of the agent."""
+        return self._network.join
+
+    def set_up(self, config: Configuration) -> None:
+        """Set what differs in the configuration of a team: nothing, all ports are there."""
+
+    def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
+        """Yield what makes the referee, and who leads it through the game."""
+
+        def controller(context: RunContext) -> Component:
+            types = MessageTypes(context.bus.logger("Controller").warn)
+            types.add_folders((self._messages,))
+            connections = self._network.join(types, NetworkSettings(), context.clock.now_us)
+            port = self._config.get_uint(SERVER_PORT, default=0)
+
+            def send(message: Message) -> None:
+                link = connections.connect(HOST, port)
+                connections.send(link, frame_of(message))
+                connections.disconnect(link)
+                connections.drain()
+
+            return Controller(context, types, script, send)
+
+        yield referee_maker(self._settings, self._made)
+        yield controller
+
+    def _made(self, referee: Referee) -> None:
+        self._referee = referee
+
+    @property
+    def _running(self) -> Referee:
+        assert self._referee is not None  # the run is started
+        return self._referee
+
+    def machine(self, name: str) -> Machine | None:
+        """Return the machine of a name."""
+        return self._running.machines.get(name)
+
+    def places(self) -> Iterator[dict[str, Value]]:
+        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
+        return self._running.facts("machine")
+
+    @property
+    def score(self) -> Score:
+        """How the game stands."""
+        return score_of(self._running)
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the game has come to its end."""
+        return phase_of(self._running) == POST_GAME
+
+    @property
+    def faults(self) -> Sequence[str]:
+        """What went wrong in the functions of its rules."""
+        return self._running.faults

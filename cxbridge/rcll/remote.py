@@ -1,0 +1,229 @@
+"""A referee box that runs elsewhere: instructed, and listened to, over a connection to its server."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import Final, NamedTuple, Self
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError, ProtobufError
+from cxbridge.executive.host.values import Value
+from cxbridge.executive.protobuf.inbox import Event, Presence, Received, Warned
+from cxbridge.executive.protobuf.network import Network
+from cxbridge.executive.protobuf.settings import NetworkSettings
+from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
+from cxbridge.game.score import Score
+from cxbridge.mainloop import Hook
+from cxbridge.rcll.controller import PACKAGE, Controller, Phase, Script
+from cxbridge.rcll.reported import ReportedGame, ReportedMachine
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+
+_PATIENCE_S: Final = 5.0
+"""Seconds in which a referee has to say how its game stands; it does several times a second."""
+
+_PAUSE_S: Final = 0.02
+_LOOPBACK: Final = ("localhost", "127.0.0.1", "::1")
+_SPECS: Final = "/clips-executive/specs"
+_PEER: Final = "parameters/rcll/peer-address"
+_MOST_PORT: Final = 65535
+_MEASURED_S: Final = 20.0
+_SAME_SPEED: Final = 0.2
+"""By how much the two clocks may differ: messages are late now and then."""
+
+
+class Address(NamedTuple):
+    """Where the server of a referee box listens."""
+
+    host: str
+    port: int
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Read ``HOST:PORT``.
+
+        :raises CxbridgeError: when it is not.
+        """
+        host, colon, port = text.rpartition(":")
+        if not colon or not host or not port.isdigit() or not 0 < int(port) <= _MOST_PORT:
+            raise CxbridgeError(
+                f"'{text}' is no address of a referee box", hint="write HOST:PORT, e.g. localhost:4444"
+            )
+        return cls(host.strip("[]"), int(port))
+
+    def __str__(self) -> str:
+        return f"{self.host}:{self.port}"
+
+
+class RemoteReferee:
+    """A referee box that runs elsewhere.
+
+    :param messages: the folder with message definitions.
+    """
+
+    connections = None
+    faults: Sequence[str] = ()
+
+    def __init__(self, address: Address, messages: Path) -> None:
+        self._address = address
+        self._messages = messages
+        self._client: RefereeClient | None = None
+
+    def set_up(self, config: Configuration) -> None:
+        """Set where the agent finds a referee of this host; between hosts the team's own address counts."""
+        if self._address.host not in _LOOPBACK:
+            return
+        for spec in config.keys(_SPECS):
+            path = f"{_SPECS}/{spec}/{_PEER}"
+            if config.exists(path):
+                config.set(path, "127.0.0.1")
+
+    def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
+        """Yield what makes the connection to the referee, and who leads it through the game."""
+
+        def client(context: RunContext) -> Component:
+            self._client = RefereeClient(context, self._address, self._messages)
+            return self._client
+
+        yield client
+        yield lambda context: Controller(context, self._running.types, script, self._running.send)
+
+    @property
+    def _running(self) -> RefereeClient:
+        assert self._client is not None  # the run is started
+        return self._client
+
+    def machine(self, name: str) -> ReportedMachine | None:
+        """Return the machine of a name."""
+        return self._running.game.machines.get(name)
+
+    def places(self) -> Iterator[dict[str, Value]]:
+        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
+        return self._running.game.places()
+
+    @property
+    def score(self) -> Score:
+        """How the game stands."""
+        return self._running.game.score
+
+    @property
+    def is_over(self) -> bool:
+        """Whether the game has come to its end."""
+        return self._running.game.is_over
+
+
+class RefereeClient(Component):
+    """The connection to a referee box. Making it waits until the referee has said how its game stands.
+
+    :raises CxbridgeError: when nobody is there, it is no referee of this league, or its game has begun.
+    """
+
+    hooks = (Hook.SENSOR_ACQUIRE,)
+    description = "Connection to a referee box"
+
+    def __init__(self, context: RunContext, address: Address, messages: Path) -> None:
+        self._address = address
+        self._clock = context.clock
+        self._log = context.bus.logger("Referee")
+        self.types = MessageTypes(self._log.warn)
+        self.types.add_folders((messages,))
+        self.game = ReportedGame(self._pay)
+        self._problem = ""
+        self._is_lost = False
+        self._production: tuple[int, float] | None = None
+        self._is_compared = False
+        self._network = Network(self.types, NetworkSettings(), context.clock.now_us)
+        try:
+            self._link = self._network.connect(*address)
+            self._await_game()
+        except Exception:
+            self.close()
+            raise
+
+    def _await_game(self) -> None:
+        end = time.monotonic() + _PATIENCE_S
+        while not self.game.phase:
+            self._listen()
+            if self._is_lost:
+                raise CxbridgeError(
+                    f"there is no referee at {self._address}: {self._problem or 'it closes the connection'}",
+                    hint="start the referee box, or name its server-port",
+                )
+            if time.monotonic() > end:
+                raise CxbridgeError(
+                    f"{self._address} does not say how its game stands: {self._problem or 'nothing came'}",
+                    hint="is it a referee box, and are the message definitions those of its version?",
+                )
+            time.sleep(_PAUSE_S)
+        if self.game.phase != Phase.PRE_GAME:
+            raise CxbridgeError(
+                f"the game of the referee at {self._address} has begun: it is in {self.game.phase}",
+                hint="start the referee box anew",
+            )
+
+    def loop(self) -> None:
+        """Take what came from the referee."""
+        self._listen()
+        self._compare_clocks()
+
+    def _listen(self) -> None:
+        for event in self._network.drain():
+            self._take(event)
+
+    def _take(self, event: Event) -> None:
+        match event:
+            case Received(message=None):
+                self._problem = self._problem or f"message {event.component}:{event.type}: {event.problem}"
+            case Received():
+                self.game.take(event.message)
+            case Presence(connected=False):
+                self._is_lost = True
+            case Warned():
+                self._problem = event.text
+
+    def _compare_clocks(self) -> None:
+        """Warn once when the referee's time and the run's do not pass alike."""
+        if self.game.phase != Phase.PRODUCTION or self._is_compared:
+            return
+        now_us = self._clock.now_us()
+        if self._production is None:
+            self._production = now_us, self.game.game_time
+            return
+        begun_us, begun = self._production
+        seconds = (now_us - begun_us) / MICROSECONDS
+        if seconds < _MEASURED_S:
+            return
+        factor = (self.game.game_time - begun) / seconds
+        if abs(factor - 1) > _SAME_SPEED:
+            self._log.warn(
+                f"The referee's time passes {factor:.2f} times as fast as the game's: see --speed, and "
+                "/llsfrb/simulation/speedup of the referee box"
+            )
+        self._is_compared = True
+
+    def send(self, message: Message) -> None:
+        """Send the referee a message; nothing is sent when it is gone."""
+        if not self._is_lost:
+            try:
+                self._network.send(self._link, frame_of(message))
+            except ProtobufError as error:
+                self._log.warn(f"The referee does not get {message.DESCRIPTOR.name}: {error.message}")
+
+    def _pay(self, machine: str) -> None:
+        message = self.types.create(f"{PACKAGE}.MachineAddBase")
+        message.machine_name = machine
+        self.send(message)
+
+    @property
+    def loss(self) -> str:
+        """Why the game cannot come to its end: the referee is gone."""
+        if not self._is_lost or self.game.is_over:
+            return ""
+        return f"the referee at {self._address} is gone, in {self.game.phase} at {self.game.game_time:g} s"
+
+    def close(self) -> None:
+        """Leave the referee."""
+        self._network.close()

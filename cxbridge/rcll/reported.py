@@ -1,0 +1,138 @@
+"""What a referee elsewhere reports about a game: its state, machines and orders."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+from cxbridge.executive.host.values import Value
+from cxbridge.executive.protobuf.types import Message
+from cxbridge.game.score import POST_GAME, Award, Delivery, Score
+from cxbridge.rcll.machines import Place, Workpiece
+from cxbridge.rcll.score import TEAMS
+
+_READY: Final = "READY-AT-OUTPUT"
+_DELIVERED: Final = {team: f"quantity_delivered_{team.lower()}" for team in TEAMS}
+_POINTS: Final = {team: f"points_{team.lower()}" for team in TEAMS}
+_BASE_STATION: Final = "BS"
+
+
+class ReportedMachine:
+    """A machine that the referee has, as robots meet it.
+
+    Its sensors see nothing of simulated robots. What lies at its output is what the referee says was made
+    there, until a robot takes it.
+
+    :param pay: tells the referee that a base went down the slide.
+    """
+
+    def __init__(self, name: str, pay: Callable[[str], None]) -> None:
+        self.name = name
+        self.zone = ""
+        self.rotation = 0
+        self._state = ""
+        self._kind = ""
+        self._is_made = False
+        self._pay = pay
+
+    def update(self, message: Message) -> None:
+        """Take what the referee reports."""
+        self._kind = message.type
+        if message.HasField("zone"):
+            self.zone = _name(message, "zone")
+            self.rotation = message.rotation
+        if message.state == _READY != self._state:
+            self._is_made = True
+        self._state = message.state
+
+    def has(self, place: Place) -> bool:
+        """Return whether a workpiece lies there; a base station gives to either side."""
+        return self._is_made and (place is Place.OUTPUT or self._kind == _BASE_STATION)
+
+    def put(self, workpiece: Workpiece) -> None:
+        """Lay a workpiece at the input: the referee's machine takes for granted that there is one."""
+
+    def pay(self) -> None:
+        """Let a workpiece go down the slide."""
+        self._pay(self.name)
+
+    def take(self, place: Place) -> Workpiece | None:
+        """Take the workpiece there; None when there is none."""
+        if not self.has(place):
+            return None
+        self._is_made = False
+        return Workpiece([f"FROM-{self.name}"])
+
+
+class ReportedGame:
+    """A game as the referee's messages tell it.
+
+    :param pay: tells the referee that a base went down the slide of a machine.
+    """
+
+    def __init__(self, pay: Callable[[str], None]) -> None:
+        self.machines: dict[str, ReportedMachine] = {}
+        self.phase = ""
+        self.game_time = 0.0
+        self.is_over = False
+        """Whether the referee has said so twice: with the second time all points are in."""
+        self._pay = pay
+        self._points = dict.fromkeys(TEAMS, 0)
+        self._awards: list[Award] = []
+        self._deliveries: list[Delivery] = []
+        self._delivered: dict[tuple[int, str], int] = {}
+
+    def take(self, message: Message) -> None:
+        """Take a message; those of no interest are ignored."""
+        take = getattr(self, f"_take_{message.DESCRIPTOR.name}", None)
+        if take is not None:
+            take(message)
+
+    def _take_GameState(self, message: Message) -> None:  # noqa: N802 - the name of the message
+        phase = _name(message, "phase")
+        self.is_over = phase == self.phase == POST_GAME
+        self.phase = phase
+        self.game_time = _seconds(message.game_time)
+        for team, field in _POINTS.items():
+            points = getattr(message, field)
+            if points != self._points[team]:
+                gained = points - self._points[team]
+                self._awards.append(Award(team, gained, self.game_time, phase, ""))
+                self._points[team] = points
+
+    def _take_MachineInfo(self, message: Message) -> None:  # noqa: N802
+        for each in message.machines:
+            if each.name not in self.machines:
+                self.machines[each.name] = ReportedMachine(each.name, self._pay)
+            self.machines[each.name].update(each)
+
+    def _take_OrderInfo(self, message: Message) -> None:  # noqa: N802
+        for order in message.orders:
+            for team, field in _DELIVERED.items():
+                count, key = getattr(order, field), (order.id, team)
+                for _ in range(count - self._delivered.get(key, 0)):
+                    complexity = _name(order, "complexity")
+                    self._deliveries.append(Delivery(order.id, complexity, team, self.game_time))
+                self._delivered[key] = count
+
+    def places(self) -> Iterator[dict[str, Value]]:
+        """Yield ``name``, ``zone`` and ``rotation`` of each machine."""
+        for machine in self.machines.values():
+            yield {"name": machine.name, "zone": machine.zone, "rotation": machine.rotation}
+
+    @property
+    def score(self) -> Score:
+        """How the game stands. The referee does not report what points are for."""
+        return Score(
+            dict(self._points), tuple(self._deliveries), tuple(self._awards), self.phase, self.game_time
+        )
+
+
+def _name(message: Any, field: str) -> str:
+    """Return the name of the value of an enumeration."""
+    kind = message.DESCRIPTOR.fields_by_name[field].enum_type
+    return str(kind.values_by_number[getattr(message, field)].name)
+
+
+def _seconds(time: Any) -> float:
+    return round(float(time.sec) + float(time.nsec) / 1e9, 3)

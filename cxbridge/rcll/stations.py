@@ -1,0 +1,99 @@
+"""The machines as nodes of a navigation graph, as navgraph-generator-mps of fawkes-robotino adds them."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from typing import Any, Final
+
+from cxbridge.navgraph import NavGraph, Node
+from cxbridge.rcll.field import Field, Pose
+
+_SIDES: Final = ("I", "O")
+_COLUMNS, _ROWS = 7, 8
+_INSERTION_ROW: Final = 1
+"""Where robots come in: nobody waits there."""
+
+_FREE_M: Final = 1.5
+"""Metres from a place to wait to the next machine, at least."""
+
+WAIT_ZONES: Final = 3
+"""Places to wait in each half, as the team's configuration has it."""
+
+
+class StationNodes:
+    """Adds the machines that rules announce to the navigation graph of a robot, and places to wait.
+
+    A machine ``C-BS`` has the nodes ``C-BS-I`` and ``C-BS-O`` before its sides, ``WAIT-C-BS-I`` and
+    ``WAIT-C-BS-O`` farther away, and ``C-BS`` itself, to which no edge leads. A zone to wait in is a node
+    ``C-Z42``. There are no edges: simulated robots drive straight.
+
+    :param graph: returns the graph; raises a CxbridgeError when there is none.
+    """
+
+    def __init__(self, places: Field, graph: Callable[[], NavGraph]) -> None:
+        self._places, self._graph = places, graph
+        self._names: set[str] = set()
+
+    def take(self, message: Any) -> None:
+        """Take a message to NavGraphWithMPSGeneratorInterface; those of no interest here are ignored.
+
+        :raises CxbridgeError: when there is no graph.
+        """
+        match message.type:
+            case "UpdateStationByTagMessage":
+                self._names.add(message.name)
+            case "ClearMessage":
+                self._names.clear()
+            case "GenerateWaitZonesMessage":
+                self._add_wait_zones()
+            case "ComputeMessage":
+                self._add_stations()
+
+    def _add_stations(self) -> None:
+        graph = self._graph()
+        for name in sorted(self._names):
+            for place in (f"{prefix}{name}-{side}" for prefix in ("", "WAIT-") for side in _SIDES):
+                pose = self._places.find(place)
+                if pose is not None:
+                    properties = {"orientation": f"{pose.yaw:f}"}
+                    graph.replace_node(Node(place, pose.x, pose.y, properties))
+            centre = self._centre(name)
+            if centre is not None:
+                graph.replace_node(Node(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))
+
+    def _centre(self, name: str) -> Pose | None:
+        ends = [self._places.find(f"{name}-{side}") for side in _SIDES]
+        found = [end for end in ends if end is not None]
+        if len(found) < len(ends):
+            return None
+        return Pose(sum(end.x for end in found) / len(found), sum(end.y for end in found) / len(found))
+
+    def _add_wait_zones(self) -> None:
+        machines = [pose for pose in map(self._centre, sorted(self._names)) if pose is not None]
+        for half in "CM":
+            chosen: list[Pose] = []
+            free = [
+                (name, pose)
+                for name, pose in _zones(self._places, half)
+                if _distance(pose, machines) >= _FREE_M
+            ]
+            while free and len(chosen) < WAIT_ZONES:
+                # the one that is farthest from those that are chosen, or from machines
+                name, pose = max(free, key=lambda each: _distance(each[1], chosen or machines))
+                chosen.append(pose)
+                free.remove((name, pose))
+                self._graph().replace_node(Node(name, pose.x, pose.y))
+
+
+def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:
+    for column in range(1, _COLUMNS + 1):
+        for row in range(_INSERTION_ROW + 1, _ROWS + 1):
+            pose = places.find(f"{half}-Z{column}{row}")
+            if pose is not None:
+                yield f"{half}-Z{column}{row}", pose
+
+
+def _distance(pose: Pose, others: list[Pose]) -> float:
+    """Return how far it is to the nearest of the others."""
+    return min((pose.distance(other) for other in others), default=math.inf)

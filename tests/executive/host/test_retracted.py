@@ -1,0 +1,69 @@
+"""Slots that are read after their fact is gone. tests/executive/clips630 holds it against CLIPS 6.30."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.host.retracted import kept_slots
+from cxbridge.executive.host.source import prepare
+
+TEMPLATE = (
+    "(deftemplate item (slot name) (multislot tags))\n(deffacts start (item (name a) (tags 1 2)) (go))\n"
+)
+KEPT = "(bind ?cx-i-tags ?i:tags) (bind ?cx-i-name ?i:name)"
+
+
+def rewritten(body):
+    text = f"(defrule r (go) => (do-for-fact ((?i item)) TRUE {body}))"
+    return prepare(text, rewrite_modify=True).text.partition("TRUE ")[2][:-2]
+
+
+@pytest.mark.parametrize(
+    ("body", "becomes"),
+    [
+        ("(retract ?i) (f ?i:name)", "(bind ?cx-i-name ?i:name) (retract ?i) (f ?cx-i-name)"),
+        ("(f ?i:name) (retract ?i)", "(f ?i:name) (retract ?i)"),
+        ("(retract ?i) (f ?i)", "(retract ?i) (f ?i)"),
+        ("(retract ?j) (f ?i:name)", "(retract ?j) (f ?i:name)"),
+        ('(retract ?i) (f "?i:name") ; ?i:name\n', '(retract ?i) (f "?i:name") ; ?i:name\n'),
+        (
+            "(if ?x then (retract ?i))\n(f ?i:tags ?i:name ?i:tags)",
+            f"{KEPT} (if ?x then (retract ?i))\n(f ?cx-i-tags ?cx-i-name ?cx-i-tags)",
+        ),
+    ],
+)
+def test_what_is_read_later_is_read_first(body, becomes):
+    assert rewritten(body) == becomes
+
+
+def test_modify_is_an_end_too():
+    assert "(bind ?cx-i-name ?i:name) (cx-modify ?i" in rewritten(
+        "(modify ?i (name (f ?i:name))) (g ?i:name)"
+    )
+
+
+def test_lines_stay_where_they_are():
+    text = (
+        "(defrule r =>\n (do-for-all-facts ((?i item))\n TRUE\n (retract ?i)\n (f ?i:name)))\n(defrule s =>)"
+    )
+    assert prepare(text, rewrite_modify=True).constructs[1].line == 6
+
+
+@pytest.mark.parametrize(
+    "text", ["(do-for-fact", "(do-for-fact x (retract ?i) ?i:n)", "(do-for-fact ((?i item)) (retract ?i):)"]
+)
+def test_what_is_no_query_stays(text):
+    assert kept_slots(text, 0, len(text)) == []
+
+
+def test_the_right_hand_side_goes_on(env, log, tmp_path):
+    file = tmp_path / "agent.clp"
+    file.write_text(
+        TEMPLATE + "(defrule clean (go) => (do-for-all-facts ((?i item)) TRUE (retract ?i)"
+        ' (printout t "gone " ?i:name " " ?i:tags crlf)) (assert (done)))'
+    )
+    assert env.load(file)
+    env.eval("(reset)")
+    env.run()
+    assert env.eval("(any-factp ((?d done)) TRUE)")
+    assert "gone a (1 2)" in log.texts()

@@ -1,0 +1,165 @@
+"""Games with a referee box that runs elsewhere."""
+
+from __future__ import annotations
+
+import threading
+import time
+from dataclasses import replace
+from socket import SOCK_DGRAM
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, LogLine
+from cxbridge.rcll import remote
+from cxbridge.rcll.game import LeagueGame
+from cxbridge.rcll.remote import Address
+from cxbridge.run.options import RunOptions
+from tests.executive.protobuf.conftest import free_port
+from tests.rcll.league import AGENT, write_team
+from tests.rcll.referee_box import message_types, referee_box, write_messages
+
+pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+
+FAST = 40.0
+
+
+@pytest.fixture
+def types(tmp_path):
+    return message_types(tmp_path / "messages")
+
+
+@pytest.fixture
+def game(tmp_path):
+    ports = f"{free_port(SOCK_DGRAM)} {free_port(SOCK_DGRAM)}"
+    run = RunOptions(overlays=(write_team(tmp_path / "team", AGENT.replace("4445 4444", ports)),))
+    messages = write_messages(tmp_path / "messages")
+    return LeagueGame(
+        run=run, referee=Address("localhost", 1), proto_dirs=(messages,), minutes=0.2, speed=FAST
+    )
+
+
+def at(game, box):
+    return replace(game, referee=Address("127.0.0.1", box.port))
+
+
+def test_a_game_comes_to_its_end_with_the_points_of_the_referee(game, types):
+    with referee_box(types, FAST) as box:
+        found = at(game, box).play(3)
+        assert box.phase == "POST_GAME"
+    assert found.is_over
+    assert found.faults == ()
+    assert found.score.points == {"CYAN": 5, "MAGENTA": 0}
+    assert [each.order for each in found.score.deliveries] == [7]
+
+
+def test_the_command(game, types, tmp_path, capsys):
+    with referee_box(types, FAST) as box:
+        words = ["--referee", f"localhost:{box.port}", "--speed", str(FAST), "--minutes", "0.2"]
+        words += ["--overlay", str(tmp_path / "team"), "--proto-dir", str(tmp_path / "messages")]
+        assert invoke(["game", *words]) == 0
+    assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in capsys.readouterr().out
+
+
+def test_a_referee_that_is_gone_ends_the_game_and_the_recording_is_whole(game, types, tmp_path, capsys):
+    trace = tmp_path / "game.mcap"
+    playing = replace(game, run=replace(game.run, trace=trace), minutes=100)
+    with referee_box(types, FAST) as box:
+
+        def kill():
+            while box.phase != "PRODUCTION":
+                time.sleep(0.01)
+            time.sleep(0.1)
+            box.close()
+
+        thread = threading.Thread(target=kill)
+        thread.start()
+        found = at(playing, box).play(3)
+        thread.join()
+    assert not found.is_over
+    (fault,) = found.faults
+    assert f"the referee at 127.0.0.1:{box.port} is gone, in PRODUCTION" in fault
+    assert found.score.points["CYAN"] == 5
+    assert invoke(["trace", "info", str(trace)]) == 0
+    out, err = capsys.readouterr()
+    assert "is gone, in PRODUCTION" in out
+    assert "cut off" not in out + err
+
+
+def test_nobody_is_there(game):
+    with pytest.raises(CxbridgeError, match=r"there is no referee at localhost:.* Cannot connect"):
+        replace(game, referee=Address("localhost", free_port())).play(3)
+
+
+def test_a_server_that_says_nothing(game, types, monkeypatch):
+    monkeypatch.setattr(remote, "_PATIENCE_S", 0.3)
+    with referee_box(types) as box:
+        box.is_silent = True
+        with pytest.raises(CxbridgeError, match="does not say how its game stands: nothing came"):
+            at(game, box).play(3)
+
+
+def test_messages_of_another_version(game, types, tmp_path, monkeypatch):
+    monkeypatch.setattr(remote, "_PATIENCE_S", 0.3)
+    proto = tmp_path / "messages/league.proto"
+    proto.write_text(proto.read_text().replace("required State state = 3;", "required string mode = 9;"))
+    with referee_box(types) as box, pytest.raises(CxbridgeError, match="message 2000:4: Failed to parse"):
+        at(game, box).play(3)
+
+
+def test_a_referee_whose_game_has_begun(game, types):
+    with referee_box(types) as box:
+        box.phase = "PRODUCTION"
+        with pytest.raises(CxbridgeError, match="has begun: it is in PRODUCTION"):
+            at(game, box).play(3)
+
+
+def test_another_speed_is_told(game, types, monkeypatch):
+    monkeypatch.setattr(remote, "_MEASURED_S", 2.0)
+    events: list[Event] = []
+    with referee_box(types, 4 * FAST) as box:
+        at(game, box).play(3, events.append)
+    lines = [event.text for event in events if isinstance(event, LogLine)]
+    assert any("The referee's time passes" in line and "--speed" in line for line in lines)
+
+
+def test_an_agent_meets_a_referee_of_this_host_on_this_host(game, types):
+    scenario = game.run.overlays[0] / "cfg/rcll-simulator/central_agent.yaml"
+    text = "    team:\n      parameters: {rcll: {peer-address: 172.16.35.255}}\n"
+    scenario.write_text(scenario.read_text().replace("    team:\n", text))
+    with referee_box(types, FAST) as box:
+        found = []
+        at(game, box).play(
+            3,
+            None,
+            lambda agent: found.append(
+                agent.config.get_str("/clips-executive/specs/team/parameters/rcll/peer-address")
+            ),
+        )
+    assert found == ["127.0.0.1"]
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (["--referee", "localhost"], "'localhost' is no address of a referee box"),
+        (["--referee", "localhost:70000"], "is no address"),
+        (["--referee", "localhost:4444", "--refbox-dir", "."], "both name the referee"),
+        (
+            ["--referee", "localhost:4444", "--referee-config", "x.yaml"],
+            "--referee-config is for --refbox-dir",
+        ),
+        (["--referee", "localhost:4444", "--games", "2"], "a referee box plays one game"),
+        (["--refbox-dir", ".", "--speed", "2"], "--speed is for --referee"),
+        (["--speed", "2"], "--speed is for games of the league"),
+    ],
+)
+def test_mistakes(game, capsys, more, message):
+    assert invoke(["game", "--overlay", str(game.run.overlays[0]), *more]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_addresses():
+    assert Address.parse("[::1]:4444") == Address("::1", 4444)
+    assert str(Address.parse("field:4444")) == "field:4444"

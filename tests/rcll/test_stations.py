@@ -1,0 +1,73 @@
+"""Machines, and places to wait, in a navigation graph."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import pytest
+
+from cxbridge.navgraph import NavGraph
+from cxbridge.rcll.field import Field
+from cxbridge.rcll.stations import WAIT_ZONES, StationNodes
+
+MACHINES = [
+    {"name": "C-BS", "zone": "C-Z65", "rotation": 270},
+    {"name": "C-DS", "zone": "M-Z23", "rotation": 0},
+    {"name": "M-BS", "zone": "", "rotation": 0},
+]
+
+
+@pytest.fixture
+def graph():
+    return NavGraph("field")
+
+
+@pytest.fixture
+def stations(graph):
+    return StationNodes(Field(lambda: MACHINES), lambda: graph)
+
+
+def send(stations, kind, **fields):
+    stations.take(SimpleNamespace(type=f"{kind}Message", **fields))
+
+
+def test_a_machine_has_nodes_at_its_sides(graph, stations):
+    send(stations, "UpdateStationByTag", name="C-BS")
+    assert not graph.nodes
+    send(stations, "Compute")
+    assert {node.name for node in graph.nodes} == {"C-BS-I", "C-BS-O", "WAIT-C-BS-I", "WAIT-C-BS-O", "C-BS"}
+    centre = graph.node("C-BS")
+    assert (round(centre.x, 2), round(centre.y, 2), centre.unconnected) == (5.5, 4.5, True)
+    assert round(graph.node("C-BS-I").distance(graph.node("C-BS-O").x, graph.node("C-BS-O").y), 2) == 1.5
+
+
+def test_a_machine_that_nobody_has_found_has_none(graph, stations):
+    send(stations, "UpdateStationByTag", name="M-BS")
+    send(stations, "Compute")
+    assert not graph.nodes
+
+
+def test_what_was_cleared_is_announced_no_more(graph, stations):
+    send(stations, "UpdateStationByTag", name="C-BS")
+    send(stations, "Clear")
+    send(stations, "Compute")
+    assert not graph.nodes
+
+
+def test_robots_wait_where_there_is_no_machine(graph, stations):
+    for machine in MACHINES:
+        send(stations, "UpdateStationByTag", name=machine["name"])
+    send(stations, "Compute")
+    send(stations, "GenerateWaitZones")
+    zones = [node for node in graph.nodes if node.name[1:3] == "-Z"]
+    assert sorted(node.name[0] for node in zones) == ["C"] * WAIT_ZONES + ["M"] * WAIT_ZONES
+    for zone in zones:
+        assert all(zone.distance(graph.node(name).x, graph.node(name).y) >= 1.5 for name in ("C-BS", "C-DS"))
+
+
+def test_a_second_computation_replaces_the_nodes(graph, stations):
+    send(stations, "UpdateStationByTag", name="C-BS")
+    send(stations, "Compute")
+    before = graph.nodes
+    send(stations, "Compute")
+    assert graph.nodes == before
