@@ -170,9 +170,16 @@ class DdsNode(Node):
         return any_came
 
     def close(self) -> None:
-        """Leave the network."""
+        """Leave the network.
+
+        DDS' objects go now: the wheel forgets to delete those that the garbage collector finds in a cycle,
+        and then nobody in this process can configure the domain again.
+        """
+        if "_participant" not in self.__dict__:
+            return
         while self._readers:
             self._end(next(iter(self._readers)))
+        del self._waits, self._graph, self._participant, self._domain
 
     # --- DDS ----------------------------------------------------------------------------------------------
 

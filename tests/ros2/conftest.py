@@ -13,6 +13,8 @@ import pytest
 
 HERE = Path(__file__).parent
 SETUP = os.environ.get("ROS2_SETUP", "")
+OVERLAY = os.environ.get("ROS2_OVERLAY", "")
+"""A folder with the ``setup.bash`` of more packages than that of ``ROS2_SETUP``, e.g. cx_msgs."""
 needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder with the setup.bash of a ROS 2")
 
 
@@ -27,17 +29,23 @@ def domain() -> Iterator[int]:
         yield number
 
 
+def has_package(name: str) -> bool:
+    """Return whether the ROS has a package."""
+    return any(each and (Path(each) / "share" / name).is_dir() for each in (SETUP, OVERLAY))
+
+
 def with_ros(*command: str) -> list[str]:
     """Return a command with which the Python of ROS (``ROS2_PYTHON``) runs a script of this folder."""
     python = os.environ.get("ROS2_PYTHON", "python3")
-    script = f"source {shlex.quote(SETUP)}/setup.bash && exec {shlex.join([python, *command])}"
+    source = f"source {shlex.quote(OVERLAY or SETUP)}/setup.bash"
+    script = f"{source} && exec {shlex.join([python, *command])}"
     return ["env", "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp", "bash", "-c", script]
 
 
-def start(kind: str, script: str = "peer.py") -> subprocess.Popen[str]:
-    """Start a peer, of cxbridge (``ours``) or a script of rclpy; it is ready."""
+def start(kind: str, script: str = "peer.py", *arguments: str) -> subprocess.Popen[str]:
+    """Start a peer, of cxbridge (``ours``) or a script of rclpy with arguments; it is ready."""
     if kind == "rclpy":
-        command = with_ros(str(HERE / "with_rclpy" / script))
+        command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     else:
         command = [sys.executable, "-m", "tests.ros2.peer"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)

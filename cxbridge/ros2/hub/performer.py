@@ -1,8 +1,8 @@
 """The side that performs: serves those who ask on a hub with the skills of an agent of our skill board.
 
 It does what the originals do, and more where they hang: a REQUEST that comes while no executor is free is
-answered when one is, a RESPONSE that is neither confirmed nor rejected keeps nobody reserved, and a CONFIRM
-that comes late is still carried out.
+answered when one is, a RESPONSE that may be lost is repeated, one that is neither confirmed nor rejected
+keeps nobody reserved, and a CONFIRM that comes late is still carried out.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ from cxbridge.skiller.mapping import ActionSkillMapping
 
 RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free for others again."""
+
+REPEAT_S: Final = 0.5
+"""Seconds until a RESPONSE is repeated that nobody has heard: who asks may have come just now."""
 
 SIGN_S: Final = 1.0
 """Seconds between signs of life."""
@@ -147,15 +150,17 @@ class _Job:
     """What was answered, until it is over.
 
     :ivar deadline_us: until when it must be confirmed.
+    :ivar repeat_us: when RESPONSE is sent once more; 0: not, for another performer was confirmed.
     :ivar master: None as long as it is not confirmed.
     """
 
-    def __init__(self, request: Word, node: str, call: SkillCall | str, deadline_us: int) -> None:
+    def __init__(self, request: Word, node: str, call: SkillCall | str) -> None:
         self.request = request
         self.node = node
         self.call = call
         """What is called; a text: why nothing can be."""
-        self.deadline_us = deadline_us
+        self.deadline_us = 0
+        self.repeat_us = 0
         self.master: Master | None = None
         self.is_cancelled = False
         self.said: tuple[float, str] | None = None
@@ -204,9 +209,13 @@ class HubPerformer(Closing):
             else:
                 self._answer(key)
         for key, job in list(self._jobs.items()):
-            if job.master is None and now_us > job.deadline_us:
+            if job.master is not None:
+                continue
+            if now_us > job.deadline_us:
                 self._log.debug(f"{job.node}: nobody has confirmed {key}")
                 del self._jobs[key]
+            elif 0 < job.repeat_us <= now_us:
+                self._respond(job)
         if now_us >= self._next_sign_us:
             self._next_sign_us = now_us + round(SIGN_S * MICROSECONDS)
             for node, action in self._nodes.items():
@@ -239,6 +248,8 @@ class HubPerformer(Closing):
             self._wanted.pop(key, None)
             if is_ours and (job is None or job.master is None):
                 self._begin(job or self._job(word))
+            elif job is not None:
+                job.repeat_us = 0
         elif not is_ours or job is None:
             return
         elif word.kind in (Kind.REJECT, Kind.CANCEL) and job.master is None:
@@ -261,7 +272,11 @@ class HubPerformer(Closing):
         # else it is asked again: our answer may be lost
         del self._wanted[key]
         job.deadline_us = self._clock.now_us() + round(RESERVE_S * MICROSECONDS)
-        self._hub.say(Word(Kind.RESPONSE, job.node, key, word.mapped))
+        self._respond(job)
+
+    def _respond(self, job: _Job) -> None:
+        job.repeat_us = self._clock.now_us() + round(REPEAT_S * MICROSECONDS)
+        self._hub.say(Word(Kind.RESPONSE, job.node, job.request.key, job.request.mapped))
 
     def _job(self, word: Word) -> _Job:
         served = self._actions[word.key.action]
@@ -271,7 +286,7 @@ class HubPerformer(Closing):
             call = served.call_of(word, self._protocol.arguments_of(word.key), self._agent)
         except CxbridgeError as error:
             call = error.message  # who asks shall know
-        return _Job(word, node, call, 0)
+        return _Job(word, node, call)
 
     def _is_free(self, skill: str) -> bool:
         """Whether an executor is free that nobody has been promised."""

@@ -67,8 +67,9 @@ def _performer(key: str, values: Mapping[str, Any], agents: Sequence[str], folde
         raise ConfigError(f"{whose} has no protocol '{called}'", hint=hint)
     agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
     if agent not in agents:
+        problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"
         hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
-        raise ConfigError(f"{whose} serves the agent '{agent}', which there is not", hint=hint)
+        raise ConfigError(f"{whose} {problem}", hint=hint)
     if "agent-id" in values and not protocol.has_agents:
         raise ConfigError(f"{whose} has no setting 'agent-id': messages of {called} name no robot")
     actions = values.get("actions", [])
