@@ -89,7 +89,7 @@ class Side:
             node = each.node.join(each.name, each.node.definitions())
             self.nodes.append(node)
             log = self.bus.logger("performer")
-            self.performers.append(HubPerformer(each, self.service.local_calls, node, clock, log))
+            self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
 
     def _note(self, event: Any) -> None:
         self.lines.append(event.text)

@@ -134,6 +134,8 @@ def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: Ethe
     stranger.say(Kind.REQUEST, MOVE)
     stranger.hear(Kind.RESPONSE)
     world.loop(150)
+    stranger.node.poll()
+    stranger.heard.clear()
     other = Key("move", ("x",), "")
     stranger.say(Kind.REQUEST, other)
     assert stranger.hear(Kind.RESPONSE, limit_s=0.5).key == other

@@ -194,3 +194,18 @@ def test_a_daemon_serves_an_executor_of_rclpy(stranger: str, domain: int, tmp_pa
     finally:
         daemon.terminate()
         assert daemon.wait(20) == 0
+
+
+def test_performers_that_would_ask_themselves_are_refused(domain: int, tmp_path: Path, protocol: str):
+    file = tmp_path / "robots.yaml"
+    performers = "ros2: {performers: {hub: {protocol: PROTOCOL, actions: [wave]}}}"
+    file.write_text(
+        (DAEMON + CALLER + performers).replace("PROTOCOL", protocol).replace("CLASS", CALLERS[protocol])
+    )
+    command = [sys.executable, "-m", "cxbridge", "daemon", str(file)]
+    daemon = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=LIMIT_S, check=False)
+    assert daemon.returncode == 2
+    assert (
+        "robots.yaml:9: the performer hub would ask itself for wave: robot1-others has others"
+        in daemon.stderr
+    )

@@ -2,7 +2,7 @@
 
 It does what the originals do, and more where they hang. REQUEST is repeated until a performer answers. One
 performer is confirmed, the others are rejected, also those that answer when it is over. A performer whose
-RESPONSE was lost waits for ever and answers nobody: it is rejected. One that vanishes, or that was restarted,
+RESPONSE was lost waits forever and answers nobody: it is rejected. One that vanishes, or that was restarted,
 is a failure.
 """
 
@@ -72,7 +72,7 @@ class _Performer(Struct):
     """What is known of a performer.
 
     :ivar life_us: when its last sign of life came; 0: none has come.
-    :ivar answer_us: when its last RESPONSE came, to whomever.
+    :ivar answer_us: when its last RESPONSE came, to anybody.
     """
 
     sign: Sign

@@ -17,7 +17,7 @@ _QOS: Final = QosProfile(depth=100)
 class Hub(Closing):
     """Says words on the topic of a protocol, and hears those of all others, and its own.
 
-    :param node: polled by whoever has it.
+    :param node: polled by its owner.
     :param namespace: what comes before the names of the topics.
     :param heard: called with each word.
     :param signed: called with each sign of life; None: nobody wants them.

@@ -8,7 +8,7 @@ keeps nobody reserved, and a CONFIRM that comes late is still carried out.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, Final, Protocol
 
@@ -169,13 +169,18 @@ class _Job:
 class HubPerformer(Closing):
     """Serves a hub.
 
-    :param skills: the skill board.
+    :param skills: returns the skill board; None while there is none.
     :param node: polled in each loop, and not closed.
     :raises Ros2Error: for a namespace that there is not.
     """
 
     def __init__(
-        self, settings: PerformerSettings, skills: BoardCalls, node: Node, clock: Clock, log: Logger
+        self,
+        settings: PerformerSettings,
+        skills: Callable[[], BoardCalls | None],
+        node: Node,
+        clock: Clock,
+        log: Logger,
     ) -> None:
         self._protocol = settings.protocol
         self._actions = {each.action: each for each in settings.actions}
@@ -226,7 +231,7 @@ class HubPerformer(Closing):
         jobs, self._jobs = self._jobs, {}
         for job in jobs.values():
             if job.master is not None:
-                self._skills.stop(job.master.number)
+                self._stop(job.master)
                 self._finish(job, success=False, status=f"the performer {job.node} was shut down")
         self._hub.close()
 
@@ -256,7 +261,7 @@ class HubPerformer(Closing):
             del self._jobs[key]
         elif word.kind == Kind.CANCEL and job.master is not None:
             job.is_cancelled = True
-            self._skills.stop(job.master.number)
+            self._stop(job.master)
 
     def _answer(self, key: Key) -> None:
         """Answer a REQUEST, if an executor is free."""
@@ -288,12 +293,21 @@ class HubPerformer(Closing):
             call = error.message  # who asks shall know
         return _Job(word, node, call)
 
+    def _stop(self, master: Master) -> None:
+        skills = self._skills()
+        if skills is not None:
+            skills.stop(master.number)
+
+    def _executors(self, skill: str) -> Iterator[ExecutorInfo]:
+        """Yield the agent's executors that know a skill; of all when it has no name."""
+        skills = self._skills()
+        for info in () if skills is None else skills.executors:
+            if info.agent == self._agent and (not skill or skill in info.skills):
+                yield info
+
     def _is_free(self, skill: str) -> bool:
         """Whether an executor is free that nobody has been promised."""
-        able = sum(
-            info.agent == self._agent and skill in info.skills and info.state is ExecutorState.IDLE
-            for info in self._skills.executors
-        )
+        able = sum(info.state is ExecutorState.IDLE for info in self._executors(skill))
         promised = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()
         )
@@ -302,11 +316,7 @@ class HubPerformer(Closing):
     def _life(self, action: str) -> Life:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return Life.RUNNING
-        skill = self._actions[action].skill
-        able = any(
-            info.agent == self._agent and (not skill or skill in info.skills)
-            for info in self._skills.executors
-        )
+        able = any(True for _ in self._executors(self._actions[action].skill))
         return Life.READY if able else Life.NOT_READY
 
     # --- what becomes of it -------------------------------------------------------------------------------
@@ -317,8 +327,11 @@ class HubPerformer(Closing):
         try:
             if isinstance(call, str):
                 raise SkillError(call)
+            skills = self._skills()
+            if skills is None:
+                raise SkillError("there is no skill board")
             changed = partial(self._changed, job)
-            job.master = self._skills.ask(call.skill, call.parameters, call.agent, changed, call.name)
+            job.master = skills.ask(call.skill, call.parameters, call.agent, changed, call.name)
         except CxbridgeError as error:
             self._over(job, success=False, status=error.message)
 

@@ -10,6 +10,7 @@ from cxbridge.ros2.hub.settings import TREE, performer_settings
 from cxbridge.ros2.node import Node
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge.skiller.board.local_calls import LocalSkillCalls
 
 
 class Ros2Performers(Component):
@@ -36,25 +37,37 @@ class Ros2Performers(Component):
             raise
 
     def _serve(self, key: str, settings: PerformerSettings) -> None:
-        context, service = self._context, self._context.skills.service
-        assert service is not None  # the skill board begins before it
+        context = self._context
         node = settings.node.join(settings.name, settings.node.definitions())
         self._nodes.append(node)
         log = context.bus.logger(f"performer {key}")
-        performer = HubPerformer(settings, service.local_calls, node, context.clock, log)
+        performer = HubPerformer(settings, self._skills, node, context.clock, log)
         self._performers.append(performer)
-        for host in service.hosts:
+        self._refuse_circle(key, settings, performer)
+
+    def _refuse_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
+        """Refuse performers whose skills are executed by asking on the same hub."""
+        service = self._context.skills.service
+        for host in () if service is None else service.hosts:
             executor = host.executor
             if (
                 isinstance(executor, HubSkills)
                 and (executor.topic, executor.agent) == (performer.topic, settings.agent)
                 and (both := performer.served & set(executor.skills))
             ):
+                place = next(self._context.config.search(f"{TREE}/{key}/"))
                 raise ConfigError(
                     f"the performer {key} would ask itself for {', '.join(sorted(both))}:"
                     f" {host.name} has others on {performer.topic} execute it",
+                    file=place.file,
+                    line=place.line,
                     hint=f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",
                 )
+
+    def _skills(self) -> LocalSkillCalls | None:
+        """Return the skill board of now: a daemon may have made another one."""
+        service = self._context.skills.service
+        return None if service is None else service.local_calls
 
     def loop(self) -> None:
         """Hear, answer, and give signs of life."""
