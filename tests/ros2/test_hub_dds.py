@@ -7,6 +7,7 @@ import shutil
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +16,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from tests.ros2.conftest import HERE, has_package, needs_ros, start, with_ros
+from tests.ros2.conftest import HERE, HUBS, has_package, in_ros, needs_ros, start, with_ros
 from tests.ros2.hub import CALLER, CALLERS, PERFORMER, World
 from tests.support import ROOT
 
@@ -29,11 +30,14 @@ def protocol(request: pytest.FixtureRequest) -> str:
     return str(request.param)
 
 
-@pytest.fixture
-def stranger(protocol: str) -> str:
+@pytest.fixture(params=["rclpy", "rclcpp"])
+def stranger(protocol: str, request: pytest.FixtureRequest) -> str:
+    """Who talks with ours: scripts of rclpy, or the C++ of PlanSys2 and of the thesis."""
     if not has_package(PACKAGES[protocol]):
         pytest.skip(f"this ROS 2 has no {PACKAGES[protocol]}")
-    return protocol
+    if request.param == "rclcpp" and not HUBS:
+        pytest.skip("ROS2_HUBS names no folder in which with_rclcpp was built")
+    return str(request.param)
 
 
 @pytest.fixture
@@ -44,12 +48,15 @@ def world(domain: int) -> Iterator[World]:
 
 
 @pytest.fixture
-def performers(stranger: str, domain: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
-    """Starts performers of rclpy."""
+def performers(stranger: str, protocol: str, domain: int) -> Iterator[Callable[..., subprocess.Popen[str]]]:
+    """Starts performers of strangers."""
     made = []
 
     def begin(*names: str) -> subprocess.Popen[str]:
-        made.append(start("rclpy", "hub_performer.py", stranger, *names))
+        if stranger == "rclcpp":
+            made.append(start("rclcpp", f"{protocol}_performer", *names))
+        else:
+            made.append(start("rclpy", "hub_performer.py", protocol, *names))
         return made[-1]
 
     yield begin
@@ -81,11 +88,11 @@ def test_ours_with_ours(world: World, protocol: str):
 
 
 @needs_ros
-def test_our_executive_commands_performers_of_rclpy(
-    world: World, stranger: str, performers: Callable[..., subprocess.Popen[str]]
+def test_our_executive_commands_performers_of_strangers(
+    world: World, stranger: str, protocol: str, performers: Callable[..., subprocess.Popen[str]]
 ):
     process = performers("one", "two")
-    here = world.side(CALLER, CLASS=CALLERS[stranger])
+    here = world.side(CALLER, CLASS=CALLERS[protocol])
     told: list[str] = []
     calls = here.service.local_calls
     master = calls.ask(
@@ -103,16 +110,17 @@ def test_our_executive_commands_performers_of_rclpy(
     lines = said(process)
     done = [" ".join(line.split()[2:]) for line in lines if "performs" in line]
     assert done == ["r2 hall", "fail", "long", *"abcdef"], lines
-    assert sum("rejected" in line for line in lines) >= len(done) - 1
+    if stranger == "rclpy":  # C++ does not say so
+        assert sum("rejected" in line for line in lines) >= len(done) - 1
     assert sum("cancelled" in line for line in lines) == 1
 
 
 @needs_ros
-def test_a_performer_of_rclpy_that_is_killed_fails_the_skill(
-    world: World, stranger: str, performers: Callable[..., subprocess.Popen[str]]
+def test_a_performer_of_strangers_that_is_killed_fails_the_skill(
+    world: World, protocol: str, performers: Callable[..., subprocess.Popen[str]]
 ):
     process = performers("one")
-    here = world.side(CALLER, CLASS=CALLERS[stranger])
+    here = world.side(CALLER, CLASS=CALLERS[protocol])
     master = here.ask("move", "long")
     world.until(lambda: master.feedback)
     end = world.clock.now_us() + 1_500_000  # until it has given a sign of life
@@ -123,19 +131,31 @@ def test_a_performer_of_rclpy_that_is_killed_fails_the_skill(
     assert world.over(here.ask("move", "hall")) == [THERE]
 
 
-def calling(protocol: str, *calls: str) -> subprocess.Popen[str]:
-    command = with_ros(str(HERE / "with_rclpy/hub_caller.py"), protocol, *calls)
+Calling = Callable[..., subprocess.Popen[str]]
+
+
+@pytest.fixture
+def calling(stranger: str, protocol: str, domain: int) -> Calling:
+    """Starts a caller of strangers."""
+    return partial(begin_calling, stranger, protocol)
+
+
+def begin_calling(stranger: str, protocol: str, *calls: str) -> subprocess.Popen[str]:
+    if stranger == "rclcpp":
+        command = in_ros(str(Path(HUBS) / f"{protocol}_caller"), *calls)
+    else:
+        command = with_ros(str(HERE / "with_rclpy/hub_caller.py"), protocol, *calls)
     return subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
 
 
 @needs_ros
-def test_our_skills_serve_an_executor_of_rclpy(world: World, stranger: str):
-    there = world.side(PERFORMER, PROTOCOL=stranger)
-    process = calling(stranger, "move,r2,hall", "wave,fail", "move,long", "move,a", "wave,b", "move,c")
+def test_our_skills_serve_an_executor_of_strangers(world: World, protocol: str, calling: Calling):
+    there = world.side(PERFORMER, PROTOCOL=protocol)
+    process = calling("move,r2,hall", "wave,fail", "move,long", "move,a", "wave,b", "move,c")
     world.until(lambda: process.poll() is not None, LIMIT_S)
     found: list[dict[str, Any]] = json.loads(process.communicate()[0])
     states = [(each["state"], each["status"]) for each in found]
-    end = ("CANCELLED", "") if stranger == "plansys2" else ("FAILURE", "CANCELLED")
+    end = ("CANCELLED", "") if protocol == "plansys2" else ("FAILURE", "CANCELLED")
     there_is = ("SUCCESS", "there")
     assert states == [there_is, ("FAILURE", "door closed"), end, there_is, there_is, there_is]
     assert [each["performer"] for each in found[:2]] == ["ours_move", "ours_wave"]
@@ -144,9 +164,9 @@ def test_our_skills_serve_an_executor_of_rclpy(world: World, stranger: str):
 
 
 @needs_ros
-def test_two_executors_of_rclpy_get_one_executor_of_ours_in_turns(world: World, stranger: str):
-    there = world.side(PERFORMER, PROTOCOL=stranger)
-    processes = [calling(stranger, f"move,{name}", f"wave,{name}") for name in "ab"]
+def test_two_executors_get_one_executor_of_ours_in_turns(world: World, protocol: str, calling: Calling):
+    there = world.side(PERFORMER, PROTOCOL=protocol)
+    processes = [calling(f"move,{name}", f"wave,{name}") for name in "ab"]
     world.until(lambda: all(process.poll() is not None for process in processes), LIMIT_S)
     found = [each for process in processes for each in json.loads(process.communicate()[0])]
     assert [each["state"] for each in found] == ["SUCCESS"] * 4
@@ -160,8 +180,8 @@ SCENARIO = """
 
 
 @needs_ros
-def test_the_waypoints_are_driven_by_performers_of_rclpy(
-    stranger: str, performers: Callable[..., subprocess.Popen[str]], tmp_path: Path
+def test_the_waypoints_are_driven_by_performers_of_strangers(
+    protocol: str, performers: Callable[..., subprocess.Popen[str]], tmp_path: Path
 ):
     process = performers("one")
     folder = tmp_path / "waypoints"
@@ -169,7 +189,7 @@ def test_the_waypoints_are_driven_by_performers_of_rclpy(
     file = folder / "scenario.yaml"
     text = file.read_text()
     before = text[: text.index("          class: cxbridge.skiller")]
-    file.write_text(before + SCENARIO.lstrip("\n").replace("CLASS", CALLERS[stranger]))
+    file.write_text(before + SCENARIO.lstrip("\n").replace("CLASS", CALLERS[protocol]))
     command = [sys.executable, "-m", "cxbridge", "run", str(folder), "--clock", "real", "--json"]
     run = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=LIMIT_S, check=False)
     assert json.loads(run.stdout)["result"] == "completed", run.stderr
@@ -183,12 +203,12 @@ cxbridge: {executive: false, skiller: none, fawkes: {enable: false}, zmq: {endpo
 
 
 @needs_ros
-def test_a_daemon_serves_an_executor_of_rclpy(stranger: str, domain: int, tmp_path: Path):
+def test_a_daemon_serves_an_executor_of_strangers(protocol: str, calling: Calling, tmp_path: Path):
     file = tmp_path / "robots.yaml"
-    file.write_text(DAEMON + PERFORMER.replace("PROTOCOL", stranger))
+    file.write_text(DAEMON + PERFORMER.replace("PROTOCOL", protocol))
     daemon = subprocess.Popen([sys.executable, "-m", "cxbridge", "daemon", str(file)], cwd=ROOT)
     try:
-        process = calling(stranger, "move,a", "move,b")
+        process = calling("move,a", "move,b")
         found = json.loads(process.communicate(timeout=LIMIT_S)[0])
         assert [each["state"] for each in found] == ["SUCCESS", "SUCCESS"]
     finally:
