@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import subprocess
 import sys
@@ -23,6 +24,8 @@ from tests.support import ROOT
 PACKAGES = {"plansys2": "plansys2_msgs", "skill-execution": "cx_msgs"}
 THERE = ("SUCCEEDED", "")
 LIMIT_S = 60
+WAYS = 7
+CHECKOUT = os.environ.get("ROS2CX_2021_DIR", "")
 
 
 @pytest.fixture(params=CALLERS)
@@ -195,6 +198,33 @@ def test_the_waypoints_are_driven_by_performers_of_strangers(
     assert json.loads(run.stdout)["result"] == "completed", run.stderr
     driven = [line.split()[2] for line in said(process) if "performs" in line]
     assert driven == ["wp1", "wp2", "wp3", "wp4", "wp5", "wp6", "wp-final"]
+
+
+NODES = """
+skill-board:
+  agents:
+    default:
+      executors:
+        nodes: {class: "cxbridge.ros2.skill_execution:SkillExecutionSkills", skills: [move]}
+"""
+
+
+@needs_ros
+@pytest.mark.skipif(not CHECKOUT, reason="ROS2CX_2021_DIR names no checkout of the thesis' executive")
+@pytest.mark.parametrize("protocol", ["skill-execution"])
+def test_the_executive_of_the_thesis_drives_its_nodes(
+    performers: Callable[..., subprocess.Popen[str]], tmp_path: Path
+):
+    process = performers("one")
+    file = tmp_path / "nodes.yaml"
+    file.write_text(NODES)
+    command = [sys.executable, "-m", "cxbridge", "run", "--ros2cx", CHECKOUT, "--spec", "test-nav2"]
+    command += ["--config", str(file), "--clock", "real", "--json"]
+    run = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=LIMIT_S, check=False)
+    assert json.loads(run.stdout)["result"] == "completed", run.stderr
+    driven = [" ".join(line.split()[2:]) for line in said(process) if "performs" in line]
+    assert [driven[0], driven[-1]] == ["tb3 wp_init wp1", "tb3 wp6 wp_final"]
+    assert len(driven) == WAYS
 
 
 DAEMON = """
