@@ -10,11 +10,12 @@ from __future__ import annotations
 import os
 import secrets
 import struct
+from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, Final, cast
-from weakref import WeakSet, WeakValueDictionary
+from weakref import WeakSet
 
 from cyclonedds.core import (
     DDSException,
@@ -92,10 +93,11 @@ class DdsNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         number = _domain_id() if domain is None else domain
-        self._domain = _make_domain(number, reach or _reach())
+        self._leave_domain = _enter_domain(number, reach or _reach())
         try:
             self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
         except DDSException as error:
+            self._leave_domain()
             raise Ros2Error(
                 f"DDS cannot begin in domain {number}: {error}",
                 hint="is ROS_DOMAIN_ID right, are there free UDP ports, and is CYCLONEDDS_URI right?",
@@ -170,16 +172,12 @@ class DdsNode(Node):
         return any_came
 
     def close(self) -> None:
-        """Leave the network.
-
-        DDS' objects go now: the wheel forgets to delete those that the garbage collector finds in a cycle,
-        and then nobody in this process can configure the domain again.
-        """
-        if "_participant" not in self.__dict__:
-            return
+        """Leave the network."""
         while self._readers:
             self._end(next(iter(self._readers)))
-        del self._waits, self._graph, self._participant, self._domain
+        for entity in (*self._writers, self._graph, self._waits, self._participant):
+            _delete(entity)
+        self._leave_domain()
 
     # --- DDS ----------------------------------------------------------------------------------------------
 
@@ -355,17 +353,40 @@ def _reach() -> str:
     return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
 
 
-_domains: WeakValueDictionary[int, Domain] = WeakValueDictionary()
-"""Those that nodes of this process are in: a domain is configured once, and is gone with its last node."""
+_domains: dict[int, Domain] = {}
+_nodes: Counter[int] = Counter()
+"""How many nodes of this process are in each: a domain is configured once, and ends with its last node."""
 
 
-def _make_domain(number: int, reach: str) -> Domain | None:
-    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it."""
+def _enter_domain(number: int, reach: str) -> Callable[[], None]:
+    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it.
+
+    :returns: leaves it; only the first call does.
+    """
     if reach not in ("localhost", "subnet", "off", "system_default"):
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
     if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
-        return None
-    known = _domains.get(number)
-    if known is None:
-        known = _domains[number] = Domain(number, _LOCAL)
-    return known
+        return lambda: None
+    if number not in _domains:
+        _domains[number] = Domain(number, _LOCAL)
+    _nodes[number] += 1
+    is_inside = [True]
+
+    def leave() -> None:
+        if is_inside:
+            is_inside.clear()
+            _nodes[number] -= 1
+            if not _nodes[number]:
+                _delete(_domains.pop(number))
+
+    return leave
+
+
+def _delete(entity: Entity) -> None:
+    """End an entity now.
+
+    The wheel ends it when Python lets go of it, but not when the garbage collector does that: its table of
+    entities refers to them weakly, and the collector clears such references first; the wheel takes what is
+    not in its table for ended.
+    """
+    entity.__del__()

@@ -196,10 +196,19 @@ def test_rclpy_uses_what_we_serve(peer: str):
 
 
 def test_a_domain_is_gone_with_its_last_node(domain: int):
-    first = DdsNode("first", Definitions(environment={}), domain + 60)
-    second = DdsNode("second", Definitions(environment={}), domain + 60)
-    first.close()
-    second.close()
-    del first, second
-    gc.collect()
+    nodes = [DdsNode(name, Definitions(environment={}), domain + 60) for name in ("first", "second")]
+    for node in nodes:
+        assert domain + 60 in _domains
+        node.close()
+        node.close()  # once more changes nothing
     assert domain + 60 not in _domains
+
+
+def test_a_domain_ends_when_the_garbage_collector_takes_a_node(domain: int):
+    for _ in range(3):
+        with DdsNode("one", Definitions(environment={}), domain + 62) as node:
+            node.subscribe("/news", "std_msgs/msg/String", lambda _message: None)
+            cycle: list[object] = [node]
+            cycle.append(cycle)
+        del node, cycle
+        gc.collect()
