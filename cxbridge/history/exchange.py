@@ -17,7 +17,8 @@ _BOARD: Final = "SkillBoardInterface::"
 _EXECUTOR: Final = "SkillExecutorInterface::"
 _REQUEST: Final = "RequestMessage"
 _REFUSED: Final = "refused"
-_MAPPED_ACTION: Final = "mapped_action"
+MAPPED_ACTION: Final = "mapped_action"
+"""The parameter that holds the mapped skill string of an action, if there is one."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -134,7 +135,7 @@ def _asked(ticket: _Ticket, values: Any) -> _Asked:
         parameters = {}
     if not isinstance(parameters, dict):
         parameters = {}
-    mapped = str(parameters.pop(_MAPPED_ACTION, ""))
+    mapped = str(parameters.pop(MAPPED_ACTION, ""))
     words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name = str(values.get("name") or _number(ticket))
     return _Asked(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)

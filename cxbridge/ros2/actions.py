@@ -9,12 +9,12 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.closing import Closing
+from cxbridge.ros2.builtin import CANCEL_GOAL
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.names import parse_type
 from cxbridge.ros2.node import Client, Node
 from cxbridge.ros2.qos import PROFILES
 
-_CANCEL_TYPE: Final = "action_msgs/srv/CancelGoal"
 _STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
 
 
@@ -88,7 +88,7 @@ class ActionClient(Closing):
         self._goals: dict[bytes, SentGoal] = {}
         self._send = node.client(f"{name}/_action/send_goal", str(kind.derived("SendGoal")))
         self._get = node.client(f"{name}/_action/get_result", str(kind.derived("GetResult")))
-        self._cancel = node.client(f"{name}/_action/cancel_goal", _CANCEL_TYPE)
+        self._cancel = node.client(f"{name}/_action/cancel_goal", CANCEL_GOAL)
         self._ends = [
             node.subscribe(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")), self._told),
             node.subscribe(f"{name}/_action/status", _STATUS_TYPE, self._changed, PROFILES["action_status"]),
@@ -244,7 +244,7 @@ class ActionServer(Closing):
         self._ends = [
             node.serve(f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._sent),
             node.serve_later(f"{name}/_action/get_result", str(kind.derived("GetResult")), self._wanted),
-            node.serve(f"{name}/_action/cancel_goal", _CANCEL_TYPE, self._cancelled),
+            node.serve(f"{name}/_action/cancel_goal", CANCEL_GOAL, self._cancelled),
         ]
 
     def step(self) -> None:

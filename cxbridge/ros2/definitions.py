@@ -23,6 +23,7 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.base import TypesysError
 
 from cxbridge.errors import Ros2Error
+from cxbridge.ros2.builtin import BUILT_IN
 from cxbridge.ros2.names import KINDS, TypeName, parse_type
 from cxbridge.suggestions import did_you_mean
 
@@ -39,23 +40,8 @@ DEFAULT_DISTRIBUTION: Final = "jazzy"
 _TIME: Final = parse_type("builtin_interfaces/msg/Time")
 _UUID: Final = parse_type("unique_identifier_msgs/msg/UUID")
 _EVENT_INFO: Final = parse_type("service_msgs/msg/ServiceEventInfo")
-_CANCEL: Final = "action_msgs/srv/CancelGoal"
 _SEPARATOR: Final = "---"
 _SECTIONS: Final = {"msg": 1, "srv": 2, "action": 3}
-
-# definitions that rosbags lacks and that every action needs
-_BUILT_IN: Final = {
-    _CANCEL: """int8 ERROR_NONE=0
-int8 ERROR_REJECTED=1
-int8 ERROR_UNKNOWN_GOAL_ID=2
-int8 ERROR_GOAL_TERMINATED=3
-action_msgs/GoalInfo goal_info
----
-int8 return_code
-action_msgs/GoalInfo[] goals_canceling
-""",
-}
-
 
 _DEFAULT: Final = re.compile(r"[a-zA-Z][^\s#]*[ \t]+([a-zA-Z]\w*)[ \t]+([^\s=#].*)")
 """A field with a default: type, name, value."""
@@ -106,7 +92,7 @@ class Definitions:
     def names(self) -> list[str]:
         """Return the names of all types that can be asked for."""
         well_known = (name for name in self._store.fielddefs if _is_whole(name))
-        return sorted({*well_known, *self._files, *_BUILT_IN})
+        return sorted({*well_known, *self._files, *BUILT_IN})
 
     def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message, in their order.
@@ -182,7 +168,7 @@ class Definitions:
         """Return the fields of each section of a definition, and their defaults."""
         file = self._files.get(str(name))
         try:
-            text = _BUILT_IN[str(name)] if file is None else file.read_text("utf-8")
+            text = BUILT_IN[str(name)] if file is None else file.read_text("utf-8")
         except KeyError:
             hint = did_you_mean(str(name), self.names(), "name the folder of its package")
             raise Ros2Error(f"there is no ROS 2 type {name}", hint=hint) from None

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Generator, Mapping
-from pathlib import Path
 from typing import Any, ClassVar, Final
 
 from msgspec import Struct
@@ -13,21 +12,17 @@ from msgspec import Struct
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, SkillError
 from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
+from cxbridge.ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
 from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Client, Node
+from cxbridge.ros2.node import Client
 from cxbridge.ros2.topics import check_topic
-from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
 
 PATIENCE_S: Final = 5.0
 """Seconds that nobody may serve an action or a service before a skill fails."""
 
-TIMEOUT_S: Final = 600.0
-"""Seconds that a skill may take."""
-
-_OF_ALL: Final = ("packages", "distribution", "domain", "reach", "namespace", "tables", "skills")
 _OF_ACTION: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _OF_SERVICE: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
 _PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
@@ -56,34 +51,25 @@ class RosSkill(Struct, frozen=True):
     patience_s: float
 
 
-class RosSkills(SkillExecutor):
+class RosSkills(RosExecutor):
     """Executes skills as actions and services of ROS 2 nodes, over DDS."""
 
-    known_settings: ClassVar[tuple[str, ...]] = _OF_ALL
+    known_settings: ClassVar[tuple[str, ...]] = (*RosExecutor.known_settings, "tables")
 
     def __init__(self, context: ExecutorContext) -> None:
-        settings = _nested(context.settings)
-        known = ExecutorContext(
-            context.agent, context.board, context.clock, context.log, settings, context.folder
-        )
-        super().__init__(known)
+        super().__init__(context)
         self._tables: Mapping[str, Mapping[str, Any]] = self.setting("tables", {})
         self._known = {
-            name: _skill(name, value, self._namespace()) for name, value in self._configured().items()
+            name: _skill(name, value, self.node_settings.namespace)
+            for name, value in self._configured().items()
         }
         self.skills = tuple(self._known)
-        folders: Any = self.settings.get("packages", [])
-        self._definitions = Definitions(
-            [self.folder / Path(str(each)) for each in (folders if isinstance(folders, list) else [folders])],
-            self.setting("distribution", DEFAULT_DISTRIBUTION),
-        )
-        self._node: Node | None = None
         self._clients: dict[str, ActionClient | Client] = {}
 
     @classmethod
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:
         """Return the skills that are configured; see the base class."""
-        skills = _nested(settings).get("skills")
+        skills = nested(settings).get("skills")
         return tuple(skills) if isinstance(skills, Mapping) else ()
 
     def _configured(self) -> Mapping[str, Any]:
@@ -94,17 +80,9 @@ class RosSkills(SkillExecutor):
             )
         return skills
 
-    def _namespace(self) -> str:
-        namespace = self.setting("namespace", "")
-        return check_topic(namespace) if namespace else ""
-
     def start(self) -> None:
         """Join the domain, and make a client for each skill: a wrong type is an error now."""
-        from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415  an extra
-
-        domain, reach = self.setting("domain", -1), self.setting("reach", "")
-        name = re.sub(r"\W", "_", f"cxbridge_{self.agent}")
-        self._node = node = DdsNode(name, self._definitions, None if domain < 0 else domain, reach or None)
+        node = self.join()
         for skill, known in self._known.items():
             self._clients[skill] = (
                 ActionClient(node, known.name, known.kind)
@@ -116,32 +94,18 @@ class RosSkills(SkillExecutor):
         """Execute a skill; see the base class."""
         known, client = self._known[call.skill], self._clients[call.skill]
         message = fill(known.message, call, self._tables)
-        deadline_us = self.clock.now_us() + round(known.timeout_s * MICROSECONDS)
         steps = (
             self._act(known, client, message)
             if isinstance(client, ActionClient)
             else self._ask(known, client, message)
         )
-        for step in steps:
-            if self.clock.now_us() > deadline_us:
-                steps.close()
-                raise SkillFailedError(f"{known.name} has not ended within {known.timeout_s:g} s")
-            yield step
-
-    def idle(self) -> None:
-        """Take what came in."""
-        self._poll()
+        yield from self.within(known.timeout_s, known.name, steps)
 
     def close(self) -> None:
         """Leave the domain."""
         for client in self._clients.values():
             client.close()
-        if self._node is not None:
-            self._node.close()
-
-    def _poll(self) -> None:
-        if self._node is not None:
-            self._node.poll()
+        super().close()
 
     def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
         """Wait until somebody serves."""
@@ -149,7 +113,7 @@ class RosSkills(SkillExecutor):
         while not client.is_served:
             if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
                 raise SkillFailedError(f"nobody serves {known.name} ({known.kind})")
-            self._poll()
+            self.poll()
             yield
 
     def _act(self, known: RosSkill, client: ActionClient, goal: Message) -> Generator[Any, None, Any]:
@@ -172,7 +136,7 @@ class RosSkills(SkillExecutor):
     def _follow(self, known: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
         seen_us, told, first = self.clock.now_us(), None, 0.0
         while True:
-            self._poll()
+            self.poll()
             if sent.is_over:
                 return
             now_us = self.clock.now_us()
@@ -197,7 +161,7 @@ class RosSkills(SkillExecutor):
         number = client.call(request, answers.append)
         try:
             while not answers:
-                self._poll()
+                self.poll()
                 if not answers:
                     yield None
         finally:
@@ -257,15 +221,9 @@ def _skill(name: str, value: Any, namespace: str) -> RosSkill:
         feedback=str(value.get("feedback", "")),
         success=str(value.get("success", "")),
         error=str(value.get("error", "")),
-        timeout_s=_seconds(name, "timeout", value.get("timeout", TIMEOUT_S)),
-        patience_s=_seconds(name, "patience", value.get("patience", PATIENCE_S)),
+        timeout_s=seconds_of(name, "timeout", value.get("timeout", TIMEOUT_S)),
+        patience_s=seconds_of(name, "patience", value.get("patience", PATIENCE_S)),
     )
-
-
-def _seconds(skill: str, key: str, value: Any) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
-        raise ConfigError(f"the {key} of the skill {skill} is a number of seconds, not {value!r}")
-    return float(value)
 
 
 def _field(message: Any, path: str) -> Any:
@@ -275,18 +233,3 @@ def _field(message: Any, path: str) -> Any:
             return None
         message = message[part]
     return message if path else None
-
-
-def _nested(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """Return settings as mappings in mappings; a configuration gives them by path: ``skills/goto/name``."""
-    found: dict[str, Any] = {}
-    for path, value in settings.items():
-        *parents, last = path.split("/")
-        place = found
-        for parent in parents:
-            inner = place.setdefault(parent, {})
-            if not isinstance(inner, dict):
-                raise ConfigError(f"'{path}' is in something that is not a mapping")
-            place = inner
-        place[last] = value
-    return found

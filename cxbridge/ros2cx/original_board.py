@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.policy import BoardPolicy
@@ -20,9 +21,6 @@ if TYPE_CHECKING:
 
 IDLE_S: Final = 4.0
 """Seconds that a master waits for somebody to answer; the time-out ``start`` of such a board."""
-
-MAPPED_ACTION: Final = "mapped_action"
-"""The parameter that holds the mapped skill string, if there is one."""
 
 NO_AGENT: Final = "default"
 """What the skill board calls the agent whose id is the empty string: there, names are not empty."""

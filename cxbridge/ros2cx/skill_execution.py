@@ -17,7 +17,8 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.skill_board import SkillAction, Skills
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
-from cxbridge.ros2cx.original_board import MAPPED_ACTION, NO_AGENT
+from cxbridge.history.exchange import MAPPED_ACTION
+from cxbridge.ros2cx.original_board import NO_AGENT
 from cxbridge.ros2cx.sensing import PretendedSensing
 
 

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
@@ -40,7 +41,7 @@ class SkillerExecutor(SkillExecutor):
 
     def execute(self, call: SkillCall) -> Steps:
         """Take control, send the skill string, wait for the end; stop it when the skill is cancelled."""
-        skill_string = str(call.get("mapped_action", ""))
+        skill_string = str(call.get(MAPPED_ACTION, ""))
         if not skill_string:
             raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
         assert self._far is not None

@@ -7,12 +7,15 @@ import shlex
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import pytest
 
 HERE = Path(__file__).parent
 SETUP = os.environ.get("ROS2_SETUP", "")
+OVERLAY = os.environ.get("ROS2_OVERLAY", "")
+"""A folder with the ``setup.bash`` of more packages than that of ``ROS2_SETUP``, e.g. cx_msgs."""
 needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder with the setup.bash of a ROS 2")
 
 
@@ -27,17 +30,37 @@ def domain() -> Iterator[int]:
         yield number
 
 
-def with_ros(*command: str) -> list[str]:
-    """Return a command with which the Python of ROS (``ROS2_PYTHON``) runs a script of this folder."""
-    python = os.environ.get("ROS2_PYTHON", "python3")
-    script = f"source {shlex.quote(SETUP)}/setup.bash && exec {shlex.join([python, *command])}"
+HUBS = os.environ.get("ROS2_HUBS", "")
+"""The folder that with_rclcpp was built in."""
+
+
+@cache
+def has_package(name: str) -> bool:
+    """Return whether the ROS has a package."""
+    if not SETUP:
+        return False
+    command = in_ros("printenv", "AMENT_PREFIX_PATH")
+    folders = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=True).stdout.strip()
+    return any((Path(each) / "share" / name).is_dir() for each in folders.split(os.pathsep))
+
+
+def in_ros(*command: str) -> list[str]:
+    """Return a command that runs a program in the environment of ROS."""
+    script = f"source {shlex.quote(OVERLAY or SETUP)}/setup.bash && exec {shlex.join(command)}"
     return ["env", "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp", "bash", "-c", script]
 
 
-def start(kind: str, script: str = "peer.py") -> subprocess.Popen[str]:
-    """Start a peer, of cxbridge (``ours``) or a script of rclpy; it is ready."""
-    if kind == "rclpy":
-        command = with_ros(str(HERE / "with_rclpy" / script))
+def with_ros(*command: str) -> list[str]:
+    """Return a command with which the Python of ROS (``ROS2_PYTHON``) runs a script of this folder."""
+    return in_ros(os.environ.get("ROS2_PYTHON", "python3"), *command)
+
+
+def start(kind: str, script: str = "peer.py", *arguments: str) -> subprocess.Popen[str]:
+    """Start a peer, of cxbridge (``ours``), a script of rclpy or a program of rclcpp; it is ready."""
+    if kind == "rclcpp":
+        command = in_ros(str(Path(HUBS) / script), *arguments)
+    elif kind == "rclpy":
+        command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     else:
         command = [sys.executable, "-m", "tests.ros2.peer"]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)

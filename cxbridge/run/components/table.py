@@ -58,6 +58,11 @@ ENVIRONMENT: Final = (
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda context: context.skill_board is not None,
     ),
+    ComponentEntry(
+        "ros2-performers",
+        f"{_PACKAGE}.ros2_performers:Ros2Performers",
+        lambda context: bool(context.config.keys("/ros2/performers")),
+    ),
 )
 """The executive's environment; the recording has its place in a replay."""
 

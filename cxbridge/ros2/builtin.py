@@ -1,0 +1,52 @@
+"""Definitions that are known without their packages: rosbags lacks them, and users need not have them.
+
+Constants are no part of what goes over the wire, nor of type hashes: those of the hubs are enums in
+:mod:`cxbridge.ros2.hub.words`.
+"""
+
+from __future__ import annotations
+
+from typing import Final
+
+CANCEL_GOAL: Final = "action_msgs/srv/CancelGoal"
+
+BUILT_IN: Final = {
+    CANCEL_GOAL: """int8 ERROR_NONE=0
+int8 ERROR_REJECTED=1
+int8 ERROR_UNKNOWN_GOAL_ID=2
+int8 ERROR_GOAL_TERMINATED=3
+action_msgs/GoalInfo goal_info
+---
+int8 return_code
+action_msgs/GoalInfo[] goals_canceling
+""",
+    "plansys2_msgs/msg/ActionExecution": """int16 type         # a Kind
+string node_id     # who asks in a REQUEST, else who performs
+string action
+string[] arguments
+bool success       # of FINISH
+float32 completion # from 0 to 1
+string status      # what is being done, or why it failed
+""",
+    "plansys2_msgs/msg/ActionPerformerStatus": """builtin_interfaces/Time status_stamp
+int8 state                      # a Life
+string action
+string[] specialized_arguments  # those that it performs only; empty: any
+string node_name
+""",
+    "cx_msgs/msg/SkillExecution": """int16 type                 # a Kind
+string node_id             # who asks in a REQUEST, else who executes
+string action
+string[] action_parameters
+string agent_id            # empty unless there are several robots
+string mapped_action       # the skill string that the action is mapped to
+string status              # what is being done, or why it failed
+bool success               # of FINISH
+float32 progress           # from 0 to 1
+""",
+    "cx_msgs/msg/SkillExecutionerInformation": """int8 state           # a Life
+string action_name
+string node_name
+""",
+}
+"""The text of each definition by its type."""

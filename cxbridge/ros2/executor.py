@@ -1,0 +1,176 @@
+"""What executors of skills that are nodes of ROS 2 have in common: their settings, and how they join."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Generator, Mapping
+from pathlib import Path
+from typing import Any, ClassVar, Final, TypeVar
+
+from msgspec import Struct
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ConfigError
+from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.topics import check_topic
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
+
+OF_NODE: Final = ("packages", "distribution", "domain", "reach", "namespace")
+"""The settings of a node."""
+
+TIMEOUT_S: Final = 600.0
+"""Seconds that a skill may take."""
+
+S = TypeVar("S")
+T = TypeVar("T")
+
+
+class NodeSettings(Struct, frozen=True):
+    """Where a node of ours is, and the types that it knows.
+
+    :param packages: folders with ROS packages.
+    :param distribution: whose well-known types are known.
+    :param domain: the DDS domain; None: that of the environment.
+    :param reach: how far nodes are looked for; None: as the environment says.
+    :param namespace: what comes before all names; empty: nothing does.
+    """
+
+    packages: tuple[Path, ...]
+    distribution: str
+    domain: int | None
+    reach: str | None
+    namespace: str
+
+    @classmethod
+    def of(cls, settings: Mapping[str, Any], folder: Path, whose: str) -> NodeSettings:
+        """Read the settings of a configuration.
+
+        :param folder: what relative folders are seen from.
+        :param whose: what is configured, for errors.
+        :raises CxbridgeError: when they make no sense.
+        """
+        packages = settings.get("packages", [])
+        domain = typed(settings, "domain", -1, whose)
+        namespace = typed(settings, "namespace", "", whose)
+        return cls(
+            packages=tuple(
+                folder / str(each) for each in (packages if isinstance(packages, list) else [packages])
+            ),
+            distribution=typed(settings, "distribution", DEFAULT_DISTRIBUTION, whose),
+            domain=None if domain < 0 else domain,
+            reach=typed(settings, "reach", "", whose) or None,
+            namespace=check_topic(namespace) if namespace else "",
+        )
+
+    def definitions(self) -> Definitions:
+        """Read which types there are.
+
+        :raises Ros2Error: when a folder is not there.
+        """
+        return Definitions(self.packages, self.distribution)
+
+    def join(self, name: str, definitions: Definitions) -> Node:
+        """Join the domain.
+
+        :param name: of the node; what ROS does not take in names is replaced.
+        :raises Ros2Error: when that is not possible.
+        """
+        from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415  an extra
+
+        return DdsNode(re.sub(r"\W", "_", name), definitions, self.domain, self.reach)
+
+
+class RosExecutor(SkillExecutor):
+    """Executes skills as a node of ROS 2. Settings may be mappings in mappings."""
+
+    known_settings: ClassVar[tuple[str, ...]] = (*OF_NODE, "skills")
+
+    def __init__(self, context: ExecutorContext) -> None:
+        settings = nested(context.settings)
+        super().__init__(
+            ExecutorContext(
+                context.agent, context.board, context.clock, context.log, settings, context.folder
+            )
+        )
+        self.node_settings = NodeSettings.of(settings, self.folder, type(self).__name__)
+        self._definitions = self.node_settings.definitions()
+        self._node: Node | None = None
+
+    def join(self) -> Node:
+        """Join the domain; :meth:`close` leaves it."""
+        self._node = node = self.node_settings.join(f"cxbridge_{self.agent}", self._definitions)
+        return node
+
+    def idle(self) -> None:
+        """Take what came in."""
+        self.poll()
+
+    def poll(self) -> None:
+        """Take what came in."""
+        if self._node is not None:
+            self._node.poll()
+
+    def close(self) -> None:
+        """Leave the domain."""
+        if self._node is not None:
+            self._node.close()
+
+    def within(self, seconds: float, name: str, steps: Generator[S, None, Any]) -> Generator[S, None, Any]:
+        """Yield steps, and return what they return, unless they take too long.
+
+        :param name: what takes that long.
+        """
+        deadline_us = self.clock.now_us() + round(seconds * MICROSECONDS)
+        try:
+            while True:
+                try:
+                    step = next(steps)
+                except StopIteration as end:
+                    return end.value
+                if self.clock.now_us() > deadline_us:
+                    raise SkillFailedError(f"{name} has not ended within {seconds:g} s")
+                yield step
+        finally:
+            steps.close()
+
+
+def typed(settings: Mapping[str, Any], name: str, default: T, whose: str) -> T:
+    """Return a setting, which has the type of its default.
+
+    :param whose: what is configured, for the error.
+    :raises ConfigError: when it has another type.
+    """
+    value = settings.get(name, default)
+    if not isinstance(value, type(default)) or isinstance(value, bool) != isinstance(default, bool):
+        raise ConfigError(f"{whose} needs a {type(default).__name__} as '{name}', not {value!r}")
+    return value
+
+
+def seconds_of(skill: str, key: str, value: Any) -> float:
+    """Return a number of seconds that a skill is configured with.
+
+    :raises ConfigError: when it is none.
+    """
+    if isinstance(value, bool) or not isinstance(value, int | float) or not 0 < value < math.inf:
+        raise ConfigError(f"the {key} of the skill {skill} is a number of seconds, not {value!r}")
+    return float(value)
+
+
+def nested(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """Return settings as mappings in mappings; a configuration gives them by path: ``skills/goto/name``.
+
+    :raises ConfigError: when something is both a value and a mapping.
+    """
+    found: dict[str, Any] = {}
+    for path, value in settings.items():
+        *parents, last = path.split("/")
+        place = found
+        for parent in parents:
+            inner = place.setdefault(parent, {})
+            if not isinstance(inner, dict):
+                raise ConfigError(f"'{path}' is in something that is not a mapping")
+            place = inner
+        place[last] = value
+    return found

@@ -1,0 +1,76 @@
+"""A node's place on a hub."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Final
+
+from cxbridge.closing import Closing
+from cxbridge.ros2.hub.words import HubProtocol, Sign, Word
+from cxbridge.ros2.node import Node, Publisher
+from cxbridge.ros2.qos import QosProfile
+
+_QOS: Final = QosProfile(depth=100)
+"""That of PlanSys2 and of the thesis."""
+
+
+class Hub(Closing):
+    """Says words on the topic of a protocol, and hears those of all others, and its own.
+
+    :param node: polled by its owner.
+    :param namespace: what comes before the names of the topics.
+    :param heard: called with each word.
+    :param signed: called with each sign of life; None: nobody wants them.
+    :raises Ros2Error: for a namespace that there is not.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        protocol: HubProtocol,
+        namespace: str,
+        heard: Callable[[Word], None],
+        signed: Callable[[Sign], None] | None = None,
+    ) -> None:
+        self._protocol = protocol
+        self._node = node
+        self.topic = f"{namespace}{protocol.topic}"
+        self._signs_topic = f"{namespace}{protocol.signs_topic}"
+        self._signs: Publisher | None = None
+        self._words = node.publisher(self.topic, protocol.message_type, _QOS)
+        self._ends = [
+            node.subscribe(
+                self.topic, protocol.message_type, lambda message: heard(protocol.word(message)), _QOS
+            )
+        ]
+        if signed is not None:
+            self._ends.append(
+                node.subscribe(
+                    self._signs_topic,
+                    protocol.signs_type,
+                    lambda message: signed(protocol.sign(message)),
+                    _QOS,
+                )
+            )
+
+    def say(self, word: Word) -> None:
+        """Say a word."""
+        self._words.publish(self._protocol.message(word))
+
+    def give_sign(self, sign: Sign, now_us: int) -> None:
+        """Give a sign of life.
+
+        :param now_us: the time, microseconds since the epoch.
+        """
+        if self._signs is None:
+            self._signs = self._node.publisher(self._signs_topic, self._protocol.signs_type, _QOS)
+        self._signs.publish(self._protocol.sign_message(sign, now_us))
+
+    def close(self) -> None:
+        """Hear and say nothing more."""
+        for end in self._ends:
+            end()
+        self._ends = []
+        self._words.close()
+        if self._signs is not None:
+            self._signs.close()

@@ -1,0 +1,87 @@
+"""What a configuration says about performers: ``/ros2/performers/NAME``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.ros2.executor import OF_NODE, NodeSettings, nested, typed
+from cxbridge.ros2.hub.performer import PerformerSettings, ServedAction
+from cxbridge.ros2.hub.words import HubProtocol
+from cxbridge.ros2.plansys2 import PlanSys2Protocol
+from cxbridge.ros2.skill_execution import SkillExecutionProtocol
+from cxbridge.skiller.board.settings import value_of
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+
+TREE: Final = "/ros2/performers"
+
+PROTOCOLS: Final[Mapping[str, HubProtocol]] = {
+    each.name: each for each in (PlanSys2Protocol(), SkillExecutionProtocol())
+}
+"""The protocols by their names."""
+
+_KNOWN: Final = ("protocol", "agent", "agent-id", "name", "actions", *OF_NODE)
+
+
+def performer_settings(
+    config: Configuration, agents: Sequence[str], folder: Path
+) -> dict[str, PerformerSettings]:
+    """Return the performers of a configuration, by their keys.
+
+    :param agents: those of the skill board.
+    :param folder: what relative folders are seen from.
+    :raises CxbridgeError: when something is unknown, missing or makes no sense; with file and line.
+    """
+    found = {}
+    for key in config.keys(TREE):
+        tree = f"{TREE}/{key}"
+        values = {
+            value.path.removeprefix(f"{tree}/"): [value_of(text) for text in value.items]
+            if value.is_list
+            else value_of(value.text)
+            for value in config.search(f"{tree}/")
+        }
+        try:
+            found[key] = _performer(key, nested(values), agents, folder)
+        except CxbridgeError as error:
+            place = next(iter(config.search(f"{tree}/")), None)
+            if place is not None and error.file is None:
+                error.file, error.line = place.file, place.line
+            raise
+    return found
+
+
+def _performer(key: str, values: Mapping[str, Any], agents: Sequence[str], folder: Path) -> PerformerSettings:
+    whose = f"the performer {key}"
+    for name in values:
+        if name not in _KNOWN:
+            raise ConfigError(f"{whose} has no setting '{name}'", hint=did_you_mean(name, _KNOWN))
+    protocol = PROTOCOLS.get(called := typed(values, "protocol", "", whose))
+    if protocol is None:
+        hint = did_you_mean(called, PROTOCOLS, f"there are: {', '.join(PROTOCOLS)}")
+        raise ConfigError(f"{whose} has no protocol '{called}'", hint=hint)
+    agent = str(values.get("agent", agents[0] if len(agents) == 1 else ""))
+    if agent not in agents:
+        problem = f"serves the agent '{agent}', which there is not" if agent else "names no agent"
+        hint = did_you_mean(agent, agents, f"the skill board has: {', '.join(agents) or 'none'}")
+        raise ConfigError(f"{whose} {problem}", hint=hint)
+    if "agent-id" in values and not protocol.has_agents:
+        raise ConfigError(f"{whose} has no setting 'agent-id': messages of {called} name no robot")
+    actions = values.get("actions", [])
+    if not isinstance(actions, Mapping):
+        actions = {str(each): {} for each in (actions if isinstance(actions, list) else [actions])}
+    if not actions:
+        raise ConfigError(f"{whose} has no actions", hint="name them: actions: [move]")
+    return PerformerSettings(
+        protocol=protocol,
+        agent=agent,
+        agent_id=str(values.get("agent-id", "")),
+        name=str(values.get("name", f"cxbridge_{agent}")),
+        actions=tuple(ServedAction.of(name, value, protocol) for name, value in actions.items()),
+        node=NodeSettings.of(values, folder, whose),
+    )

@@ -1,0 +1,83 @@
+"""PlanSys2: our executive commands its action performers, and our skills serve its executor (docs/ros2.md).
+
+The protocol is that of PlanSys2's ActionExecutor, which asks, and ActionExecutorClient, which performs; it
+has been the same since ROS 2 Foxy.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, ClassVar
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.ros2.hub.caller import HubSkills
+from cxbridge.ros2.hub.words import HubProtocol, Key, Sign, Word
+from cxbridge.ros2.messages import Message
+
+_NANOSECONDS = 1000
+
+
+class PlanSys2Protocol(HubProtocol):
+    """Words as plansys2_msgs/msg/ActionExecution."""
+
+    name = "plansys2"
+    topic = "/actions_hub"
+    message_type = "plansys2_msgs/msg/ActionExecution"
+    signs_topic = "/performers_status"
+    signs_type = "plansys2_msgs/msg/ActionPerformerStatus"
+    patience_s = 30.0
+    wanted_s = 1.0
+
+    def message(self, word: Word) -> Mapping[str, Any]:
+        """Return the message that says a word."""
+        return {
+            "type": word.kind,
+            "node_id": word.node,
+            "action": word.key.action,
+            "arguments": list(word.key.arguments),
+            "success": word.success,
+            "completion": word.progress,
+            "status": word.status,
+        }
+
+    def word(self, message: Message) -> Word:
+        """Return what a message says."""
+        return Word(
+            kind=message["type"],
+            node=message["node_id"],
+            key=Key(message["action"], tuple(message["arguments"]), ""),
+            success=message["success"],
+            progress=message["completion"],
+            status=message["status"],
+        )
+
+    def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
+        """Return the message that is a sign of life."""
+        seconds, rest = divmod(now_us, MICROSECONDS)
+        return {
+            "status_stamp": {"sec": seconds, "nanosec": rest * _NANOSECONDS},
+            "state": sign.life,
+            "action": sign.action,
+            "node_name": sign.node,
+        }
+
+    def sign(self, message: Message) -> Sign:
+        """Return the sign of life that a message is."""
+        return Sign(message["node_name"], message["action"], message["state"])
+
+    def after_cancel(self, finish: Word) -> Word | None:  # noqa: ARG002
+        """Return nothing: its performers stop without a word, and its executor expects none."""
+        return None
+
+    def arguments_of(self, key: Key) -> tuple[str, ...]:
+        """Return the arguments; its executor takes the name of an action that has none for one."""
+        return () if key.arguments == (key.action,) else key.arguments
+
+
+PROTOCOL = PlanSys2Protocol()
+
+
+class PlanSys2Skills(HubSkills):
+    """Has action performers of PlanSys2 execute skills."""
+
+    protocol: ClassVar[HubProtocol] = PROTOCOL

@@ -1,0 +1,93 @@
+"""Performers on hubs of ROS 2 as a component: executors of others have our skills executed."""
+
+from __future__ import annotations
+
+from cxbridge.errors import ConfigError
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.hub.caller import HubSkills
+from cxbridge.ros2.hub.performer import HubPerformer, PerformerSettings
+from cxbridge.ros2.hub.settings import TREE, performer_settings
+from cxbridge.ros2.node import Node
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+from cxbridge.skiller.board.local_calls import LocalSkillCalls
+
+
+class Ros2Performers(Component):
+    """Serves the hubs that the configuration names with skills of the skill board.
+
+    :raises CxbridgeError: when the configuration makes no sense, or a domain cannot be joined.
+    """
+
+    hooks = (Hook.SKILL,)
+    description = "Skills for PlanSys2 and for the executive of the thesis"
+
+    def __init__(self, context: RunContext) -> None:
+        self._context = context
+        self._nodes: list[Node] = []
+        self._performers: list[HubPerformer] = []
+        agents = () if context.skill_board is None else context.skill_board.agents
+        names = [agent.name for agent in agents]
+        found = performer_settings(context.config, names, context.paths.confdir)
+        try:
+            for key, settings in found.items():
+                self._serve(key, settings)
+        except Exception:
+            self.close()
+            raise
+
+    def _serve(self, key: str, settings: PerformerSettings) -> None:
+        context = self._context
+        node = settings.node.join(settings.name, settings.node.definitions())
+        self._nodes.append(node)
+        log = context.bus.logger(f"performer {key}")
+        performer = HubPerformer(settings, self._skills, node, context.clock, log)
+        self._performers.append(performer)
+        self._refuse_circle(key, settings, performer)
+
+    def _refuse_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
+        """Refuse performers whose skills are executed by asking on the same hub."""
+        service = self._context.skills.service
+        for host in () if service is None else service.hosts:
+            executor = host.executor
+            if (
+                isinstance(executor, HubSkills)
+                and (executor.topic, executor.agent) == (performer.topic, settings.agent)
+                and (both := performer.served & set(executor.skills))
+            ):
+                place = next(self._context.config.search(f"{TREE}/{key}/"))
+                raise ConfigError(
+                    f"the performer {key} would ask itself for {', '.join(sorted(both))}:"
+                    f" {host.name} has others on {performer.topic} execute it",
+                    file=place.file,
+                    line=place.line,
+                    hint=f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",
+                )
+
+    def _skills(self) -> LocalSkillCalls | None:
+        """Return the skill board of now: a daemon may have made another one."""
+        service = self._context.skills.service
+        return None if service is None else service.local_calls
+
+    def loop(self) -> None:
+        """Hear, answer, and give signs of life."""
+        for performer in self._performers:
+            performer.loop()
+
+    @property
+    def running(self) -> bool:
+        """Whether something is being executed."""
+        return any(performer.running for performer in self._performers)
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing is being executed."""
+        return not self.running
+
+    def close(self) -> None:
+        """Stop what is being executed, and leave the hubs."""
+        for performer in self._performers:
+            performer.close()
+        for node in self._nodes:
+            node.close()
+        self._performers, self._nodes = [], []

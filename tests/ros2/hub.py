@@ -1,0 +1,275 @@
+"""Both sides of a hub in one process, on a network that is a list, or on DDS."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.clock import Clock, VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.events import EventBus, LogLine
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.hub.hub import Hub
+from cxbridge.ros2.hub.performer import HubPerformer
+from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge.ros2.hub.words import Key, Kind, Life, Sign, Word
+from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
+from cxbridge.skiller.board.master import Master
+from cxbridge.skiller.board.service import SkillBoardService
+from cxbridge.skiller.board.settings import BoardSettings
+
+LOOP_US = 20_000
+STEPS = 30
+CALLERS = {
+    "plansys2": "cxbridge.ros2.plansys2:PlanSys2Skills",
+    "skill-execution": "cxbridge.ros2.skill_execution:SkillExecutionSkills",
+}
+CALLER = """
+skill-board:
+  agents:
+    robot1:
+      executors:
+        others: {class: "CLASS", skills: [move, wave]}
+"""
+PERFORMER = """
+skill-board:
+  agents:
+    robot2:
+      executors:
+        work: {class: "tests.ros2.hub:Work"}
+ros2:
+  performers:
+    hub: {protocol: PROTOCOL, name: ours, actions: [move, wave]}
+"""
+
+
+class Work(SkillExecutor):
+    """Does as the last parameter says: ``fail``, ``long``, or anything else."""
+
+    skills = ("move", "wave", "count")
+
+    def execute(self, call: SkillCall) -> Steps:
+        how = list(call.parameters.values())[-1] if call.parameters else ""
+        self.log.info(f"{call.skill} {dict(call.parameters)}")
+        try:
+            for step in range(100_000 if how == "long" else STEPS):
+                yield Progress(min(1.0, step / STEPS), f"step {step}")
+        except GeneratorExit:
+            self.log.info(f"{call.skill} was stopped")
+            raise
+        if how == "fail":
+            raise SkillFailedError("door closed")
+        return Progress(1.0, "there")
+
+
+class Side:
+    """What a run has: a skill board, and performers."""
+
+    def __init__(self, text: str, clock: Clock) -> None:
+        self.clock = clock
+        self.bus = EventBus(clock)
+        self.lines: list[str] = []
+        self.bus.subscribe(self._note, LogLine)
+        config = Configuration.from_text(text, "scenario.yaml")
+        self.board = LocalBlackBoard(InterfaceRegistry(), clock, self.bus)
+        settings = BoardSettings.of(config, Path())
+        assert settings is not None
+        self.service = SkillBoardService(self.board, clock, self.bus, settings)
+        self.performers: list[HubPerformer] = []
+        self.nodes: list[Node] = []
+        for each in performer_settings(config, [agent.name for agent in settings.agents], Path()).values():
+            node = each.node.join(each.name, each.node.definitions())
+            self.nodes.append(node)
+            log = self.bus.logger("performer")
+            self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
+
+    def _note(self, event: Any) -> None:
+        self.lines.append(event.text)
+
+    def ask(self, skill: str, *values: object, agent: str = "robot1", **named: object) -> Master:
+        """Have a skill executed."""
+        numbered = {str(number): value for number, value in enumerate(values, start=1)}
+        return self.service.local_calls.ask(skill, numbered | named, agent, lambda _master: None)
+
+    def loop(self) -> None:
+        """Do what a run does in a loop."""
+        self.service.loop()
+        for performer in self.performers:
+            performer.loop()
+
+    def close(self) -> None:
+        """End it."""
+        for performer in self.performers:
+            performer.close()
+        for node in self.nodes:
+            node.close()
+        self.service.close()
+        self.board.shutdown()
+
+
+class World:
+    """Sides that loop in turns, on a virtual clock or in real time."""
+
+    def __init__(self, clock: Clock) -> None:
+        self.clock = clock
+        self.sides: list[Side] = []
+
+    def side(self, text: str, **words: str) -> Side:
+        """Add a side; words in capitals are replaced in its configuration."""
+        for word, value in words.items():
+            text = text.replace(word, value)
+        self.sides.append(Side(text, self.clock))
+        return self.sides[-1]
+
+    def loop(self, loops: int = 1) -> None:
+        """Let all sides loop."""
+        for _ in range(loops):
+            for side in self.sides:
+                side.loop()
+            self.clock.sleep_until(self.clock.now_us() + LOOP_US)
+
+    def until(self, done: Callable[[], Any], limit_s: float = 20.0) -> None:
+        """Loop until it is done."""
+        end_us = self.clock.now_us() + round(limit_s * 1e6)
+        real_end = time.monotonic() + limit_s
+        while not done():
+            self.loop()
+            assert self.clock.now_us() < end_us, [side.lines for side in self.sides]
+            assert time.monotonic() < real_end, [side.lines for side in self.sides]
+
+    def over(self, *masters: Master) -> list[tuple[str, str]]:
+        """Loop until skills are over; return their states and errors."""
+        self.until(lambda: all(master.is_over for master in masters), limit_s=60)
+        return [(str(master.state), master.error) for master in masters]
+
+    def close(self) -> None:
+        """End all sides."""
+        for side in self.sides:
+            side.close()
+
+
+# --- a network that is a list -----------------------------------------------------------------------------
+
+
+class Ether:
+    """Topics of nodes in this process. ``lost`` says which messages nobody gets."""
+
+    def __init__(self) -> None:
+        self.readers: list[tuple[str, EtherNode, Receive]] = []
+        self.lost: Callable[[EtherNode, Mapping[str, Any]], bool] = lambda _reader, _message: False
+
+    def send(self, topic: str, message: Mapping[str, Any]) -> None:
+        for where, node, receive in self.readers:
+            if where == topic and not self.lost(node, message):
+                node.queue.append(partial(receive, dict(message)))
+
+
+class EtherPublisher(Publisher):
+    def __init__(self, ether: Ether, topic: str) -> None:
+        self._ether, self._topic = ether, topic
+
+    def publish(self, message: Mapping[str, Any]) -> None:
+        self._ether.send(self._topic, message)
+
+    @property
+    def subscriptions(self) -> int:
+        return 1
+
+    def close(self) -> None:
+        pass
+
+
+class EtherNode(Node):
+    def __init__(self, ether: Ether, name: str) -> None:
+        self.name = name
+        self.queue: deque[Callable[[], None]] = deque()
+        self._ether = ether
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        return EtherPublisher(self._ether, topic)
+
+    def subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    ) -> Callable[[], None]:
+        entry = (topic, self, receive)
+        self._ether.readers.append(entry)
+        return lambda: self._ether.readers.remove(entry)
+
+    def client(self, service: str, service_type: str) -> Client:
+        raise NotImplementedError
+
+    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        raise NotImplementedError
+
+    def poll(self, timeout_s: float = 0.0) -> bool:
+        any_came = bool(self.queue)
+        while self.queue:
+            self.queue.popleft()()
+        return any_came
+
+    def close(self) -> None:
+        pass
+
+
+class EtherWorld(World):
+    """Sides on a network that is a list, on a virtual clock."""
+
+    def __init__(self, patch: Callable[[type, str, Any], None]) -> None:
+        super().__init__(VirtualClock())
+        self.ether = Ether()
+        patch(NodeSettings, "join", lambda _settings, name, _definitions: EtherNode(self.ether, name))
+
+    def stranger(self, protocol: str, name: str = "stranger") -> Stranger:
+        """Add somebody who says what the test says."""
+        return Stranger(self, protocol, name)
+
+
+class Stranger:
+    """Hears everything, and says what the test says."""
+
+    def __init__(self, world: EtherWorld, protocol: str, name: str) -> None:
+        self.name = name
+        self.heard: list[Word] = []
+        self.signs: list[Sign] = []
+        self.node = EtherNode(world.ether, name)
+        self.world = world
+        self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.heard.append, self.signs.append)
+
+    def say(self, kind: Kind, key: Key, node: str = "", **fields: Any) -> None:
+        """Say a word."""
+        self.hub.say(Word(kind, node or self.name, key, **fields))
+
+    def live(self, life: Life, action: str = "move") -> None:
+        """Give a sign of life."""
+        self.hub.give_sign(Sign(self.name, action, life), self.world.clock.now_us())
+
+    def hear(self, kind: Kind, node: str = "", limit_s: float = 20.0) -> Word:
+        """Loop until a word comes, and return it; forget it and what came before."""
+
+        def found() -> list[int]:
+            self.node.poll()
+            return [
+                number
+                for number, word in enumerate(self.heard)
+                if word.kind == kind and node in ("", word.node)
+            ]
+
+        self.world.until(found, limit_s)
+        number = found()[0]
+        word = self.heard[number]
+        del self.heard[: number + 1]
+        return word
+
+    def silent(self, *kinds: Kind, loops: int = 20) -> bool:
+        """Whether none of these words comes."""
+        self.world.loop(loops)
+        self.node.poll()
+        return not any(word.kind in kinds for word in self.heard)

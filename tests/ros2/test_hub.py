@@ -1,0 +1,436 @@
+"""The hubs of PlanSys2 and of the thesis, on a network that is a list: what goes wrong, step by step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge.ros2.hub.words import Key, Kind, Life, Word
+from tests.ros2.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
+
+MOVE = Key("move", ("r2", "hall"), "")
+THERE = ("SUCCEEDED", "")
+
+
+@pytest.fixture(params=CALLERS)
+def protocol(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
+
+
+@pytest.fixture
+def world(monkeypatch: pytest.MonkeyPatch) -> Iterator[EtherWorld]:
+    world = EtherWorld(monkeypatch.setattr)
+    yield world
+    world.close()
+
+
+def caller(world: EtherWorld, protocol: str) -> Side:
+    return world.side(CALLER, CLASS=CALLERS[protocol])
+
+
+def performer(world: EtherWorld, protocol: str, text: str = PERFORMER) -> Side:
+    return world.side(text, PROTOCOL=protocol)
+
+
+# --- both sides are ours --------------------------------------------------------------------------------
+
+
+def test_a_skill_is_executed_by_others(world: EtherWorld, protocol: str):
+    here, there = caller(world, protocol), performer(world, protocol)
+    told = []
+    master = here.service.local_calls.ask(
+        "move", {"robot": "r2", "to": "hall"}, "robot1", lambda master: told.append(master.feedback)
+    )
+    assert world.over(master) == [THERE]
+    assert "move {'1': 'r2', '2': 'hall'}" in there.lines
+    assert any(each.startswith("step ") for each in told)
+    assert (master.feedback, master.progress) == ("there", 1.0)
+
+
+def test_why_it_failed_is_known_here(world: EtherWorld, protocol: str):
+    here, _ = caller(world, protocol), performer(world, protocol)
+    assert world.over(here.ask("move", "fail")) == [("FAILED", "door closed")]
+    assert world.over(here.ask("move", "hall")) == [THERE]
+
+
+def test_it_is_cancelled_there(world: EtherWorld, protocol: str):
+    here, there = caller(world, protocol), performer(world, protocol)
+    master = here.ask("move", "long")
+    world.until(lambda: master.feedback)
+    here.service.local_calls.stop(master.number)
+    assert world.over(master)[0][0] == "CANCELLED"
+    world.until(lambda: "move was stopped" in there.lines)
+    assert world.over(here.ask("move", "hall")) == [THERE]
+
+
+def test_two_that_want_the_same_executor_get_it_one_after_the_other(world: EtherWorld, protocol: str):
+    one, two, there = caller(world, protocol), caller(world, protocol), performer(world, protocol)
+    assert world.over(one.ask("move", "a"), two.ask("wave", "b")) == [THERE, THERE]
+    assert [line for line in there.lines if " {'" in line] in (
+        ["move {'1': 'a'}", "wave {'1': 'b'}"],
+        ["wave {'1': 'b'}", "move {'1': 'a'}"],
+    )
+
+
+def test_one_of_two_performers_executes(world: EtherWorld, protocol: str):
+    here = caller(world, protocol)
+    others = [performer(world, protocol, PERFORMER.replace("ours", name)) for name in ("one", "two")]
+    for place in "abcd":
+        assert world.over(here.ask("move", place)) == [THERE]
+        assert sum(f"move {{'1': '{place}'}}" in each.lines for each in others) == 1
+
+
+# --- our skills, and a stranger that asks -----------------------------------------------------------------
+
+
+def test_a_repeated_request_is_answered_again_and_done_once(world: EtherWorld, protocol: str):
+    there, stranger = performer(world, protocol), world.stranger(protocol)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
+    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
+    stranger.say(Kind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
+    stranger.hear(Kind.FEEDBACK)
+    end = stranger.hear(Kind.FINISH)
+    assert (end.success, end.status, end.node) == (True, "there", "ours_move")
+    assert stranger.silent(Kind.FINISH)
+    assert [line for line in there.lines if " {'" in line] == ["move {'1': 'r2', '2': 'hall'}"]
+
+
+def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: EtherWorld, protocol: str):
+    performer(world, protocol)
+    stranger = world.stranger(protocol)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    stranger.hear(Kind.RESPONSE, limit_s=0.6)
+    stranger.say(Kind.CONFIRM, MOVE, "another")
+    assert stranger.silent(Kind.RESPONSE, loops=50)
+
+
+def test_who_was_rejected_is_free(world: EtherWorld, protocol: str):
+    performer(world, protocol)
+    stranger = world.stranger(protocol)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    other = Key("wave", ("x",), "")
+    stranger.say(Kind.REQUEST, other)
+    assert stranger.silent(Kind.RESPONSE)  # its only executor is promised
+    stranger.say(Kind.REJECT, MOVE, "ours_move")
+    assert stranger.hear(Kind.RESPONSE, limit_s=0.5).key == other
+
+
+def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: EtherWorld, protocol: str):
+    performer(world, protocol)
+    stranger = world.stranger(protocol)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    world.loop(150)
+    stranger.node.poll()
+    stranger.heard.clear()
+    other = Key("move", ("x",), "")
+    stranger.say(Kind.REQUEST, other)
+    assert stranger.hear(Kind.RESPONSE, limit_s=0.5).key == other
+    stranger.say(Kind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
+    assert stranger.hear(Kind.FINISH).success
+
+
+def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
+    text = PERFORMER.replace("actions: [move, wave]", "actions: {move: {parameters: [robot]}}")
+    performer(world, protocol, text)
+    stranger = world.stranger(protocol)
+    stranger.say(Kind.REQUEST, MOVE)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
+    end = stranger.hear(Kind.FINISH)
+    assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, move has 1")
+
+
+def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
+    performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
+    stranger = world.stranger(protocol)
+    for key in (Key("wave", (), ""), Key("fly", (), "")):
+        stranger.say(Kind.REQUEST, key)
+    assert stranger.silent(Kind.RESPONSE)
+    world.loop(60)
+    stranger.node.poll()
+    assert {(each.node, each.life) for each in stranger.signs} == {
+        ("ours_move", Life.READY),
+        ("ours_fly", Life.NOT_READY),
+    }
+
+
+def test_a_template_gives_skills_numbers(world: EtherWorld, protocol: str):
+    actions = "actions: {move: {parameters: [robot, times], call: 'count{times=?(times)i, who=?(robot)s}'}}"
+    there = performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
+    stranger = world.stranger(protocol)
+    key = Key("move", ("r2", "3"), "")
+    stranger.say(Kind.REQUEST, key)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.CONFIRM, key, "ours_move")
+    assert stranger.hear(Kind.FINISH).success
+    assert "count {'times': 3, 'who': 'r2'}" in there.lines
+
+
+def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str):
+    there, stranger = performer(world, protocol), world.stranger(protocol)
+    # what PlanSys2's executor, and the master of the thesis, make of no parameters
+    key = Key("wave", ("wave",) if protocol == "plansys2" else ("",), "")
+    stranger.say(Kind.REQUEST, key)
+    assert stranger.hear(Kind.RESPONSE).key == key
+    stranger.say(Kind.CONFIRM, key, "ours_wave")
+    assert stranger.hear(Kind.FINISH).key == key
+    assert "wave {}" in there.lines
+
+
+@pytest.mark.parametrize("protocol", CALLERS)
+def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld, protocol: str):
+    there, stranger = performer(world, protocol), world.stranger(protocol)
+    key = Key("move", ("long",), "")
+    stranger.say(Kind.REQUEST, key)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.CONFIRM, key, "ours_move")
+    stranger.hear(Kind.FEEDBACK)
+    stranger.say(Kind.CANCEL, key, "ours_move")
+    if protocol == "plansys2":
+        assert stranger.silent(Kind.FINISH)
+    else:
+        end = stranger.hear(Kind.FINISH)
+        assert (end.success, end.status, end.progress) == (False, "CANCELLED", 0.0)
+    assert "move was stopped" in there.lines
+
+
+def test_the_end_of_a_performer_ends_what_it_does(world: EtherWorld, protocol: str):
+    there, stranger = performer(world, protocol), world.stranger(protocol)
+    key = Key("move", ("long",), "")
+    stranger.say(Kind.REQUEST, key)
+    stranger.hear(Kind.RESPONSE)
+    stranger.say(Kind.CONFIRM, key, "ours_move")
+    stranger.hear(Kind.FEEDBACK)
+    there.performers.pop().close()
+    end = stranger.hear(Kind.FINISH)
+    assert (end.success, end.status) == (False, "the performer ours_move was shut down")
+
+
+def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
+    text = PERFORMER.replace("name: ours", "name: ours, agent-id: r7").replace(
+        "actions: [move, wave]", "actions: {move: {call: mapped}, wave: {parameters: [to]}}"
+    )
+    there, stranger = performer(world, "skill-execution", text), world.stranger("skill-execution")
+    stranger.say(Kind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
+    assert stranger.silent(Kind.RESPONSE)
+    for key in (MOVE._replace(agent="r7"), Key("wave", ("y",), "r7")):
+        stranger.say(Kind.REQUEST, key, mapped='count{times=2, to="x"}')
+        stranger.hear(Kind.RESPONSE)
+        stranger.say(Kind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
+        stranger.hear(Kind.FINISH)
+    assert "count {'times': 2, 'to': 'x'}" in there.lines
+    assert "wave {'to': 'y', 'mapped_action': 'count{times=2, to=\"x\"}'}" in there.lines
+
+
+# --- our executive, and a stranger that performs ----------------------------------------------------------
+
+
+def perform(stranger: Any) -> Word:
+    """Answer a REQUEST, and wait for CONFIRM."""
+    request: Word = stranger.hear(Kind.REQUEST)
+    stranger.say(Kind.RESPONSE, request.key, mapped=request.mapped)
+    confirm: Word = stranger.hear(Kind.CONFIRM, stranger.name)
+    assert confirm.key == request.key
+    return confirm
+
+
+def test_a_lost_request_is_repeated(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    stranger.hear(Kind.REQUEST)
+    key = perform(stranger).key
+    stranger.say(Kind.FINISH, key, success=True, status="done")
+    assert world.over(master) == [THERE]
+    assert (master.feedback, key.arguments) == ("done", ("r2", "hall"))
+
+
+def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str):
+    here, stranger, second = (
+        caller(world, protocol),
+        world.stranger(protocol),
+        world.stranger(protocol, "second"),
+    )
+    master = here.ask("move", "r2", "hall")
+    key = perform(stranger).key
+    second.say(Kind.RESPONSE, key)
+    second.hear(Kind.REJECT, "second")
+    stranger.say(Kind.FINISH, key, success=True)
+    second.say(Kind.FEEDBACK, key, status="wrong")
+    assert world.over(master) == [THERE]
+    second.say(Kind.RESPONSE, key)
+    second.hear(Kind.REJECT, "second")
+    second.say(Kind.REQUEST, key, "a stranger")  # now it is another one's
+    second.say(Kind.RESPONSE, key)
+    assert second.silent(Kind.REJECT, Kind.CONFIRM)
+
+
+def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    # its RESPONSE was lost: it says that it is ready, and answers nobody
+    for _ in range(60):
+        stranger.live(Life.READY)
+        world.loop(5)
+        stranger.node.poll()
+        if any(word.kind == Kind.REJECT and word.node == "stranger" for word in stranger.heard):
+            break
+    stranger.hear(Kind.REJECT, "stranger")
+    key = perform(stranger).key
+    stranger.say(Kind.FINISH, key, success=True)
+    assert world.over(master) == [THERE]
+
+
+def test_nobody_is_a_failure_that_names_the_hub(world: EtherWorld, protocol: str):
+    here = caller(world, protocol)
+    begin_us = world.clock.now_us()
+    ((state, error),) = world.over(here.ask("move", "r2", "hall"))
+    topic = "/actions_hub" if protocol == "plansys2" else "/skill_board"
+    assert (state, error) == ("FAILED", f"nobody performs (move r2 hall) on {topic}")
+    seconds = (world.clock.now_us() - begin_us) / 1e6
+    assert abs(seconds - PROTOCOLS[protocol].patience_s) < 0.2
+
+
+def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    key = perform(stranger).key
+    for _ in range(10):
+        stranger.live(Life.RUNNING)
+        stranger.say(Kind.FEEDBACK, key, progress=0.5, status="half")
+        world.loop(50)
+    assert (master.progress, master.feedback) == (0.5, "half")
+    assert world.over(master) == [("FAILED", "the performer stranger has vanished")]
+
+
+def test_a_performer_without_signs_of_life_may_be_silent(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    key = perform(stranger).key
+    stranger.say(Kind.FEEDBACK, key, progress=0.5)
+    world.loop(1000)
+    stranger.say(Kind.FINISH, key, success=True)
+    assert world.over(master) == [THERE]
+
+
+def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    perform(stranger)
+    for life in (Life.READY, Life.RUNNING, Life.READY, Life.RUNNING):
+        stranger.live(life)
+        world.loop(50)
+    assert not master.is_over
+    for _ in range(2):
+        stranger.live(Life.READY)
+        world.loop(50)
+    ((state, error),) = world.over(master)
+    assert state == "FAILED"
+    assert error.startswith("stranger does not perform it any more")
+
+
+def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorld, protocol: str):
+    here, stranger = caller(world, protocol), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    key = stranger.hear(Kind.REQUEST).key
+    here.service.local_calls.stop(master.number)
+    world.over(master)
+    stranger.say(Kind.RESPONSE, key)
+    stranger.hear(Kind.REJECT, "stranger")
+    assert stranger.silent(Kind.CANCEL)
+
+
+def test_arguments_are_as_configured(world: EtherWorld):
+    skills = """skills: {move: {action: go, arguments: ["$to", "at ${speed}"], mapped: "drive{x=$to}"}}"""
+    text = CALLER.replace("skills: [move, wave]", f"agent-id: r7, {skills}")
+    here = world.side(text, CLASS=CALLERS["skill-execution"])
+    stranger = world.stranger("skill-execution")
+    here.ask("move", to=4, speed=1.5)
+    request = stranger.hear(Kind.REQUEST)
+    assert request.key == Key("go", ("4", "at 1.5"), "r7")
+    assert request.mapped == "drive{x=4}"
+
+
+def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
+    here, stranger = caller(world, "skill-execution"), world.stranger("skill-execution")
+    here.service.local_calls.ask(
+        "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
+    )
+    request = stranger.hear(Kind.REQUEST)
+    assert (request.node, request.key, request.mapped) == ("move_gen1", MOVE, "go()")
+    stranger.say(Kind.RESPONSE, request.key, mapped=request.mapped)
+    assert stranger.hear(Kind.CONFIRM).mapped == "go()"
+
+
+def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
+    text = CALLER.replace("skills: [move, wave]", "skills: {move: {timeout: 3}}")
+    here, stranger = world.side(text, CLASS=CALLERS[protocol]), world.stranger(protocol)
+    master = here.ask("move", "r2", "hall")
+    perform(stranger)
+    ((state, error),) = world.over(master)
+    assert state == "FAILED"
+    assert error.endswith("has not ended within 3 s")
+    stranger.hear(Kind.CANCEL, "stranger")
+
+
+# --- configurations ---------------------------------------------------------------------------------------
+
+WRONG_CALLERS = {
+    "no skills": ("", "PlanSys2Skills has no skills"),
+    "an unknown key": (", skills: {move: {argument: 1}}", "the skill move has no setting 'argument'"),
+    "an agent": (", skills: [move], agent-id: r7", "its messages name no robot"),
+    "mapped": (", skills: {move: {mapped: x}}", "the skill move has no setting 'mapped'"),
+    "a time": (", skills: {move: {timeout: no}}", "is a number of seconds"),
+    "a namespace": (", skills: [move], namespace: robot1", "is no whole name"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_CALLERS)
+def test_a_wrong_caller_is_one_error(world: EtherWorld, case: str):
+    setting, words = WRONG_CALLERS[case]
+    text = CALLER.replace(", skills: [move, wave]", setting)
+    with pytest.raises(CxbridgeError, match=words) as caught:
+        world.side(text, CLASS=CALLERS["plansys2"])
+    assert caught.value.file is not None
+
+
+WRONG_PERFORMERS = {
+    "no protocol": ("agent: robot2, actions: [move]", "has no protocol ''"),
+    "another protocol": ("protocol: plansys3, actions: [move]", "did you mean plansys2"),
+    "no actions": ("protocol: plansys2", "has no actions"),
+    "which agent": ("protocol: plansys2, actions: [move]", "the performer hub names no agent"),
+    "no agent": ("protocol: plansys2, actions: [move], agent: robot3", "serves the agent 'robot3'"),
+    "an agent's id": ("protocol: plansys2, actions: [move], agent-id: r7", "name no robot"),
+    "an unknown key": ("protocol: plansys2, action: [move]", "did you mean actions"),
+    "an action's key": ("protocol: plansys2, actions: {move: {names: [a]}}", "has no setting 'names'"),
+    "a template": (
+        "protocol: plansys2, actions: {move: {call: 'go{to=?(to)x}'}}",
+        r"the call of the action move: .*is kept as text",
+    ),
+    "mapped": ("protocol: plansys2, actions: {move: {call: mapped}}", "cannot call what is mapped"),
+}
+
+
+@pytest.mark.parametrize("case", WRONG_PERFORMERS)
+def test_a_wrong_performer_is_one_error_with_its_place(case: str, tmp_path: Any):
+    settings, words = WRONG_PERFORMERS[case]
+    config = Configuration.from_text(
+        f"ros2:\n  performers:\n    hub: {{{settings}}}\n", str(tmp_path / "a.yaml")
+    )
+    agents = ["robot1", "robot2"] if case == "which agent" else ["robot2"]
+    with pytest.raises(CxbridgeError, match=words) as caught:
+        performer_settings(config, agents, tmp_path)
+    assert caught.value.line == 3

@@ -1,0 +1,17 @@
+// What PlanSys2's action executor and performer need of other packages, as far as they need it here.
+#pragma once
+#include <string>
+#include "rclcpp_lifecycle/lifecycle_node.hpp"
+
+namespace BT {
+enum class NodeStatus { IDLE, RUNNING, SUCCESS, FAILURE };
+}
+namespace parser::pddl {
+inline std::string getReducedString(const std::string &text) { return text; }
+}
+namespace rclcpp_cascade_lifecycle {
+class CascadeLifecycleNode : public rclcpp_lifecycle::LifecycleNode {
+public:
+  explicit CascadeLifecycleNode(const std::string &name) : LifecycleNode(name) {}
+};
+}
