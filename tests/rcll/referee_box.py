@@ -69,6 +69,8 @@ class RefereeBox:
         self.port = free_port()
         self.phase, self.points, self.bases = "PRE_GAME", 0, 0
         self.is_silent = False
+        self.rounds = 0
+        """How often it has said in the production how the game stands."""
         self.game_time = 0.0
         self._types, self._speed = types, speed
         self._network = Network(types, NetworkSettings(), lambda: time.monotonic_ns() // 1000)
@@ -92,6 +94,7 @@ class RefereeBox:
             for client in self._clients if not self.is_silent else ():
                 for message in self._news():
                     self._network.send(client, frame_of(message))
+            self.rounds += self.phase == "PRODUCTION"
 
     def _take(self, message: Message) -> None:
         if message.DESCRIPTOR.name == "SetGamePhase":

@@ -68,9 +68,8 @@ def test_a_referee_that_is_gone_ends_the_game_and_the_recording_is_whole(game, t
     with referee_box(types, FAST) as box:
 
         def kill():
-            while box.phase != "PRODUCTION":
+            while box.rounds < 10:
                 time.sleep(0.01)
-            time.sleep(0.1)
             box.close()
 
         thread = threading.Thread(target=kill)
