@@ -37,7 +37,7 @@ _ROBOTS: Final = "/fawkes/bbsync/peers"
 _SPEC: Final = "/clips-executive/spec"
 _SPECS: Final = "/clips-executive/specs"
 _COORDINATION: Final = "parameters/coordination"
-_ROUTES: Final = "parameters/rcll/route/CYAN"
+_ROUTES: Final = "parameters/rcll/route"
 _NAMES: Final = ("R-1", "R-2", "R-3")
 _NUMBER: Final = "/fawkes/agent/number"
 _PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
@@ -147,7 +147,8 @@ class GameParts:
     def _name_robots(self, config: Configuration, spec: str) -> list[str]:
         """Return the names of the robots, and set in the configuration what each one has."""
         if self.is_team:
-            names = config.keys(f"{spec}/{_ROUTES}") or list(_NAMES)
+            routes = [config.keys(f"{spec}/{_ROUTES}/{team}") for team in config.keys(f"{spec}/{_ROUTES}")]
+            names = next(filter(None, routes), list(_NAMES))
             for number, name in enumerate(names, start=1):
                 own = f"{AGENTS}/{name}/config"
                 config.set(f"{own}{AGENT_NAME}", name)

@@ -49,7 +49,7 @@ class Workplace(Protocol):
     name: str
 
     def has(self, place: Place) -> bool:
-        """Return whether a workpiece lies there."""
+        """Return whether a workpiece is there."""
 
     def put(self, workpiece: Workpiece) -> None:
         """Lay a workpiece at the input."""
@@ -142,7 +142,7 @@ class Machine:
     # -- what robots do at it
 
     def has(self, place: Place) -> bool:
-        """Return whether a workpiece lies there."""
+        """Return whether a workpiece is there."""
         return place in self.belt
 
     def put(self, workpiece: Workpiece) -> None:

@@ -118,7 +118,7 @@ class RemoteReferee:
 class RefereeClient(Component):
     """The connection to a referee box. Making it waits until the referee has said how its game stands.
 
-    :raises CxbridgeError: when nobody is there, it is no referee of this league, or its game has begun.
+    :raises CxbridgeError: when nobody is there, that is not a referee of this league, or its game has begun.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -161,7 +161,7 @@ class RefereeClient(Component):
         if self.game.phase != Phase.PRE_GAME:
             raise CxbridgeError(
                 f"the game of the referee at {self._address} has begun: it is in {self.game.phase}",
-                hint="start the referee box anew",
+                hint="restart the referee box",
             )
 
     def loop(self) -> None:

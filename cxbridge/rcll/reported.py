@@ -20,10 +20,10 @@ _BASE_STATION: Final = "BS"
 class ReportedMachine:
     """A machine that the referee has, as robots meet it.
 
-    Its sensors see nothing of simulated robots. What lies at its output is what the referee says was made
+    Its sensors see nothing of simulated robots. What is at its output is what the referee says was made
     there, until a robot takes it.
 
-    :param pay: tells the referee that a base went down the slide.
+    :param pay: reports to the referee that a base went down the slide.
     """
 
     def __init__(self, name: str, pay: Callable[[str], None]) -> None:
@@ -46,7 +46,7 @@ class ReportedMachine:
         self._state = message.state
 
     def has(self, place: Place) -> bool:
-        """Return whether a workpiece lies there; a base station gives to either side."""
+        """Return whether a workpiece is there; a base station gives to either side."""
         return self._is_made and (place is Place.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:
@@ -67,7 +67,7 @@ class ReportedMachine:
 class ReportedGame:
     """A game as the referee's messages tell it.
 
-    :param pay: tells the referee that a base went down the slide of a machine.
+    :param pay: reports to the referee that a base went down the slide of a machine.
     """
 
     def __init__(self, pay: Callable[[str], None]) -> None:

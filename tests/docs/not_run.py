@@ -136,6 +136,12 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "rcll.md": {
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
+        "--referee localhost:4444 --spec rcll-central --json": "needs a referee box; tests/rcll/test_remote.py has one",
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "tests/rcll/test_league.py does it",
+        "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll --seed 1 "
+        "--json": "tests/rcll/test_league.py does it",
+        "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what tests/rcll/test_league.py does",
         "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",

@@ -86,3 +86,19 @@ def test_the_rule_that_is_not_defined_is_told(corrections):
     game, errors = play(corrections, "--minutes", "0.5", is_corrected=False)
     assert any("defrule exp-sync-zone-content is not defined" in each for each in game["undefined"])
     assert "exp-sync-zone-content" in errors
+
+
+def test_three_executives_play(tmp_path):
+    (tmp_path / "referee.yaml").write_text(EXPLORATION)
+    game, _ = play(tmp_path, "--minutes", "4", "--spec", "rcll", is_corrected=False)
+    assert game["complete"]
+    assert game["faults"] == []
+    assert game["points"]["CYAN"] > 0
+    assert set(game["robots"]) == {"Icks", "Upsilan", "Set"}
+    assert all(work["busy_seconds"] > 60 for work in game["robots"].values())
+
+
+def test_the_agents_own_tests(corrections):
+    game, _ = play(corrections, "--minutes", "4", "--simtest", "ENTER-FIELD")
+    assert game["simtest"] == "SUCCEEDED"
+    assert game["game_time"] < 30
