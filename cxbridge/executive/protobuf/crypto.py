@@ -42,7 +42,7 @@ class Crypter:
         if cipher not in CIPHERS:
             raise ProtobufError(f"there is no cipher '{cipher}'", hint=f"there are: {', '.join(CIPHERS)}")
         _library()
-        self._secret = secret
+        self._keys = {size: derive_key(secret, size) for size in (16, 32)}
         self.number: Final = CIPHERS[cipher]
 
     def encrypt(self, content: bytes) -> bytes:
@@ -72,7 +72,7 @@ class Crypter:
 
     def _cipher(self, number: int, vector: bytes) -> Cipher[Any]:
         ciphers, algorithms, modes = _library()
-        key = derive_key(self._secret, 16 if "128" in _NAMES[number] else 32)
+        key = self._keys[16 if "128" in _NAMES[number] else 32]
         mode = modes.CBC(vector) if vector else modes.ECB()
         cipher: Cipher[Any] = ciphers.Cipher(algorithms.AES(key), mode)
         return cipher
