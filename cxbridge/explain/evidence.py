@@ -15,6 +15,7 @@ from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     PlanActionTransition,
     PlannerCall,
@@ -24,6 +25,7 @@ from cxbridge.events import (
 from cxbridge.explain.action_look import ActionLook, look_at_action
 from cxbridge.explain.preconditions import FactsOf
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
+from cxbridge.history.exchange import agent_of, is_exchanged
 from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
 from cxbridge.history.transitions import unquote
 
@@ -34,6 +36,7 @@ STORY_TYPES: Final = (
     SkillStatus,
     RuleFired,
     InterfaceWrite,
+    InterfaceMessage,
 )
 """The events that tell how goals came about."""
 
@@ -50,6 +53,7 @@ MOST_LOOKS: Final = 100
 """Actions that are looked at when they fail; each look goes through the facts of the domain."""
 
 _SKILLER = "SkillerInterface"
+_FEEDBACK = "FeedbackMessage"
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 
@@ -100,6 +104,10 @@ class History:
             kind, _, skiller = event.uid.partition("::")
             if kind == _SKILLER:
                 self._skill_error(event, skiller, str(event.values.get("error", "")))
+        elif isinstance(event, InterfaceMessage):
+            # an execution reports its progress many times, and that explains nothing
+            if is_exchanged(event) and event.message != _FEEDBACK and agent_of(event) in ("", self.env):
+                self.steps.append(Step(event, ()))
         elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
             self._take_own(event)
 

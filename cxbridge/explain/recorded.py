@@ -14,6 +14,7 @@ from cxbridge.events import (
     Event,
     FactChange,
     GoalTransition,
+    InterfaceMessage,
     InterfaceWrite,
     LogLine,
     PlanActionTransition,
@@ -87,7 +88,7 @@ class _Passed:
             self.histories[event.env].take(event)
         elif isinstance(event, LogLine):
             self.refusals.take(event)
-        elif isinstance(event, InterfaceWrite):
+        elif isinstance(event, InterfaceWrite | InterfaceMessage):
             for each in self.histories.values():  # which Skiller is whose, the transitions tell
                 each.take(event)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import InterfaceMessage
-from cxbridge.history.exchange import Exchange, SkillMessage
+from cxbridge.history.exchange import Exchange, SkillMessage, agent_of
 from cxbridge.history.keeping import cut
 from cxbridge.history.model import SkillExecution
 
@@ -19,30 +19,32 @@ class BoardExecutions:
     def __init__(self, limit: int) -> None:
         self._limit = limit
         self._exchange = Exchange()
-        self._running: dict[str, tuple[SkillExecution, str, int]] = {}
+        self._running: dict[tuple[str, str], tuple[SkillExecution, str, int]] = {}
         self.calls: list[SkillExecution] = []
         self.lost = 0
 
     def take(self, event: InterfaceMessage, here: tuple[int, int]) -> None:
         """Take a message of a run."""
+        env = agent_of(event)
         for message, _master in self._exchange.take(event):
+            key = env, message.node_id
             if message.type == "CONFIRM":
-                self._begin(message, event.msgid, here)
-            elif message.type == "FEEDBACK" and message.node_id in self._running:
-                call, what, count = self._running[message.node_id]
-                self._running[message.node_id] = call, what, count + 1
+                self._begin(message, env, event.msgid, here)
+            elif message.type == "FEEDBACK" and key in self._running:
+                call, what, count = self._running[key]
+                self._running[key] = call, what, count + 1
                 last = f"{message.progress:.0%} {message.status}".rstrip()
                 call.skill_string = cut(f"{what}: {count + 1} times feedback, the last: {last}")
-            elif message.type == "FINISH" and message.node_id in self._running:
-                call, _what, _count = self._running.pop(message.node_id)
+            elif message.type == "FINISH" and key in self._running:
+                call, _what, _count = self._running.pop(key)
                 call.end = here
                 call.status = _FINAL if message.success else _FAILED
                 call.error = "" if message.success else message.status
 
-    def _begin(self, message: SkillMessage, msgid: int, here: tuple[int, int]) -> None:
+    def _begin(self, message: SkillMessage, env: str, msgid: int, here: tuple[int, int]) -> None:
         what = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
-        call = SkillExecution("", message.node_id, cut(what), msgid, here, None, _RUNNING)
-        self._running[message.node_id] = call, what, 0
+        call = SkillExecution(env, message.node_id, cut(what), msgid, here, None, _RUNNING)
+        self._running[env, message.node_id] = call, what, 0
         if len(self.calls) < self._limit:
             self.calls.append(call)
         else:

@@ -21,6 +21,21 @@ MAPPED_ACTION: Final = "mapped_action"
 """The parameter that holds the mapped skill string of an action, if there is one."""
 
 
+def agent_of(event: InterfaceMessage) -> str:
+    """Return whose blackboard a message was on, of several agents in one run; empty with one agent."""
+    return event.uid.partition("::")[2].rpartition("/")[0]
+
+
+def _own_id(event: InterfaceMessage) -> str:
+    """Return the id of an interface as its agent has it."""
+    return event.uid.partition("::")[2].rpartition("/")[2]
+
+
+def is_exchanged(event: InterfaceMessage) -> bool:
+    """Return whether a message is one between masters and executors."""
+    return event.uid.startswith((_BOARD, _EXECUTOR))
+
+
 @dataclass(frozen=True, slots=True)
 class SkillMessage:
     """A message of the exchange.
@@ -100,10 +115,8 @@ class Exchange:
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
         asked = self._asked.get(ticket, _Asked(_number(ticket), "", (), "", ""))
-        if event.message == _REQUEST:
-            node = asked.name
-        else:
-            node = str(values.get("executor", "")) or event.uid.removeprefix(_EXECUTOR)
+        executor = str(values.get("executor", "")) or _own_id(event)
+        node = asked.name if event.message == _REQUEST else executor
         said = _said(kind, values)
         message = SkillMessage(
             event.time_us, kind, node, asked.action, asked.params, asked.agent, asked.mapped, **said
@@ -114,11 +127,13 @@ class Exchange:
 def _ticket(event: InterfaceMessage) -> _Ticket | None:
     """Return what a message is about; None when it is none of a skill board's."""
     if event.uid.startswith(_BOARD):
-        board = event.uid.removeprefix(_BOARD)
+        board = _own_id(event)
     elif event.uid.startswith(_EXECUTOR):
         board = str(event.values.get("board", ""))
     else:
         return None
+    if agent := agent_of(event):
+        board = f"{agent}/{board}"
     epoch, master = (event.values.get(name, 0) for name in ("epoch", "master"))
     return board, epoch if isinstance(epoch, int) else 0, master if isinstance(master, int) else 0
 

@@ -10,6 +10,7 @@ then one that is called like the skill, then the one that waited longest.
 
 from __future__ import annotations
 
+import re
 from bisect import bisect_right
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from itertools import pairwise
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import PlanActionRecord, SkillExecution
+
+_NAME_ENDS = re.compile(r"[\s({]")
 
 WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
@@ -65,7 +68,7 @@ def links(history: RunHistory) -> list[SkillLink]:
             wait
             for wait in waits[bisect_right(ran_at, call.begin[0]) : bisect_right(ran_at, limit)]
             if wait.ordered[0] < call.begin[0]
-            and wait.action.env == call.env
+            and call.env in ("", wait.action.env)
             # a name that is not a Skiller's here says nothing: a robot's, where one Skiller serves them all
             and (wait.action.order.skiller == call.skiller or wait.action.order.skiller not in skillers)
             and (wait.action.number, wait.ran) not in taken
@@ -96,5 +99,5 @@ def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bo
 
 
 def _name(skill_string: str) -> str:
-    """Return the name of the skill that a skill string calls."""
-    return skill_string.partition("{")[0].partition("(")[0].strip()
+    """Return the name of the skill that a skill string calls, or that an executor executes."""
+    return _NAME_ENDS.split(skill_string, maxsplit=1)[0]

@@ -141,7 +141,7 @@ class GameParts:
         config.set(_SIMULATOR, False)  # its robots take tasks over sockets; ours are Skillers
         config.set(_PROTO_DIRS, [str(messages)])
         if settings.simtest:
-            turn_on(config, spec, settings.simtest)
+            turn_on(config, spec, settings.simtest, checkouts)
         self.referee.set_up(config)
 
     def _name_robots(self, config: Configuration, spec: str) -> list[str]:

@@ -3,30 +3,50 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
+from cxbridge.suggestions import did_you_mean
 
 FAILED: Final = "FAILED"
 _SUCCEEDED: Final = "SUCCEEDED"
 _PARAMETERS: Final = "parameters/simtest"
+_FOLDER: Final = "src/clips-specs"
+_FILE: Final = "simtest.clp"
+_CASE: Final = re.compile(r'\(case "?([\w-]+)"? then')
 _SAID: Final = re.compile(rf"SIMTEST: ({_SUCCEEDED}|{FAILED})")
 
 
-def turn_on(config: Configuration, spec: str, testbed: str) -> None:
+def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[Path]) -> None:
     """Let the rules of a spec test the agent.
 
     :param spec: its path in the configuration.
-    :raises CxbridgeError: when it has no tests.
+    :param checkouts: where its rules are.
+    :raises CxbridgeError: when it has no tests, or no such testbed.
     """
+    name = spec.rpartition("/")[2]
     if not config.keys(f"{spec}/{_PARAMETERS}"):
+        raise CxbridgeError(f"the spec '{name}' has no {_PARAMETERS}: its agent has no tests of its own")
+    known = _testbeds(folder / _FOLDER / name / _FILE for folder in checkouts)
+    if known and testbed not in known:
         raise CxbridgeError(
-            f"the spec '{spec.rpartition('/')[2]}' has no {_PARAMETERS}: its agent has no tests of its own"
+            f"the spec '{name}' has no testbed '{testbed}'",
+            hint=did_you_mean(testbed, known) or f"it has: {', '.join(known)}",
         )
     config.set(f"{spec}/{_PARAMETERS}/enabled", True)
     config.set(f"{spec}/{_PARAMETERS}/testbed", testbed)
+
+
+def _testbeds(files: Iterable[Path]) -> list[str]:
+    """Return the names in the first of the files that is there; none where they are chosen in another way."""
+    file = next((file for file in files if file.is_file()), None)
+    if file is None:
+        return []
+    return list(dict.fromkeys(_CASE.findall(file.read_text(errors="replace"))))
 
 
 class Verdict:

@@ -154,6 +154,8 @@ ELSEWHERE = {
     ("skill executor", "target"): "tests/cli/test_skill_board.py",
     ("skill executor", "agent"): "a skill board takes any agent that comes",
     ("skill executor", "settings"): "tests/cli/test_skill_board.py",
+    ("game", "referee"): "tests/rcll/test_remote.py",
+    ("game", "simtest"): "tests/rcll/test_team.py",
 }
 
 
@@ -233,6 +235,7 @@ def test_the_spec_of_no_scenario_is_an_error(ask):
 def test_a_misspelt_choice_is_an_error(choice, ask, monkeypatch):
     """The example of the help, with another value that nobody offers."""
     monkeypatch.chdir(ROOT)
+    (ROOT / "out").mkdir(exist_ok=True)  # where examples write
     command = COMMANDS[tuple(choice[0].split())]
     (example,) = re.findall(r"Example:\n  cxbridge (.+)", command.epilog or "")
     parameter = next(each for each in command.params if each.name == choice[1])

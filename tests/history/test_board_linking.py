@@ -1,0 +1,155 @@
+"""Which execution of a skill board an action was, and why it failed: `why` and the timeline agree."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from itertools import permutations
+
+import pytest
+
+from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
+from cxbridge.explain.goal_story import Storyteller
+from cxbridge.explain.goals import Goals
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.linking import links
+from tests.explain.runs import ENV, ListRun, action, fact, goal, us
+
+ROBOTS = ("robot1", "robot2", "robot3")
+REASONS = ("door closed", "battery low", "")
+"""Why each robot's skill fails; empty: it succeeds."""
+
+
+def sent(at: float, master: int, kind: str, to_board: bool, env: str = "", **values: object) -> Event:
+    """A message of master ``master`` and its executor; on the blackboard of an agent of several."""
+    own = "SkillBoardInterface::SkillBoard" if to_board else f"SkillExecutorInterface::{ROBOTS[master]}-arm"
+    uid = own.replace("::", f"::{env}/") if env else own
+    ticket = {"board": "SkillBoard", "epoch": 5, "master": master}
+    if to_board:
+        ticket["executor"] = f"{ROBOTS[master]}-arm"
+    return InterfaceMessage(us(at), uid, f"{kind}Message", 1, "", "queued", {**ticket, **values})
+
+
+def begins(at: float, n: int, env: str = "", place: str = "hall") -> list[Event]:
+    parameters = json.dumps({"to": place})
+    return [
+        sent(at, n, "Request", False, env, agent=ROBOTS[n], skill="move", parameters=parameters, name=""),
+        sent(at, n, "Response", True, env),
+        sent(at, n, "Confirm", False, env),
+        sent(at, n, "Feedback", True, env, progress=0.1, text="on its way"),
+    ]
+
+
+def ends(at: float, n: int, reason: str, env: str = "") -> Event:
+    outcome = "FAILED" if reason else "SUCCEEDED"
+    return sent(at, n, "Finish", True, env, outcome=outcome, error=reason)
+
+
+def a_run(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = False) -> ListRun:
+    """Three robots that move at a time: they begin in ``order``, and end at times of their own."""
+    events: list[Event] = []
+    for n in range(3):
+        events += [goal(0, f"g{n}", "DISPATCHED"), action(0, f"g{n}", 1, "move", "FORMULATED")]
+        if facts:
+            slots = f"(param-names r to) (param-values {ROBOTS[n]} place{n})"
+            text = f"(plan-action (id 1) (goal-id g{n}) (plan-id g{n}-PLAN) (action-name move) {slots})"
+            events.append(fact(0, 100 + n, text))
+        events.append(action(0.5, f"g{n}", 1, "move", "WAITING"))
+    for n in order:
+        events += begins(1, n, place=f"place{n}")
+    events += [action(1, f"g{n}", 1, "move", "RUNNING") for n in range(3)]
+    for n in sorted(range(3), key=lambda n: over[n]):
+        state = "EXECUTION-FAILED" if REASONS[n] else "EXECUTION-SUCCEEDED"
+        events += [ends(over[n], n, REASONS[n]), action(over[n], f"g{n}", 1, "move", state)]
+    return ListRun(events)
+
+
+def in_why(run, env=None):
+    """Each goal's first action with the executor and the reason, as `why` sees it."""
+    evidence = RecordedEvidence(run, None, env)
+    assert evidence.history is not None
+    goals = Goals(evidence.history, {})
+    skills = {name: goals.skill(each.actions[0]) for name, each in goals.by_id.items()}
+    return {name: None if skill is None else (skill.skiller, skill.error) for name, skill in skills.items()}
+
+
+def in_timeline(run):
+    return {link.action.goal: (link.call.skiller, link.call.error) for link in links(RunHistory.of(run))}
+
+
+EXPECTED = {f"g{n}": (f"{ROBOTS[n]}-arm", REASONS[n]) for n in range(3)}
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_robots_that_move_at_a_time(order):
+    for over in permutations((3.0, 5.0, 8.0)):
+        run = a_run(order, over)
+        assert in_why(run) == in_timeline(run) == EXPECTED
+
+
+@pytest.mark.parametrize("order", list(permutations(range(3))))
+def test_with_facts_the_arguments_pair_those_that_end_at_the_same_time(order):
+    run = a_run(order, (3.0, 3.0, 3.0), facts=True)
+    assert in_why(run) == in_timeline(run) == EXPECTED
+
+
+def test_an_action_that_fails_twice_has_the_reason_of_each_time():
+    def once(at, number, reason):
+        return [
+            action(at, "g0", number, "move", "FORMULATED"),
+            action(at, "g0", number, "move", "WAITING"),
+            *begins(at + 0.1, 0),
+            action(at + 0.2, "g0", number, "move", "RUNNING"),
+            ends(at + 1, 0, reason),
+            action(at + 1, "g0", number, "move", "EXECUTION-FAILED"),
+        ]
+
+    run = ListRun([goal(0, "g0", "DISPATCHED"), *once(0, 1, "door closed"), *once(5, 2, "battery low")])
+    found = links(RunHistory.of(run))
+    assert [(link.action.id, link.call.error) for link in found] == [
+        ("1", "door closed"),
+        ("2", "battery low"),
+    ]
+
+
+def test_an_execution_that_is_not_over_has_no_reason():
+    run = a_run((0, 1, 2), (3.0, 5.0, 8.0))
+    cut = ListRun([event for event in run.events if event.time_us < us(3)])
+    assert in_why(cut) == {f"g{n}": (f"{ROBOTS[n]}-arm", "") for n in range(3)}
+
+
+def of(env: str, event: Event) -> Event:
+    """The event of another environment."""
+    assert isinstance(event, GoalTransition | PlanActionTransition)
+    return replace(event, env=env)
+
+
+@pytest.mark.parametrize(("one", "other"), list(permutations(("robot1", "robot2"))))
+def test_agents_of_one_run_have_their_own_boards(one, other):
+    """Their executors may have the same names: each agent has its own blackboard."""
+    events: list[Event] = []
+    for env in (one, other):
+        events.append(of(env, goal(0, f"of-{env}", "DISPATCHED")))
+        events += [of(env, action(0, f"of-{env}", 1, "move", state)) for state in ("FORMULATED", "WAITING")]
+        events += begins(1, 0, env)
+        events.append(of(env, action(1, f"of-{env}", 1, "move", "RUNNING")))
+    for env, reason in ((one, "door closed"), (other, "battery low")):
+        failed = action(3, f"of-{env}", 1, "move", "EXECUTION-FAILED")
+        events += [ends(3, 0, reason, env), of(env, failed)]
+    run = ListRun(events)
+    expected = {f"of-{one}": ("robot1-arm", "door closed"), f"of-{other}": ("robot1-arm", "battery low")}
+    assert in_timeline(run) == expected
+    assert {**in_why(run, one), **in_why(run, other)} == expected
+
+
+def test_why_names_the_reason():
+    run = a_run((0, 1, 2), (3.0, 5.0, 8.0))
+    evidence = RecordedEvidence(
+        ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV
+    )
+    assert evidence.history is not None
+    goals = Goals(evidence.history, {})
+    story = Storyteller(evidence, goals, {}).tell(goals.by_id["g0"])
+    texts = [cause.text for cause in story.cause.because[0].because]
+    assert texts == ["skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]
