@@ -20,6 +20,45 @@ action_msgs/GoalInfo goal_info
 int8 return_code
 action_msgs/GoalInfo[] goals_canceling
 """,
+    "rcl_interfaces/srv/GetParameters": """string[] names
+---
+rcl_interfaces/ParameterValue[] values
+""",
+    "rcl_interfaces/srv/GetParameterTypes": """string[] names
+---
+uint8[] types
+""",
+    "rcl_interfaces/srv/SetParameters": """rcl_interfaces/Parameter[] parameters
+---
+rcl_interfaces/SetParametersResult[] results
+""",
+    "rcl_interfaces/srv/SetParametersAtomically": """rcl_interfaces/Parameter[] parameters
+---
+rcl_interfaces/SetParametersResult result
+""",
+    "rcl_interfaces/srv/ListParameters": """uint64 DEPTH_RECURSIVE=0
+string[] prefixes
+uint64 depth
+---
+rcl_interfaces/ListParametersResult result
+""",
+    "rcl_interfaces/srv/DescribeParameters": """string[] names
+---
+rcl_interfaces/ParameterDescriptor[] descriptors
+""",
+    "lifecycle_msgs/srv/ChangeState": """lifecycle_msgs/Transition transition
+---
+bool success
+""",
+    "lifecycle_msgs/srv/GetState": """---
+lifecycle_msgs/State current_state
+""",
+    "lifecycle_msgs/srv/GetAvailableStates": """---
+lifecycle_msgs/State[] available_states
+""",
+    "lifecycle_msgs/srv/GetAvailableTransitions": """---
+lifecycle_msgs/TransitionDescription[] available_transitions
+""",
     "plansys2_msgs/msg/ActionExecution": """int16 type         # a Kind
 string node_id     # who asks in a REQUEST, else who performs
 string action

@@ -1,0 +1,242 @@
+"""Managed nodes: others configure, activate, deactivate, clean up and shut down a node (lifecycle_msgs)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from enum import IntEnum
+from typing import Any, Final
+
+from cxbridge.clock import Clock
+from cxbridge.closing import Closing
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.qos import PROFILES
+
+_PACKAGE: Final = "lifecycle_msgs"
+_NANOSECONDS: Final = 1000
+
+
+class State(IntEnum):
+    """lifecycle_msgs/msg/State: the first four last, a node passes through the others."""
+
+    UNKNOWN = 0
+    UNCONFIGURED = 1
+    INACTIVE = 2
+    ACTIVE = 3
+    FINALIZED = 4
+    CONFIGURING = 10
+    CLEANINGUP = 11
+    SHUTTINGDOWN = 12
+    ACTIVATING = 13
+    DEACTIVATING = 14
+    ERRORPROCESSING = 15
+
+    @property
+    def label(self) -> str:
+        """Its name in messages."""
+        return self.name.lower()
+
+
+class Outcome(IntEnum):
+    """How a transition ends: what is added to its number."""
+
+    SUCCESS = 0
+    FAILURE = 1
+    ERROR = 2
+
+
+_LABELS: Final = {
+    Outcome.SUCCESS: "transition_success",
+    Outcome.FAILURE: "transition_failure",
+    Outcome.ERROR: "transition_error",
+}
+
+CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
+SHUTDOWN: Final = "shutdown"
+ERROR: Final = "error"
+"""The names of what a node does when it changes its state."""
+
+# number, name, from, while it is done, to
+_ORDERS: Final = (
+    (1, CONFIGURE, State.UNCONFIGURED, State.CONFIGURING, State.INACTIVE),
+    (2, CLEANUP, State.INACTIVE, State.CLEANINGUP, State.UNCONFIGURED),
+    (3, ACTIVATE, State.INACTIVE, State.ACTIVATING, State.ACTIVE),
+    (4, DEACTIVATE, State.ACTIVE, State.DEACTIVATING, State.INACTIVE),
+    (5, SHUTDOWN, State.UNCONFIGURED, State.SHUTTINGDOWN, State.FINALIZED),
+    (6, SHUTDOWN, State.INACTIVE, State.SHUTTINGDOWN, State.FINALIZED),
+    (7, SHUTDOWN, State.ACTIVE, State.SHUTTINGDOWN, State.FINALIZED),
+)
+_ENDS: Final = {
+    State.CONFIGURING: 10,
+    State.CLEANINGUP: 20,
+    State.ACTIVATING: 30,
+    State.DEACTIVATING: 40,
+    State.SHUTTINGDOWN: 50,
+    State.ERRORPROCESSING: 60,
+}
+"""The number of the transition out of a state that a node passes through, when all went well."""
+
+Work = Callable[[], bool]
+"""Does what a transition needs; returns whether it could. An exception is an error."""
+
+
+def _nothing() -> bool:
+    return True
+
+
+class Lifecycle(Closing):
+    """The lifecycle of a node, for all others.
+
+    :param name: the node's, without the slash.
+    :param work: what is done, by the name of the transition; nothing is, for those that are missing.
+        :data:`ERROR` is done after an exception; the node is finalized unless that returns True.
+    :param report: gets a line about each exception.
+    """
+
+    def __init__(
+        self, node: Node, name: str, work: Mapping[str, Work], clock: Clock, report: Callable[[str], None]
+    ) -> None:
+        self._work, self._clock, self._report = work, clock, report
+        self.state = State.UNCONFIGURED
+        services: dict[str, tuple[str, Callable[[Message], Mapping[str, Any]]]] = {
+            "change_state": ("ChangeState", self._change),
+            "get_state": ("GetState", self._get_state),
+            "get_available_states": ("GetAvailableStates", self._get_states),
+            "get_available_transitions": ("GetAvailableTransitions", self._get_transitions),
+            "get_transition_graph": ("GetAvailableTransitions", self._get_graph),
+        }
+        self._ends = [
+            node.serve(f"/{name}/{service}", f"{_PACKAGE}/srv/{kind}", answer)
+            for service, (kind, answer) in services.items()
+        ]
+        self._events = node.publisher(
+            f"/{name}/transition_event", f"{_PACKAGE}/msg/TransitionEvent", PROFILES["default"]
+        )
+
+    def change(self, name: str) -> bool:
+        """Do a transition, as when somebody asks for it; return whether the node is where it leads to."""
+        order = next((each for each in _ORDERS if each[1] == name and each[2] is self.state), None)
+        if order is None:
+            return False
+        number, _, start, during, goal = order
+        self._move(number, name, during)
+        outcome = self._do(name)
+        back = State.FINALIZED if during is State.SHUTTINGDOWN else start
+        self._end(
+            {Outcome.SUCCESS: goal, Outcome.FAILURE: back, Outcome.ERROR: State.ERRORPROCESSING}, outcome
+        )
+        if outcome is Outcome.ERROR:
+            recovered = self._do(ERROR) if ERROR in self._work else Outcome.FAILURE
+            self._end({Outcome.SUCCESS: State.UNCONFIGURED}, recovered)
+        return outcome is Outcome.SUCCESS
+
+    def _end(self, goals: Mapping[Outcome, State], outcome: Outcome) -> None:
+        number = _ENDS[self.state] + outcome
+        self._move(number, _LABELS[outcome], goals.get(outcome, State.FINALIZED))
+
+    def _do(self, name: str) -> Outcome:
+        try:
+            return Outcome.SUCCESS if self._work.get(name, _nothing)() else Outcome.FAILURE
+        except Exception as error:  # noqa: BLE001 - whatever a node's work raises is an error of its transition
+            self._report(f"{name} has failed: {error}")
+            return Outcome.ERROR
+
+    def _move(self, number: int, label: str, goal: State) -> None:
+        start, self.state = self.state, goal
+        self._events.publish(
+            {
+                "timestamp": self._clock.now_us() * _NANOSECONDS,
+                "transition": {"id": number, "label": label},
+                "start_state": _state(start),
+                "goal_state": _state(goal),
+            }
+        )
+
+    # --- services -----------------------------------------------------------------------------------------
+
+    def _change(self, request: Message) -> Mapping[str, Any]:
+        wanted = request["transition"]
+        name = wanted["label"] or next((order[1] for order in _ORDERS if order[0] == wanted["id"]), "")
+        return {"success": self.change(name)}
+
+    def _get_state(self, _request: Message) -> Mapping[str, Any]:
+        return {"current_state": _state(self.state)}
+
+    def _get_states(self, _request: Message) -> Mapping[str, Any]:
+        return {"available_states": [_state(each) for each in State]}
+
+    def _get_transitions(self, _request: Message) -> Mapping[str, Any]:
+        return {"available_transitions": [_order(each) for each in _ORDERS if each[2] is self.state]}
+
+    def _get_graph(self, _request: Message) -> Mapping[str, Any]:
+        return {"available_transitions": [*map(_order, _ORDERS), *_ends()]}
+
+    def close(self) -> None:
+        """Answer no more."""
+        for end in self._ends:
+            end()
+        self._events.close()
+
+
+def _state(state: State) -> Mapping[str, Any]:
+    return {"id": int(state), "label": state.label}
+
+
+def _order(order: tuple[int, str, State, State, State]) -> Mapping[str, Any]:
+    number, name, start, during, _ = order
+    return {
+        "transition": {"id": number, "label": name},
+        "start_state": _state(start),
+        "goal_state": _state(during),
+    }
+
+
+def _ends() -> Iterator[Mapping[str, Any]]:
+    """Yield the transitions that follow by themselves."""
+    ways = {during: (goal, start) for _, _, start, during, goal in _ORDERS}
+    ways[State.SHUTTINGDOWN] = (State.FINALIZED, State.FINALIZED)
+    ways[State.ERRORPROCESSING] = (State.UNCONFIGURED, State.FINALIZED)
+    for during, (goal, back) in ways.items():
+        wrong = State.FINALIZED if during is State.ERRORPROCESSING else State.ERRORPROCESSING
+        for outcome, end in zip(Outcome, (goal, back, wrong), strict=True):
+            yield {
+                "transition": {"id": _ENDS[during] + outcome, "label": _LABELS[outcome]},
+                "start_state": _state(during),
+                "goal_state": _state(end),
+            }
+
+
+class LifecycleClient(Closing):
+    """Leads another managed node. Answers come while our node is polled.
+
+    :param target: the other node, e.g. ``/robot1/controller``.
+    """
+
+    def __init__(self, node: Node, target: str) -> None:
+        self._change = node.client(f"{target}/change_state", f"{_PACKAGE}/srv/ChangeState")
+        self._state = node.client(f"{target}/get_state", f"{_PACKAGE}/srv/GetState")
+
+    @property
+    def is_served(self) -> bool:
+        """Whether the node is there, and is managed."""
+        return self._change.is_served and self._state.is_served
+
+    def state(self, done: Callable[[State], None]) -> None:
+        """Ask for the state; ``done`` gets it."""
+
+        def take(response: Message) -> None:
+            found = response["current_state"]["id"]
+            done(State(found) if found in list(State) else State.UNKNOWN)
+
+        self._state.call({}, take)
+
+    def change(self, name: str, done: Callable[[bool], None]) -> None:
+        """Ask for a transition, e.g. :data:`ACTIVATE`; ``done`` gets whether it was done."""
+        numbers = [order[0] for order in _ORDERS if order[1] == name]
+        transition = {"id": numbers[0] if numbers else 0, "label": name}
+        self._change.call({"transition": transition}, lambda response: done(bool(response["success"])))
+
+    def close(self) -> None:
+        """Ask no more."""
+        self._change.close()
+        self._state.close()

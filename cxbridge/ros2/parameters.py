@@ -1,0 +1,349 @@
+"""Parameters of a node, which others ask for and set: six services and the topic /parameter_events."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import IntEnum
+from functools import partial
+from typing import Any, Final, TypeAlias
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.closing import Closing
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Client, Node
+from cxbridge.ros2.qos import PROFILES
+
+Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
+"""What a parameter can be; None: it has no value yet."""
+
+Refuse: TypeAlias = Callable[[Value], str]
+"""Gets a value that somebody wants to set; returns why not, or an empty text."""
+
+EVENTS: Final = "/parameter_events"
+_PACKAGE: Final = "rcl_interfaces"
+_SEPARATOR: Final = "."
+_NANOSECONDS: Final = 1000
+_INT64: Final = 2**63
+
+
+class ParameterType(IntEnum):
+    """rcl_interfaces/msg/ParameterType."""
+
+    NOT_SET = 0
+    BOOL = 1
+    INTEGER = 2
+    DOUBLE = 3
+    STRING = 4
+    BYTE_ARRAY = 5
+    BOOL_ARRAY = 6
+    INTEGER_ARRAY = 7
+    DOUBLE_ARRAY = 8
+    STRING_ARRAY = 9
+
+
+_FIELDS: Final = {
+    ParameterType.BOOL: "bool_value",
+    ParameterType.INTEGER: "integer_value",
+    ParameterType.DOUBLE: "double_value",
+    ParameterType.STRING: "string_value",
+    ParameterType.BYTE_ARRAY: "byte_array_value",
+    ParameterType.BOOL_ARRAY: "bool_array_value",
+    ParameterType.INTEGER_ARRAY: "integer_array_value",
+    ParameterType.DOUBLE_ARRAY: "double_array_value",
+    ParameterType.STRING_ARRAY: "string_array_value",
+}
+_SCALARS: Final = {
+    bool: ParameterType.BOOL,
+    int: ParameterType.INTEGER,
+    float: ParameterType.DOUBLE,
+    str: ParameterType.STRING,
+}
+_ARRAYS: Final = {
+    bool: ParameterType.BOOL_ARRAY,
+    int: ParameterType.INTEGER_ARRAY,
+    float: ParameterType.DOUBLE_ARRAY,
+    str: ParameterType.STRING_ARRAY,
+}
+
+
+def type_of(value: Value) -> ParameterType:
+    """Return the type of a value.
+
+    :raises Ros2Error: when a parameter cannot have it: a list of several types, a number over 64 bits.
+    """
+    if value is None:
+        return ParameterType.NOT_SET
+    if isinstance(value, bytes):
+        return ParameterType.BYTE_ARRAY
+    numbers = value if isinstance(value, list) else [value]
+    if any(type(each) is int and not -_INT64 <= each < _INT64 for each in numbers):
+        raise Ros2Error(f"a parameter has 64 bits: {value}")
+    kinds = {type(each) for each in numbers}
+    if not isinstance(value, list):
+        return _SCALARS[type(value)]
+    if len(kinds) > 1:
+        raise Ros2Error(f"a list has values of one type: {value}")
+    return _ARRAYS[kinds.pop()] if kinds else ParameterType.STRING_ARRAY
+
+
+def message_of(value: Value) -> Mapping[str, Any]:
+    """Return a value as rcl_interfaces/msg/ParameterValue.
+
+    :raises Ros2Error: see :func:`type_of`.
+    """
+    kind = type_of(value)
+    field = _FIELDS.get(kind)
+    if field is None:
+        return {"type": int(kind)}
+    return {"type": int(kind), field: list(value) if isinstance(value, bytes) else value}
+
+
+def value_of(message: Mapping[str, Any]) -> Value:
+    """Return what an rcl_interfaces/msg/ParameterValue is.
+
+    :raises Ros2Error: for a type that there is not.
+    """
+    kind = message["type"]
+    if kind not in list(ParameterType):
+        raise Ros2Error(f"there is no type {kind} of parameters")
+    field = _FIELDS.get(ParameterType(kind))
+    if field is None:
+        return None
+    value: Any = message[field]
+    if kind == ParameterType.BYTE_ARRAY:
+        return bytes(int.from_bytes(each, "little") if isinstance(each, bytes) else each for each in value)
+    return list(value) if isinstance(value, Sequence) and not isinstance(value, str) else value
+
+
+@dataclass(slots=True)
+class Parameter:
+    """A parameter that a node declares.
+
+    :param description: for people.
+    :param read_only: whether nobody else may set it.
+    :param refuse: judges each value that somebody wants to set, of the right type.
+    """
+
+    value: Value
+    description: str = ""
+    read_only: bool = False
+    refuse: Refuse = lambda _value: ""
+
+
+class Parameters(Closing):
+    """The parameters of a node, for all others.
+
+    :param name: the node's, without the slash.
+    :param declared: by name; a type never changes.
+    :param changed: called with the name and the value that somebody else has set.
+    :raises Ros2Error: when a value cannot be one.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        declared: Mapping[str, Parameter],
+        clock: Clock,
+        changed: Callable[[str, Value], None] = lambda _name, _value: None,
+    ) -> None:
+        self._name, self._clock, self._changed = name, clock, changed
+        self._declared = dict(declared)
+        self._types = {each: type_of(parameter.value) for each, parameter in declared.items()}
+        answers: dict[str, Callable[[Message], Mapping[str, Any]]] = {
+            "get_parameters": self._get,
+            "get_parameter_types": self._get_types,
+            "set_parameters": self._set,
+            "set_parameters_atomically": self._set_atomically,
+            "list_parameters": self._list,
+            "describe_parameters": self._describe,
+        }
+        self._ends = [
+            node.serve(f"/{name}/{service}", f"{_PACKAGE}/srv/{_camel(service)}", answer)
+            for service, answer in answers.items()
+        ]
+        self._events = node.publisher(EVENTS, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"])
+        self._tell("new_parameters", self._declared)
+
+    def __getitem__(self, name: str) -> Value:
+        return self._declared[name].value
+
+    def set(self, name: str, value: Value) -> None:
+        """Set a value that is ours to set, read-only or not.
+
+        :raises Ros2Error: when it has another type.
+        """
+        if type_of(value) is not self._types[name]:
+            raise Ros2Error(f"the parameter '{name}' is of type {self._types[name].name}: {value!r}")
+        self._declared[name].value = value
+        self._tell("changed_parameters", [name])
+
+    # --- services -----------------------------------------------------------------------------------------
+
+    def _get(self, request: Message) -> Mapping[str, Any]:
+        return self._of_each(request, "values", lambda each: message_of(each.value))
+
+    def _get_types(self, request: Message) -> Mapping[str, Any]:
+        return self._of_each(request, "types", lambda each: int(type_of(each.value)))
+
+    def _of_each(self, request: Message, field: str, read: Callable[[Parameter], Any]) -> Mapping[str, Any]:
+        """Return what is asked for of each parameter; nothing when one is not known, as ROS' own nodes do."""
+        names = request["names"]
+        known = all(name in self._declared for name in names)
+        return {field: [read(self._declared[name]) for name in names] if known else []}
+
+    def _describe(self, request: Message) -> Mapping[str, Any]:
+        names = request["names"]
+        if any(name not in self._declared for name in names):
+            return {"descriptors": []}
+        found = [(name, self._declared[name]) for name in names]
+        return {
+            "descriptors": [
+                {
+                    "name": name,
+                    "type": int(self._types[name]),
+                    "description": each.description,
+                    "read_only": each.read_only,
+                }
+                for name, each in found
+            ]
+        }
+
+    def _list(self, request: Message) -> Mapping[str, Any]:
+        depth, prefixes = request["depth"], request["prefixes"]
+        names = [name for name in self._declared if _is_listed(name, prefixes, depth)]
+        parents = dict.fromkeys(name.rpartition(_SEPARATOR)[0] for name in names if _SEPARATOR in name)
+        return {"result": {"names": names, "prefixes": list(parents)}}
+
+    def _set(self, request: Message) -> Mapping[str, Any]:
+        results = []
+        for each in request["parameters"]:
+            reason = self._refusal(each)
+            results.append({"successful": not reason, "reason": reason})
+            if not reason:
+                self._take([each])
+        return {"results": results}
+
+    def _set_atomically(self, request: Message) -> Mapping[str, Any]:
+        wanted = request["parameters"]
+        reason = next(filter(None, map(self._refusal, wanted)), "")
+        if not reason:
+            self._take(wanted)
+        return {"result": {"successful": not reason, "reason": reason}}
+
+    def _refusal(self, message: Message) -> str:
+        """Return why a parameter is not set; empty: it can be."""
+        name = message["name"]
+        known = self._declared.get(name)
+        if known is None:
+            return f"there is no parameter '{name}'"
+        if known.read_only:
+            return f"the parameter '{name}' is read-only"
+        try:
+            value = value_of(message["value"])
+        except Ros2Error as error:
+            return error.message
+        wanted, kind = self._types[name], type_of(value)
+        if kind is not wanted and wanted is not ParameterType.NOT_SET:
+            return f"the parameter '{name}' is of type {wanted.name}, not {kind.name}"
+        return known.refuse(value)
+
+    def _take(self, messages: Iterable[Message]) -> None:
+        names = []
+        for each in messages:
+            name, value = each["name"], value_of(each["value"])
+            self._declared[name].value = value
+            names.append(name)
+            self._changed(name, value)
+        self._tell("changed_parameters", names)
+
+    def _tell(self, field: str, names: Iterable[str]) -> None:
+        seconds, rest = divmod(self._clock.now_us(), MICROSECONDS)
+        told = [{"name": name, "value": message_of(self._declared[name].value)} for name in names]
+        stamp = {"sec": seconds, "nanosec": rest * _NANOSECONDS}
+        self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: told})
+
+    def close(self) -> None:
+        """Answer no more."""
+        for end in self._ends:
+            end()
+        self._events.close()
+
+
+class ParameterClient(Closing):
+    """Asks another node for its parameters, and sets them. Answers come while the node is polled.
+
+    :param target: the other node, e.g. ``/robot1/controller``.
+    """
+
+    def __init__(self, node: Node, target: str) -> None:
+        def client(service: str) -> Client:
+            return node.client(f"{target}/{service}", f"{_PACKAGE}/srv/{_camel(service)}")
+
+        self._get, self._set, self._list = map(
+            client, ("get_parameters", "set_parameters", "list_parameters")
+        )
+
+    @property
+    def is_served(self) -> bool:
+        """Whether the node is there, and answers."""
+        return all(each.is_served for each in (self._get, self._set, self._list))
+
+    def get(self, names: Sequence[str], done: Callable[[Mapping[str, Value]], None]) -> None:
+        """Ask for values; ``done`` gets them by name, and none of all when one of them is not known."""
+
+        def take(response: Message) -> None:
+            done(dict(zip(names, map(value_of, response["values"]), strict=False)))
+
+        self._get.call({"names": list(names)}, take)
+
+    def set(self, values: Mapping[str, Value], done: Callable[[Mapping[str, str]], None]) -> None:
+        """Set values, one after the other; ``done`` gets why each is refused, empty where it is not.
+
+        :raises Ros2Error: see :func:`type_of`.
+        """
+        wanted = [{"name": name, "value": message_of(value)} for name, value in values.items()]
+
+        def take(response: Message) -> None:
+            reasons = [
+                "" if each["successful"] else each["reason"] or "refused" for each in response["results"]
+            ]
+            done(dict(zip(values, reasons, strict=False)))
+
+        self._set.call({"parameters": wanted}, take)
+
+    def list(
+        self, done: Callable[[Sequence[str]], None], prefixes: Sequence[str] = (), depth: int = 0
+    ) -> None:
+        """Ask for names; ``done`` gets them.
+
+        :param prefixes: those below these only, e.g. ``planner`` of ``planner.timeout``; empty: all.
+        :param depth: how many names deep; 0: all.
+        """
+        take = partial(_pass_names, done)
+        self._list.call({"prefixes": list(prefixes), "depth": depth}, take)
+
+    def close(self) -> None:
+        """Ask no more."""
+        for each in (self._get, self._set, self._list):
+            each.close()
+
+
+def _pass_names(done: Callable[[Sequence[str]], None], response: Message) -> None:
+    done(list(response["result"]["names"]))
+
+
+def _camel(service: str) -> str:
+    return "".join(word.capitalize() for word in service.split("_"))
+
+
+def _is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
+    """Return whether a name is below one of the prefixes, or is one, and not deeper than asked for."""
+    below = [
+        name.removeprefix(prefix).removeprefix(_SEPARATOR)
+        for prefix in prefixes or [""]
+        if not prefix or name == prefix or name.startswith(prefix + _SEPARATOR)
+    ]
+    return any(depth == 0 or rest.count(_SEPARATOR) < depth for rest in below)

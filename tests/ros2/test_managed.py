@@ -1,0 +1,221 @@
+"""Parameters, lifecycle and log of a node: ours and rclpy's, each asked by our clients."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.errors import Ros2Error
+from cxbridge.events import LogLine
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleClient, State
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
+from cxbridge.ros2.rosout import listen
+from tests.ros2.conftest import HERE, needs_ros, with_ros
+
+ROOT = Path(__file__).parent.parent.parent
+
+
+@pytest.fixture
+def node(domain: int) -> Iterator[Node]:
+    with DdsNode("asks", Definitions(distribution="iron", environment={})) as node:
+        yield node
+
+
+@pytest.fixture(params=["ours", pytest.param("rclpy", marks=needs_ros)])
+def managed(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
+    script = str(HERE / "with_rclpy/managed.py")
+    command = with_ros(script) if request.param == "rclpy" else [sys.executable, "-m", "tests.ros2.managed"]
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
+    assert process.stdout is not None
+    assert process.stdout.readline() == "ready\n"
+    yield str(request.param)
+    process.kill()
+    process.communicate()
+
+
+def until(node: Node, condition: Callable[[], Any], limit_s: float = 10.0) -> None:
+    end = time.monotonic() + limit_s
+    while not condition():
+        assert time.monotonic() < end, "it took too long"
+        node.poll(0.05)
+
+
+def answer(node: Node, ask: Callable[[Callable[[Any], None]], object]) -> Any:
+    """Ask, and wait for the answer."""
+    got: list[Any] = []
+    ask(got.append)
+    until(node, lambda: got)
+    return got[0]
+
+
+@pytest.fixture
+def parameters(node: Node, managed: str) -> ParameterClient:
+    client = ParameterClient(node, "/managed")
+    until(node, lambda: client.is_served)
+    return client
+
+
+@pytest.fixture
+def lifecycle(node: Node, managed: str) -> LifecycleClient:
+    client = LifecycleClient(node, "/managed")
+    until(node, lambda: client.is_served)
+    return client
+
+
+def test_values(node: Node, parameters: ParameterClient):
+    wanted = ["speed", "names", "limits.low", "works"]
+    found = answer(node, lambda done: parameters.get(wanted, done))
+    assert found == {"speed": 1.5, "names": ["a", "b"], "limits.low": 3, "works": True}
+    assert answer(node, lambda done: parameters.get(["speed", "none"], done)) == {}
+
+
+def test_what_is_set_is_set_and_told(node: Node, parameters: ParameterClient):
+    told: list[Any] = []
+    node.subscribe(EVENTS, "rcl_interfaces/msg/ParameterEvent", told.append)
+    reasons = answer(node, lambda done: parameters.set({"speed": 2.5, "limits.low": -1}, done))
+    assert reasons == {"speed": "", "limits.low": ""}
+    assert answer(node, lambda done: parameters.get(["speed", "limits.low"], done)) == {
+        "speed": 2.5,
+        "limits.low": -1,
+    }
+    until(node, lambda: sum(len(each["changed_parameters"]) for each in told) == 2)
+    assert {each["node"] for each in told} == {"/managed"}
+
+
+@pytest.mark.parametrize(("name", "value"), [("speed", "fast"), ("fixed", "no"), ("none", 1)])
+def test_what_cannot_be_set_is_refused_with_a_reason(node, parameters, name, value):
+    (reason,) = answer(node, lambda done: parameters.set({name: value}, done)).values()
+    assert reason
+
+
+@pytest.mark.parametrize(
+    ("prefixes", "depth", "names"),
+    [
+        ((), 1, {"speed", "names", "works", "fixed"}),
+        ((), 2, {"speed", "names", "works", "fixed", "limits.low"}),
+        (("limits",), 0, {"limits.low", "limits.deep.high"}),
+    ],
+)
+def test_names(node, parameters, prefixes, depth, names):
+    found = answer(node, lambda done: parameters.list(done, prefixes, depth))
+    own = {"use_sim_time", "start_type_description_service"}  # what nodes of ROS have by themselves
+    assert set(found) - own == names
+
+
+def test_a_node_is_led_through_its_life(node: Node, lifecycle: LifecycleClient, parameters: ParameterClient):
+    def change(name: str) -> tuple[bool, State]:
+        done = answer(node, lambda done: lifecycle.change(name, done))
+        return done, answer(node, lifecycle.state)
+
+    moves: list[tuple[str, str, str]] = []
+    node.subscribe(
+        "/managed/transition_event",
+        "lifecycle_msgs/msg/TransitionEvent",
+        lambda each: moves.append(
+            (each["start_state"]["label"], each["transition"]["label"], each["goal_state"]["label"])
+        ),
+    )
+    assert answer(node, lifecycle.state) is State.UNCONFIGURED
+    assert change(ACTIVATE) == (False, State.UNCONFIGURED)
+    assert change(CONFIGURE) == (True, State.INACTIVE)
+    answer(node, lambda done: parameters.set({"works": False}, done))
+    assert change(ACTIVATE) == (False, State.INACTIVE)
+    answer(node, lambda done: parameters.set({"works": True}, done))
+    assert change(ACTIVATE) == (True, State.ACTIVE)
+    assert change(DEACTIVATE) == (True, State.INACTIVE)
+    assert change(CLEANUP) == (False, State.FINALIZED)  # its work raises, and nothing handles that
+    assert change(SHUTDOWN) == (False, State.FINALIZED)
+    until(node, lambda: moves and moves[-1][2] == "finalized")
+    assert [move for move in moves if "configur" in move[0] or "activating" in move[0]][-3:]
+
+
+def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifecycle: LifecycleClient):
+    client = node.client("/managed/get_transition_graph", "lifecycle_msgs/srv/GetAvailableTransitions")
+    until(node, lambda: client.is_served)
+    response = answer(node, lambda done: client.call({}, done))
+    found = {
+        (
+            each["transition"]["id"],
+            each["transition"]["label"],
+            each["start_state"]["label"],
+            each["goal_state"]["label"],
+        )
+        for each in response["available_transitions"]
+    }
+    assert len(found) == 7 + 6 * 3
+    assert (1, "configure", "unconfigured", "configuring") in found
+    assert (61, "transition_failure", "errorprocessing", "finalized") in found
+    states = node.client("/managed/get_available_states", "lifecycle_msgs/srv/GetAvailableStates")
+    until(node, lambda: states.is_served)
+    response = answer(node, lambda done: states.call({}, done))
+    assert {(each["id"], each["label"]) for each in response["available_states"]} == {
+        (int(each), each.label) for each in State
+    }
+
+
+def test_a_log_line_comes_to_those_who_listen_later_too(node: Node, lifecycle: LifecycleClient):
+    answer(node, lambda done: lifecycle.change(CONFIGURE, done))
+    lines: list[LogLine] = []
+    listen(node, lines.append)
+    until(node, lambda: any(line.text == "configured" for line in lines))
+    (line,) = (line for line in lines if line.text == "configured")
+    assert line.level.value == "W"
+    assert line.component.startswith("managed")
+    assert abs(line.time_us / 1e6 - time.time()) < 60
+
+
+@pytest.mark.parametrize(
+    "value",
+    [True, -3, 2**63 - 1, 0.5, "äö", b"\x00\xff", [], [True, False], [1, -2], [0.5], ["a", ""], None],
+)
+def test_a_value_comes_back_as_it_was(value):
+    assert value_of(message_of(value)) == value
+
+
+@pytest.mark.parametrize("value", [2**63, [1, "a"], [1, True]])
+def test_what_no_parameter_can_be(value):
+    with pytest.raises(Ros2Error):
+        type_of(value)
+
+
+@needs_ros
+def test_rclpy_asks_our_node(domain: int):
+    """With rclpy's own clients: what `ros2 param` and `ros2 lifecycle` are made of."""
+    ours = subprocess.Popen(
+        [sys.executable, "-m", "tests.ros2.managed"], stdout=subprocess.PIPE, text=True, cwd=ROOT
+    )
+    try:
+        assert ours.stdout is not None
+        assert ours.stdout.readline() == "ready\n"
+        script = str(HERE / "with_rclpy/manager.py")
+        done = subprocess.run(
+            with_ros(script), capture_output=True, text=True, check=False, timeout=60, env=os.environ
+        )
+    finally:
+        ours.kill()
+        ours.communicate()
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout) == {
+        "names": ["fixed", "limits.deep.high", "limits.low", "names", "speed", "works"],
+        "types": [3, 9, 2],
+        "described": [["speed", 3, False], ["fixed", 4, True]],
+        "set": [True, False, False],
+        "values": [2.0, "yes"],
+        "atomically": False,
+        "after": 2.0,
+        "states": ["unconfigured", "inactive", "active"],
+        "log": "configured",
+    }

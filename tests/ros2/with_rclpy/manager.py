@@ -1,0 +1,64 @@
+"""Asks the node `managed` for parameters, leads it through its life, and prints what came, as JSON."""
+
+import json
+import time
+
+import rclpy
+from lifecycle_msgs.srv import ChangeState, GetState
+from rcl_interfaces.msg import Log
+from rcl_interfaces.srv import DescribeParameters, SetParametersAtomically
+from rclpy.parameter import Parameter
+from rclpy.parameter_client import AsyncParameterClient
+from rclpy.qos import DurabilityPolicy, QoSProfile
+
+rclpy.init()
+node = rclpy.create_node("manager")
+lines = []
+node.create_subscription(
+    Log, "/rosout", lines.append, QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL)
+)
+parameters = AsyncParameterClient(node, "/managed")
+assert parameters.wait_for_services(20.0)
+
+
+def wait(future):
+    rclpy.spin_until_future_complete(node, future, timeout_sec=10.0)
+    return future.result()
+
+
+def call(kind, name, request):
+    client = node.create_client(kind, name)
+    assert client.wait_for_service(10.0)
+    return wait(client.call_async(request))
+
+
+found = {}
+found["names"] = sorted(wait(parameters.list_parameters([], 0)).result.names)
+found["types"] = list(wait(parameters.get_parameter_types(["speed", "names", "limits.low"])).types)
+described = call(
+    DescribeParameters, "/managed/describe_parameters", DescribeParameters.Request(names=["speed", "fixed"])
+)
+found["described"] = [[each.name, each.type, each.read_only] for each in described.descriptors]
+wanted = [Parameter("speed", value=2.0), Parameter("fixed", value="no"), Parameter("speed", value="fast")]
+found["set"] = [each.successful for each in wait(parameters.set_parameters(wanted)).results]
+values = wait(parameters.get_parameters(["speed", "fixed"])).values
+found["values"] = [values[0].double_value, values[1].string_value]
+both = [Parameter("speed", value=9.0).to_parameter_msg(), Parameter("fixed", value="no").to_parameter_msg()]
+request = SetParametersAtomically.Request(parameters=both)
+found["atomically"] = call(
+    SetParametersAtomically, "/managed/set_parameters_atomically", request
+).result.successful
+found["after"] = wait(parameters.get_parameters(["speed"])).values[0].double_value
+states = []
+for label in ("", "configure", "activate"):
+    if label:
+        request = ChangeState.Request()
+        request.transition.label = label
+        assert call(ChangeState, "/managed/change_state", request).success
+    states.append(call(GetState, "/managed/get_state", GetState.Request()).current_state.label)
+found["states"] = states
+end = time.monotonic() + 10
+while not lines and time.monotonic() < end:
+    rclpy.spin_once(node, timeout_sec=0.1)
+found["log"] = lines[0].msg if lines else ""
+print(json.dumps(found))  # noqa: T201
