@@ -32,7 +32,7 @@ def test_the_object_for_scripts(words, capsys):
 def test_the_score_in_words(words, capsys):
     assert invoke(words) == 0
     out = capsys.readouterr().out
-    assert "CYAN       +5  taken" in out
+    assert "CYAN       +5  Taken at C-BS" in out
     assert "CYAN     delivers order 1 (C0)" in out
     assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in out
 
