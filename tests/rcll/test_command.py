@@ -51,6 +51,15 @@ def test_a_recording(words, tmp_path, capsys):
     assert "points: " in capsys.readouterr().out
 
 
+def test_the_page_of_a_game(words, tmp_path, capsys):
+    page = tmp_path / "game.html"
+    assert invoke([*words, "--html", str(page)]) == 0
+    assert "machine: C-BS IDLE" in capsys.readouterr().out
+    text = page.read_text()
+    for word in ("robot1", "moveto C-BS-OUTPUT", "READY-AT-OUTPUT", "1: C0", "Taken at C-BS"):
+        assert word in text
+
+
 def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):
     """The second one is a folder that is laid over the first one's checkout."""
     team = tmp_path / "team"
