@@ -107,7 +107,7 @@ def _timeline(score: Score, timeline: Timeline) -> str:
     return (
         _legend(timeline)
         + draw(groups, timeline.seconds, label)
-        + f'<p class="dim">Seconds of the production. {html(told)}A bar that is pointed at tells more.</p>'
+        + f'<p class="dim">Seconds of the production. {html(told)}Point at a bar to see more.</p>'
     )
 
 
