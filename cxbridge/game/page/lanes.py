@@ -14,7 +14,7 @@ from cxbridge.trace.html.text import html
 _ROW, _BAR, _HEAD = 22, 16, 22
 _LABELS, _NARROWEST, _WIDEST = 150, 900, 12_000
 _PIXELS_A_SECOND: Final = 6.0
-_LETTER: Final = 6.2
+_LETTER: Final = 6.6
 """Pixels."""
 
 _TICK_S: Final = (10, 30, 60, 120, 300, 600)
