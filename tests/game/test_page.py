@@ -33,7 +33,7 @@ TIMELINE = Timeline(
     {
         "robot1": (
             Span(-5.0, 10.0, 'moveto{place="C-BS-I"}', "S_FINAL"),
-            Span(10.0, 40.0, 'manipulate_wp{mps="C-BS", side="OUTPUT"}', "S_FAILED", "slipped"),
+            Span(10.0, 40.0, 'manipulate_wp{mps="C-BS", side="INPUT"}', "S_FAILED", "slipped"),
             Span(1190.0, 1300.0, EVIL, "S_RUNNING"),
         ),
         "robot2": (),
@@ -95,7 +95,7 @@ def test_bars_are_where_things_happened_and_end_with_the_production(tmp_path):
 
 def test_what_failed_is_marked_and_says_why(tmp_path):
     page = page_of(RESULT, tmp_path)
-    assert "✗ manipulate_wp C-BS OUTPUT" in page
+    assert "✗ manipulate_wp C-BS INPUT" in page
     assert "S_FAILED: slipped\n10.0 to 40.0 s (30.0 s)" in page
     assert "1 times: slipped" in page
 
