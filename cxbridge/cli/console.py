@@ -114,10 +114,12 @@ class ConsoleLog:
 def check_folders(*files: Path | None) -> None:
     """See that files can be written later on, before long work.
 
-    :raises CxbridgeError: when the folder of one does not exist.
+    :raises CxbridgeError: when the folder of one does not exist, or one is a folder.
     """
     for file in files:
         if file is not None and not file.parent.is_dir():
             raise CxbridgeError(
                 "cannot be written: there is no such folder", file=file, hint=f"mkdir -p {file.parent}"
             )
+        if file is not None and file.is_dir():
+            raise CxbridgeError("cannot be written: it is a folder", file=file, hint="name a file")

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
-from cxbridge.game.score import POST_GAME, GameResult, Score
-from cxbridge.game.work import WorkCount
+from cxbridge.game.judge import GameWatch, Judge
+from cxbridge.game.score import POST_GAME, GameResult
+from cxbridge.game.timeline import Timeline
+from cxbridge.game.work import WorkCount, robots_of, work_of
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.options import RunOptions
@@ -25,8 +28,8 @@ if TYPE_CHECKING:
 
 _INTERRUPTED: Final = 130
 
-Judge = Callable[[Sequence["Assembly"]], Score]
-"""Says how a game of these agents stands."""
+OUTCOME: Final = "outcome.json"
+"""What came of the game, within its recording."""
 
 
 def play_game(
@@ -58,24 +61,33 @@ def play_game(
                 attach(agent)
         work = WorkCount(assembly.clock.now_us())
         assembly.bus.subscribe(work, *WorkCount.events)
+        judge.watch(assembly)
+        watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
         stack.callback(assembly.stop)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
+        assembly.loop.add(Hook.POST_LOOP, watch.look)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
         ended, _ = run.play()
-        score = judge(assembly.agents)
-        how = "" if score.phase == POST_GAME else f"not over, in {score.phase} at {score.game_time:g} s; "
-        status = _INTERRUPTED if interrupt.received else ended.status
-        recorder.describe({"status": str(status), "reason": f"{how}{ended.reason}; points: {score.points}"})
-        interrupt.check()
+        score = judge.score(assembly.agents)
+        skills = work.by_robot(robots_of(assembly.agents), assembly.clock.now_us(), watch.seconds_at)
+        timeline = Timeline(watch.seconds, skills, watch.machines())
         loaders = [agent.executive.env.loader for agent in assembly.agents]
-        return GameResult(
+        result = GameResult(
             score,
             score.phase == POST_GAME,
             seed,
             round(time.perf_counter() - started, 3),
-            work.by_name(assembly.clock.now_us()),
+            work_of(timeline),
             (ended.reason,) if ended.status == FAULT else (),
             tuple(str(each) for loader in loaders for each in loader.diagnostics if each.construct),
+            timeline=timeline,
         )
+        how = "" if result.is_over else f"not over, in {score.phase} at {score.game_time:g} s; "
+        status = _INTERRUPTED if interrupt.received else ended.status
+        recorder.describe({"status": str(status), "reason": f"{how}{ended.reason}; points: {score.points}"})
+        if options.trace_files:
+            assembly.bus.emit_source("game", "", OUTCOME, json.dumps(result.outcome, indent=1).encode())
+        interrupt.check()
+        return result

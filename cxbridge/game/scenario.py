@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from operator import itemgetter
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Final
+from typing import TYPE_CHECKING, Final
 
 import yaml
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
 from cxbridge.game.playing import play_game
-from cxbridge.game.score import Award, Delivery, GameResult, Score
+from cxbridge.game.published import PublishedGame
+from cxbridge.game.score import GameResult
 from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import find_config_file
@@ -22,13 +22,8 @@ from cxbridge.worldmodel.model import NOTHING_FAILS
 from cxbridge.worldmodel.reading import find_world, read_world
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard.base import BlackBoard
-    from cxbridge.blackboard.info import InterfaceInfo
     from cxbridge.config import Configuration
     from cxbridge.run.assembly import Assembly
-
-GAME: Final = "GameInterface"
-ORDER: Final = "OrderInterface"
 
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
@@ -67,7 +62,7 @@ class ScenarioGame:
             overlay = Path(folder) / "game.yaml"
             overlay.write_text(yaml.safe_dump(self._values(seed)))
             options = replace(self.run, config=(*_overlays(self.run), overlay))
-            return play_game(options, seed, world, score_on, console=console, attach=attach)
+            return play_game(options, seed, world, PublishedGame(), console=console, attach=attach)
 
     def _values(self, seed: int) -> dict[str, int | float]:
         """Return the values of the referee's configuration that differ from game to game.
@@ -85,44 +80,6 @@ def is_game(options: RunOptions) -> bool:
     """Return whether a scenario is a game of its own."""
     config, _ = load_configuration(options)
     return config.exists(SEED)
-
-
-def score_on(agents: Sequence[Assembly]) -> Score:
-    """Return how a game stands, by the referee's interfaces on the blackboard of an agent.
-
-    :raises CxbridgeError: when no referee writes them.
-    """
-    for agent in agents:
-        boards = [info for info in agent.board.list(GAME) if info.has_writer]
-        if boards:
-            game = _values_of(agent.board, boards[0])
-            orders = [_values_of(agent.board, info) for info in agent.board.list(ORDER) if info.has_writer]
-            return _score(game, orders)
-    raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
-
-
-def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
-    team, phase = str(game["team"]), str(game["phase"].name)
-    delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
-    return Score(
-        {team: int(game["points"])},
-        tuple(
-            Delivery(order["number"], order["product"], team, round(order["delivered"], 3))
-            for order in delivered
-        ),
-        tuple(
-            Award(team, order["points"], round(order["delivered"], 3), "PRODUCTION", order["reason"])
-            for order in delivered
-        ),
-        phase,
-        round(game["second"], 3),
-    )
-
-
-def _values_of(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
-    with board.open_for_reading(info.type, info.id) as interface:
-        interface.read()
-        return interface.as_dict()
 
 
 def _overlays(options: RunOptions) -> tuple[Path, ...]:

@@ -6,6 +6,8 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
+from cxbridge.game.timeline import Timeline
+
 POST_GAME: Final = "POST_GAME"
 """The phase of a game that has come to its end."""
 
@@ -30,6 +32,7 @@ class Award:
     """Points that a team was given, or lost.
 
     :param game_time: seconds of the phase.
+    :param category: the kind of reason: without names and numbers.
     """
 
     team: str
@@ -37,6 +40,23 @@ class Award:
     game_time: float
     phase: str
     reason: str
+    category: str
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """A product that was ordered.
+
+    :param order: its number.
+    :param complexity: as in a delivery.
+    :param begin: the second of the production from which on it may be delivered in time.
+    :param end: the last such second.
+    """
+
+    order: int
+    complexity: str
+    begin: float
+    end: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,6 +65,7 @@ class Score:
 
     :param points: by team.
     :param game_time: seconds of the phase.
+    :param orders: those that were announced.
     """
 
     points: dict[str, int]
@@ -52,15 +73,31 @@ class Score:
     awards: tuple[Award, ...]
     phase: str
     game_time: float
+    orders: tuple[Order, ...] = ()
+
+    @property
+    def categories(self) -> dict[str, dict[str, int]]:
+        """The points by team and category, in the order in which they came first."""
+        found: dict[str, dict[str, int]] = {team: {} for team in self.points}
+        for award in self.awards:
+            points = found.setdefault(award.team, {})
+            points[award.category] = points.get(award.category, 0) + award.points
+        return found
+
+    def delivered(self, order: Order) -> list[float]:
+        """Return when an order was delivered."""
+        return [each.game_time for each in self.deliveries if each.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
         """Return it as it is printed."""
         return {
             "points": self.points,
+            "categories": self.categories,
             "deliveries": [asdict(each) for each in self.deliveries],
             "phase": self.phase,
             "game_time": self.game_time,
             "awards": [asdict(each) for each in self.awards],
+            "orders": [{**asdict(each), "delivered": self.delivered(each)} for each in self.orders],
         }
 
 
@@ -69,10 +106,12 @@ class RobotWork:
     """What a robot, or another executor of skills, did in a game.
 
     :param busy_seconds: in which it has executed skills.
+    :param idle_seconds: those of the production in which it has not.
     :param failed: how often a skill has failed, by the error.
     """
 
     busy_seconds: float
+    idle_seconds: float
     failed: Mapping[str, int] = field(default_factory=dict)
 
 
@@ -85,6 +124,7 @@ class GameResult:
     :param robots: what each one did.
     :param faults: errors of ours that came to light.
     :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
+    :param timeline: what robots and machines did when.
     :param simtest: what the agent's own tests say, ``SUCCEEDED`` or ``FAILED``; empty without them.
     """
 
@@ -96,21 +136,30 @@ class GameResult:
     faults: tuple[str, ...] = ()
     undefined: tuple[str, ...] = ()
     simtest: str = ""
+    timeline: Timeline = field(default_factory=Timeline)
 
     @property
     def points(self) -> int:
         """The points of the team that plays; its opponent, if there is one, does nothing."""
         return max(self.score.points.values(), default=0)
 
+    @property
+    def outcome(self) -> dict[str, Any]:
+        """What came of the game: the same for each game with its seed."""
+        return {
+            **self.score.as_dict(),
+            "robots": {name: asdict(work) for name, work in self.robots.items()},
+            "machines": self.timeline.machine_use,
+            "seed": self.seed,
+        }
+
     def as_dict(self) -> dict[str, Any]:
         """Return it as it is printed."""
         return {
-            **self.score.as_dict(),
+            **self.outcome,
             "complete": self.is_over,
-            "robots": {name: asdict(work) for name, work in self.robots.items()},
             "undefined": list(self.undefined),
             "faults": list(self.faults),
             **({"simtest": self.simtest} if self.simtest else {}),
-            "seed": self.seed,
             "wall_seconds": self.wall_seconds,
         }

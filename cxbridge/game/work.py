@@ -1,21 +1,26 @@
-"""What each executor of skills did in a run: how long it was busy, and what failed."""
+"""What each robot, or another executor of skills, did in a run: when it was busy, and what failed."""
 
 from __future__ import annotations
 
-from collections import Counter, defaultdict
+from collections import Counter
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.game.score import RobotWork
+from cxbridge.game.timeline import Span, Timeline, covered
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import SkillExecution
 from cxbridge.skiller.backend import DEFAULT_SKILLER
 from cxbridge.skiller.status import Status
 
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+
 
 class WorkCount:
-    """Adds up the executions of Skillers and of a skill board's executors; a sink of events.
+    """Notes the executions of Skillers and of a skill board's executors; a sink of events.
 
     :param start_us: when the run begins.
     """
@@ -30,22 +35,50 @@ class WorkCount:
         """Take an event."""
         self._history.take(event)
 
-    def by_name(self, end_us: int) -> dict[str, RobotWork]:
-        """Return the work of each one, by its name.
+    def by_robot(
+        self, robots: Mapping[str, str], end_us: int, seconds_at: Callable[[int], float]
+    ) -> dict[str, tuple[Span, ...]]:
+        """Return the skills of each robot.
 
+        :param robots: who there is, by the names of Skillers and executors.
         :param end_us: when the run has ended.
+        :param seconds_at: makes seconds of the production of a time.
         """
-        busy: defaultdict[str, int] = defaultdict(int)
-        failed: defaultdict[str, Counter[str]] = defaultdict(Counter)
-        end = self._history.clock.at(end_us)
+        clock = self._history.clock
+        end, start_us = clock.at(end_us), clock.first_us or 0
+        found: dict[str, list[Span]] = {name: [] for name in sorted(set(robots.values()))}
         for call in self._history.calls:
             name = _name(call)
-            busy[name] += (call.end[1] if call.end else end) - call.begin[1]
-            if call.status == Status.S_FAILED.name:
-                failed[name][call.error or "failed"] += 1
-        return {
-            name: RobotWork(round(busy[name] / MICROSECONDS, 1), dict(failed[name])) for name in sorted(busy)
-        }
+            robot = robots.get(name, name)
+            begin, ended = (
+                seconds_at(start_us + at) for at in (call.begin[1], call.end[1] if call.end else end)
+            )
+            span = Span(begin, ended, _skill(call, robot), call.status, call.error)
+            found.setdefault(robot, []).append(span)
+        return {robot: tuple(found[robot]) for robot in sorted(found)}
+
+
+def robots_of(agents: Sequence[Assembly]) -> dict[str, str]:
+    """Return the robots of a run, by the names of their Skillers and executors."""
+    found = {}
+    for agent in agents:
+        board = agent.context.skill_board
+        for each in () if board is None else board.agents:
+            found[each.name] = each.name
+            if each.skiller != DEFAULT_SKILLER:
+                found[each.skiller] = each.name
+            found.update({executor.name: each.name for executor in each.executors})
+    return found
+
+
+def work_of(timeline: Timeline) -> dict[str, RobotWork]:
+    """Return what each robot did."""
+    found = {}
+    for robot, spans in timeline.skills.items():
+        failed = Counter(span.error or "failed" for span in spans if span.status == Status.S_FAILED.name)
+        busy, idle = round(covered(spans), 1), round(timeline.idle_seconds(robot), 1)
+        found[robot] = RobotWork(busy, idle, dict(failed))
+    return found
 
 
 def _name(call: SkillExecution) -> str:
@@ -53,3 +86,10 @@ def _name(call: SkillExecution) -> str:
     if call.env in ("", ENVIRONMENT):
         return call.skiller
     return call.env if call.skiller == DEFAULT_SKILLER else f"{call.env}/{call.skiller}"
+
+
+def _skill(call: SkillExecution, robot: str) -> str:
+    """Return what is executed; of an executor without the feedback that came."""
+    return (
+        call.skill_string if call.env else call.skill_string.partition(": ")[0].removesuffix(f" of {robot}")
+    )

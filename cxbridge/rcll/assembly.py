@@ -6,6 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.config import Configuration
+from cxbridge.game.judge import Standing
 from cxbridge.game.score import Score
 from cxbridge.rcll.controller import Script
 from cxbridge.rcll.field import Field
@@ -67,6 +68,10 @@ class GameReferee(Protocol):
     @property
     def score(self) -> Score:
         """How the game stands."""
+
+    @property
+    def standing(self) -> Standing:
+        """Its phase, and the states of its machines."""
 
     @property
     def is_over(self) -> bool:

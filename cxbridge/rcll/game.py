@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
+from cxbridge.game.judge import Standing
 from cxbridge.game.playing import play_game
 from cxbridge.game.score import GameResult, Score
 from cxbridge.rcll.assembly import GameParts, GameReferee, LeagueAssembly, LeagueTeam
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from cxbridge.run.assembly import Assembly
+    from cxbridge.run.team import Team
 
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
 """The configuration that is played unless another one is named; in the ``cfg`` of a checkout."""
@@ -94,9 +96,6 @@ class LeagueGame(LeagueSettings):
             referees.append(made.referee)
             return made
 
-        def judge(_agents: Sequence[Assembly]) -> Score:
-            return referees[0].score
-
         verdict = Verdict()
 
         def listen(agent: Assembly) -> None:
@@ -106,12 +105,10 @@ class LeagueGame(LeagueSettings):
 
         options, world = self.options, self._world()
         options.check()
-        found = play_game(options, seed, world, judge, make=make, console=console, attach=listen)
-        robots = {name.strip("/").removesuffix("/Skiller"): work for name, work in found.robots.items()}
+        found = play_game(options, seed, world, _Judge(referees), make=make, console=console, attach=listen)
         return replace(
             found,
             is_over=bool(verdict.text) if self.simtest else found.is_over,
-            robots=robots,
             faults=(*found.faults, *referees[0].faults),
             simtest=verdict.text if self.simtest else "",
         )
@@ -135,3 +132,24 @@ class LeagueGame(LeagueSettings):
         """
         parts = GameParts(self, options, seed)
         return (LeagueTeam if parts.is_team else LeagueAssembly)(parts, additions)
+
+
+class _Judge:
+    """Judges as the referee does that a run is made with.
+
+    :param referees: gets it when the run is made.
+    """
+
+    def __init__(self, referees: Sequence[GameReferee]) -> None:
+        self._referees = referees
+
+    def watch(self, run: Assembly | Team) -> None:
+        """Do nothing: the referee is a part of the run."""
+
+    def standing(self) -> Standing:
+        """Return what the referee has found."""
+        return self._referees[0].standing
+
+    def score(self, _agents: Sequence[Assembly]) -> Score:
+        """Return how the game stands."""
+        return self._referees[0].score

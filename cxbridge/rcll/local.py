@@ -11,12 +11,13 @@ from cxbridge.executive.protobuf.connections import MakeConnections
 from cxbridge.executive.protobuf.local import HOST, LocalNetwork
 from cxbridge.executive.protobuf.settings import NetworkSettings
 from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
+from cxbridge.game.judge import Standing
 from cxbridge.game.score import POST_GAME, Score
 from cxbridge.rcll.controller import Controller, Script
 from cxbridge.rcll.machines import Machine
 from cxbridge.rcll.refbox import Refbox
 from cxbridge.rcll.referee import SERVER_PORT, STATION, Referee, RefereeSettings, referee_maker
-from cxbridge.rcll.score import phase_of, score_of
+from cxbridge.rcll.score import phase_of, score_of, states_of
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 
@@ -87,6 +88,11 @@ class LocalReferee:
     def score(self) -> Score:
         """How the game stands."""
         return score_of(self._running)
+
+    @property
+    def standing(self) -> Standing:
+        """Its phase, and the states of its machines."""
+        return Standing(phase_of(self._running), states_of(self._running))
 
     @property
     def is_over(self) -> bool:

@@ -131,6 +131,10 @@ class Referee(Component):
         for _, _, slots in self.env.facts(template):
             yield slots
 
+    def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
+        """Yield some slots of its facts of a deftemplate: cheaper than all of them."""
+        return self.env.columns(template, *slots)
+
     def close(self) -> None:
         """End it."""
         self._time.dispose()

@@ -15,6 +15,7 @@ from cxbridge.executive.protobuf.inbox import Event, Presence, Received, Warned
 from cxbridge.executive.protobuf.network import Network
 from cxbridge.executive.protobuf.settings import NetworkSettings
 from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
+from cxbridge.game.judge import Standing
 from cxbridge.game.score import Score
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.controller import PACKAGE, Controller, Phase, Script
@@ -108,6 +109,11 @@ class RemoteReferee:
     def score(self) -> Score:
         """How the game stands."""
         return self._running.game.score
+
+    @property
+    def standing(self) -> Standing:
+        """Its phase, and the states of its machines."""
+        return self._running.game.standing
 
     @property
     def is_over(self) -> bool:

@@ -7,7 +7,8 @@ from typing import Any, Final
 
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.protobuf.types import Message
-from cxbridge.game.score import POST_GAME, Award, Delivery, Score
+from cxbridge.game.judge import Standing
+from cxbridge.game.score import POST_GAME, Award, Delivery, Order, Score
 from cxbridge.rcll.machines import Place, Workpiece
 from cxbridge.rcll.score import TEAMS
 
@@ -15,6 +16,9 @@ _READY: Final = "READY-AT-OUTPUT"
 _DELIVERED: Final = {team: f"quantity_delivered_{team.lower()}" for team in TEAMS}
 _POINTS: Final = {team: f"points_{team.lower()}" for team in TEAMS}
 _BASE_STATION: Final = "BS"
+
+UNKNOWN: Final = "unknown"
+"""The category of all points: the referee does not say what they are for."""
 
 
 class ReportedMachine:
@@ -30,7 +34,7 @@ class ReportedMachine:
         self.name = name
         self.zone = ""
         self.rotation = 0
-        self._state = ""
+        self.state = ""
         self._kind = ""
         self._is_made = False
         self._pay = pay
@@ -41,9 +45,9 @@ class ReportedMachine:
         if message.HasField("zone"):
             self.zone = _name(message, "zone")
             self.rotation = message.rotation
-        if message.state == _READY != self._state:
+        if message.state == _READY != self.state:
             self._is_made = True
-        self._state = message.state
+        self.state = message.state
 
     def has(self, place: Place) -> bool:
         """Return whether a workpiece is there; a base station gives to either side."""
@@ -80,6 +84,7 @@ class ReportedGame:
         self._points = dict.fromkeys(TEAMS, 0)
         self._awards: list[Award] = []
         self._deliveries: list[Delivery] = []
+        self._orders: dict[int, Order] = {}
         self._delivered: dict[tuple[int, str], int] = {}
 
     def take(self, message: Message) -> None:
@@ -97,7 +102,7 @@ class ReportedGame:
             points = getattr(message, field)
             if points != self._points[team]:
                 gained = points - self._points[team]
-                self._awards.append(Award(team, gained, self.game_time, phase, ""))
+                self._awards.append(Award(team, gained, self.game_time, phase, "", UNKNOWN))
                 self._points[team] = points
 
     def _take_MachineInfo(self, message: Message) -> None:  # noqa: N802
@@ -108,10 +113,13 @@ class ReportedGame:
 
     def _take_OrderInfo(self, message: Message) -> None:  # noqa: N802
         for order in message.orders:
+            complexity = _name(order, "complexity")
+            self._orders[order.id] = Order(
+                order.id, complexity, order.delivery_period_begin, order.delivery_period_end
+            )
             for team, field in _DELIVERED.items():
                 count, key = getattr(order, field), (order.id, team)
                 for _ in range(count - self._delivered.get(key, 0)):
-                    complexity = _name(order, "complexity")
                     self._deliveries.append(Delivery(order.id, complexity, team, self.game_time))
                 self._delivered[key] = count
 
@@ -124,8 +132,18 @@ class ReportedGame:
     def score(self) -> Score:
         """How the game stands. The referee does not report what points are for."""
         return Score(
-            dict(self._points), tuple(self._deliveries), tuple(self._awards), self.phase, self.game_time
+            dict(self._points),
+            tuple(self._deliveries),
+            tuple(self._awards),
+            self.phase,
+            self.game_time,
+            tuple(self._orders[number] for number in sorted(self._orders)),
         )
+
+    @property
+    def standing(self) -> Standing:
+        """The phase, and the states of the machines."""
+        return Standing(self.phase, {name: machine.state for name, machine in self.machines.items()})
 
 
 def _name(message: Any, field: str) -> str:

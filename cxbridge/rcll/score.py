@@ -2,18 +2,34 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.executive.host.values import Value
-from cxbridge.game.score import Award, Delivery, Score
+from cxbridge.game.score import Award, Delivery, Order, Score
 from cxbridge.rcll.referee import Referee
 
 TEAMS: Final = ("CYAN", "MAGENTA")
 
+_DETAILS: Final = re.compile(r" (?:at|to|of|for) |:| \(")
+_LATE: Final = " Late (deadline"
+
 
 def phase_of(referee: Referee) -> str:
     """Return the phase of the game."""
-    return next((str(slots["phase"]) for slots in referee.facts("gamestate")), "")
+    return next((str(phase) for (phase,) in referee.columns("gamestate", "phase")), "")
+
+
+def states_of(referee: Referee) -> dict[str, str]:
+    """Return the states of the machines."""
+    return {str(name): str(state) for name, state in referee.columns("machine", "name", "state")}
+
+
+def category_of(reason: str) -> str:
+    """Return a reason without what it has of this machine, robot or order: ``Retrieved cap``."""
+    words = _DETAILS.split(reason, maxsplit=1)[0].strip()
+    return f"{words} late" if _LATE in reason else words
 
 
 def score_of(referee: Referee) -> Score:
@@ -26,6 +42,7 @@ def score_of(referee: Referee) -> Score:
                 _seconds(slots["game-time"]),
                 str(slots["phase"]),
                 str(slots["reason"]),
+                category_of(str(slots["reason"])),
             )
             for slots in referee.facts("points")
         ),
@@ -55,7 +72,17 @@ def score_of(referee: Referee) -> Score:
         tuple(awards),
         str(state.get("phase", "")),
         _seconds(time["game-time"]),
+        tuple(sorted(_orders(referee), key=lambda order: order.order)),
     )
+
+
+def _orders(referee: Referee) -> Iterator[Order]:
+    """Yield the orders that were announced."""
+    for slots in referee.facts("order"):
+        if slots["active"] == "TRUE":
+            period = slots["delivery-period"]
+            begin, end = period if isinstance(period, tuple) else (0, 0)
+            yield Order(_whole(slots["id"]), str(slots["complexity"]), _whole(begin), _whole(end))
 
 
 def _whole(value: Value) -> int:

@@ -7,7 +7,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.sweep.rows import RunRow
 from cxbridge.sweep.statistics import Interval
 from cxbridge.sweep.summary import Comparison, SweepSummary
@@ -37,10 +36,7 @@ def write_page(sweeps: Mapping[str, Sequence[RunRow]], file: Path, command: str)
         sections=[*_sections(sweeps)],
         styles=[_STYLE],
     )
-    try:
-        file.write_text(page.render(), encoding="utf-8")
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+    page.write(file)
 
 
 def _sections(sweeps: Mapping[str, Sequence[RunRow]]) -> Iterator[Section]:

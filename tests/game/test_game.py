@@ -44,8 +44,38 @@ def test_a_game_prints_its_score(short, capsys, tmp_path):
     assert [each["complexity"] for each in game["deliveries"]] == ["oak", "ash+red"]
     assert [each["points"] for each in game["awards"]] == [30, 40]
     assert (game["phase"], game["complete"], game["seed"]) == ("POST_GAME", True, 1)
-    assert game["robots"]["saw-blade"] == {"busy_seconds": pytest.approx(12.0, abs=0.5), "failed": {}}
+    assert game["robots"]["saw"]["busy_seconds"] == pytest.approx(12.0, abs=0.5)
     assert "points: {'workshop': 70}" in open_run(trace).metadata()["reason"]
+
+
+def test_what_points_machines_robots_and_orders_came_to(short, capsys):
+    assert invoke(["game", str(short), "--seed", "1", "--json"]) == 0
+    game = found(capsys)
+    assert game["categories"] == {"workshop": {"in time": 70}}
+    first, second = game["orders"]
+    assert (first["order"], first["complexity"], first["delivered"]) == (
+        1,
+        "oak",
+        [game["deliveries"][0]["game_time"]],
+    )
+    assert first["begin"] < first["delivered"][0] < first["end"]
+    assert second["delivered"] == [game["deliveries"][1]["game_time"]]
+    use = game["machines"]
+    assert list(use) == ["booth", "counter", "saw"]
+    assert use["saw"]["busy"] == pytest.approx(12.0, abs=0.5)
+    seconds = [sum(states.values()) for states in use.values()]
+    assert seconds == pytest.approx([game["game_time"]] * 3, abs=1.5)
+    for name in ("robot1", "robot2", "saw"):
+        work = game["robots"][name]
+        assert work["busy_seconds"] + work["idle_seconds"] == pytest.approx(seconds[0], abs=0.2)
+
+
+def test_the_outcome_is_in_the_recording(short, capsys, tmp_path):
+    trace = tmp_path / "game.mcap"
+    assert invoke(["game", str(short), "--json", "--trace", str(trace)]) == 0
+    (kept,) = (each for each in open_run(trace).attachments() if each.name == "game/outcome.json")
+    game = found(capsys)
+    assert json.loads(kept.data).items() <= game.items()
 
 
 def test_for_people(short, capsys):

@@ -36,7 +36,8 @@ message MachineInfo { enum CompType { COMP_ID = 2000; MSG_TYPE = 13; } repeated 
 message Order { enum CompType { COMP_ID = 2000; MSG_TYPE = 42; }
   enum Complexity { C0 = 0; C1 = 1; }
   required uint32 id = 1; required Complexity complexity = 2;
-  required uint32 quantity_delivered_cyan = 7; required uint32 quantity_delivered_magenta = 8; }
+  required uint32 quantity_delivered_cyan = 7; required uint32 quantity_delivered_magenta = 8;
+  required uint32 delivery_period_begin = 9; required uint32 delivery_period_end = 10; }
 message OrderInfo { enum CompType { COMP_ID = 2000; MSG_TYPE = 41; } repeated Order orders = 1; }
 message MachineAddBase { enum CompType { COMP_ID = 2000; MSG_TYPE = 101; } required string machine_name = 1; }
 """
@@ -151,5 +152,6 @@ def order_info(types: MessageTypes, cyan: int = 0) -> Message:
     message = types.create("llsf_msgs.OrderInfo")
     order = message.orders.add()
     order.id, order.complexity = 7, 1
+    order.delivery_period_begin, order.delivery_period_end = 30, 90
     order.quantity_delivered_cyan, order.quantity_delivered_magenta = cyan, 0
     return message

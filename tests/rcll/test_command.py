@@ -32,7 +32,7 @@ def test_the_object_for_scripts(words, capsys):
 def test_the_score_in_words(words, capsys):
     assert invoke(words) == 0
     out = capsys.readouterr().out
-    assert "CYAN       +5  taken" in out
+    assert "CYAN       +5  Taken at C-BS" in out
     assert "CYAN     delivers order 1 (C0)" in out
     assert "CYAN 5, MAGENTA 0; 1 deliveries; the game is over" in out
 
@@ -49,6 +49,15 @@ def test_a_recording(words, tmp_path, capsys):
     assert invoke([*words, "--trace", str(trace)]) == 0
     assert invoke(["trace", "info", str(trace)]) == 0
     assert "points: " in capsys.readouterr().out
+
+
+def test_the_page_of_a_game(words, tmp_path, capsys):
+    page = tmp_path / "game.html"
+    assert invoke([*words, "--html", str(page)]) == 0
+    assert "machine: C-BS IDLE" in capsys.readouterr().out
+    text = page.read_text()
+    for word in ("robot1", "moveto C-BS-OUTPUT", "READY-AT-OUTPUT", "1: C0", "Taken at C-BS"):
+        assert word in text
 
 
 def test_two_agents_on_the_same_seeds(words, tmp_path, capsys):

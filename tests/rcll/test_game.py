@@ -12,6 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.game import LeagueGame
+from cxbridge.rcll.score import category_of
 from cxbridge.run.options import RunOptions
 from tests.rcll.league import MESSAGES, write_refbox, write_team
 
@@ -36,9 +37,37 @@ def test_a_game_comes_to_its_end_with_points(options):
     assert found["points"] == {"CYAN": 5, "MAGENTA": 0}
     assert found["phase"] == "POST_GAME"
     assert found["deliveries"] == [{"order": 1, "complexity": "C0", "team": "CYAN", "game_time": 1.0}]
-    assert [award["reason"] for award in found["awards"]] == ["taken"]
+    assert [award["reason"] for award in found["awards"]] == ["Taken at C-BS"]
     assert 15 < found["robots"]["robot1"]["busy_seconds"] < 60
     assert found["seed"] == 3
+
+
+def test_a_game_tells_what_points_machines_robots_and_orders_came_to(options):
+    found = options.play(3).as_dict()
+    assert found["categories"] == {"CYAN": {"Taken": 5}, "MAGENTA": {}}
+    assert found["orders"] == [{"order": 1, "complexity": "C0", "begin": 0, "end": 60, "delivered": [1.0]}]
+    use = found["machines"]["C-BS"]
+    assert set(use) == {"IDLE", "READY-AT-OUTPUT"}
+    assert sum(use.values()) == pytest.approx(60, abs=0.3)
+    robot = found["robots"]["robot1"]
+    assert robot["busy_seconds"] + robot["idle_seconds"] == pytest.approx(60, abs=0.3)
+
+
+@pytest.mark.parametrize(
+    ("reason", "category"),
+    [
+        ("Retrieved cap at C-CS1", "Retrieved cap"),
+        ("Mounted CC2 ring of CC2 for order 6", "Mounted CC2 ring"),
+        ("Mounted cap for order 3 Late (deadline: 200)", "Mounted cap late"),
+        ("Added additional base to C-RS1", "Added additional base"),
+        ("Delivered item for order 4 (too many)", "Delivered item"),
+        ("Late delivery of order (>10% )", "Late delivery"),
+        ("SS: Retrieved C0", "SS"),
+        ("taken", "taken"),
+    ],
+)
+def test_points_are_grouped_by_what_the_referee_says(reason, category):
+    assert category_of(reason) == category
 
 
 def test_a_construct_that_is_not_defined_is_told(options):

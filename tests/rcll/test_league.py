@@ -73,13 +73,23 @@ def test_one_seed_is_one_game(corrections, tmp_path):
     assert found[0] == found[1]
 
 
-def test_the_agent_scores(corrections):
-    game, _ = play(corrections, "--minutes", "4")
+def test_the_agent_scores(corrections, tmp_path):
+    page = tmp_path / "game.html"
+    game, _ = play(corrections, "--minutes", "4", "--html", page)
     assert game["complete"]
     assert game["phase"] == "POST_GAME"
     assert game["points"]["CYAN"] > 0
     assert game["points"]["CYAN"] == sum(award["points"] for award in game["awards"])
     assert game["faults"] == []
+    assert game["categories"]["CYAN"]["Retrieved cap"] > 0
+    assert sum(game["categories"]["CYAN"].values()) == game["points"]["CYAN"]
+    assert len(game["machines"]) == 14
+    assert all(sum(states.values()) == pytest.approx(240, abs=1) for states in game["machines"].values())
+    assert game["machines"]["C-CS1"]["PROCESSING"] > 10
+    robots = game["robots"].values()
+    assert all(each["busy_seconds"] + each["idle_seconds"] == pytest.approx(240, abs=20) for each in robots)
+    assert {each["order"] for each in game["orders"]} >= {1, 2}
+    assert "moveto C-CS1" in page.read_text()
 
 
 def test_the_rule_that_is_not_defined_is_told(corrections):

@@ -52,6 +52,12 @@ def test_a_game_comes_to_its_end_with_the_points_of_the_referee(game, types):
     assert found.faults == ()
     assert found.score.points == {"CYAN": 5, "MAGENTA": 0}
     assert [each.order for each in found.score.deliveries] == [7]
+    told = found.as_dict()
+    assert told["categories"]["CYAN"] == {"unknown": 5}
+    (order,) = told["orders"]
+    assert (order["order"], order["complexity"], order["begin"], order["end"]) == (7, "C1", 30, 90)
+    assert len(order["delivered"]) == 1
+    assert set(told["machines"]["C-BS"]) <= {"IDLE", "READY-AT-OUTPUT"}
 
 
 def test_the_command(game, types, tmp_path, capsys):

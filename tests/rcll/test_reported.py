@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.game.score import Award, Delivery
+from cxbridge.game.score import Award, Delivery, Order
 from cxbridge.rcll.field import Field
 from cxbridge.rcll.machines import Place, Workpiece
 from cxbridge.rcll.reported import ReportedGame
@@ -33,9 +33,9 @@ def test_points_are_counted_as_they_come(types, game):
         game.take(game_state(types, "PRODUCTION", seconds, cyan, magenta))
     assert game.score.points == {"CYAN": 0, "MAGENTA": 3}
     assert game.score.awards == (
-        Award("CYAN", 2, 5.5, "PRODUCTION", ""),
-        Award("MAGENTA", 3, 7.0, "PRODUCTION", ""),
-        Award("CYAN", -2, 9.25, "PRODUCTION", ""),
+        Award("CYAN", 2, 5.5, "PRODUCTION", "", "unknown"),
+        Award("MAGENTA", 3, 7.0, "PRODUCTION", "", "unknown"),
+        Award("CYAN", -2, 9.25, "PRODUCTION", "", "unknown"),
     )
     assert game.score.phase == "PRODUCTION"
     assert game.score.game_time == 9.25
@@ -46,6 +46,13 @@ def test_a_delivery_is_counted_once(types, game):
     for count in (0, 1, 1, 2):
         game.take(order_info(types, count))
     assert game.score.deliveries == (Delivery(7, "C1", "CYAN", 30.0),) * 2
+    assert game.score.orders == (Order(7, "C1", 30, 90),)
+
+
+def test_the_states_of_machines_are_seen(types, game):
+    game.take(game_state(types, "PRODUCTION", 1.0))
+    game.take(machine_info(types, state="PROCESSING"))
+    assert game.standing == ("PRODUCTION", {"C-BS": "PROCESSING"})
 
 
 def test_a_game_is_over_when_the_referee_has_said_it_twice(types, game):

@@ -32,7 +32,7 @@ from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, make_room
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
-from cxbridge.executive.host.watching import Watcher, slot_values
+from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
 """The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
@@ -320,6 +320,17 @@ class ClipsEnvironment:
         while fact != NULL:
             name = ffi.string(lib.DeftemplateName(lib.FactDeftemplate(fact))).decode()
             yield int(lib.FactIndex(fact)), name, slot_values(fact)
+            fact = self._next_fact(wanted, fact)
+
+    def columns(self, template: str, *slots: str) -> Iterator[tuple[Value, ...]]:
+        """Yield the values of some slots of each fact of a deftemplate, which has these slots."""
+        wanted = lib.FindDeftemplate(self.env, encode(template))
+        if wanted == NULL:
+            return
+        names, value = [encode(slot) for slot in slots], ffi.new("CLIPSValue *")
+        fact = self._next_fact(wanted, NULL)
+        while fact != NULL:
+            yield tuple(slot_value(fact, name, value) for name in names)
             fact = self._next_fact(wanted, fact)
 
     def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:

@@ -225,6 +225,14 @@ def slot_values(fact: CData) -> dict[str, Value]:
     values: dict[str, Value] = {}
     value = ffi.new("CLIPSValue *")
     for name in to_python(names):
-        lib.GetFactSlot(fact, encode(name), value)
-        values[str(name)] = to_python(value)
+        values[str(name)] = slot_value(fact, encode(name), value)
     return values
+
+
+def slot_value(fact: CData, name: bytes, into: CData) -> Value:
+    """Return the value of a fact's slot.
+
+    :param into: a CLIPSValue that may be written over.
+    """
+    lib.GetFactSlot(fact, name, into)
+    return to_python(into)

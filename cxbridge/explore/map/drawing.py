@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Final
 
 from cxbridge.explore.map.rows import RunRow
+from cxbridge.trace.html.chart import Axis
 from cxbridge.trace.html.text import html
 
 _ROW, _BAR, _HEAD = 18, 8, 22
@@ -22,7 +23,6 @@ STYLE: Final = """
 .runs .good { fill: #2e7d32; } .runs .failed { fill: #c77700; } .runs .bad { fill: #c62828; }
 .runs .none { fill: #8a8a8a; }
 .runs path { stroke: #8a8a8a; fill: none; }
-.runs .tick { stroke: #8a8a8a; stroke-opacity: 0.3; }
 .runs .violated { font-weight: bold; }
 """
 
@@ -33,10 +33,11 @@ def draw(rows: Sequence[RunRow], numbers: Sequence[int]) -> str:
     :param rows: those to draw, each after the one that it left.
     :param numbers: what they are called as parents.
     """
-    end_s = max((row.end_s for row in rows), default=0.0) or 1.0
+    axis = Axis(max((row.end_s for row in rows), default=0.0) or 1.0, 4, _CHART)
     height = _HEAD + _ROW * len(rows) + 4
     places = {number: place for place, number in enumerate(numbers)}
-    body = "".join((*_ticks(end_s, height), *(_run(row, places, at, end_s) for at, row in enumerate(rows))))
+    ticks = axis.ticks(axis.parts(_TICKS), _HEAD - 4, height)
+    body = "".join((*ticks, *(_run(row, places, at, axis) for at, row in enumerate(rows))))
     label = f"{len(rows)} runs over time; the table below tells how they ended"
     size = f'viewBox="0 0 {_WIDTH} {height}"'
     return (
@@ -47,18 +48,10 @@ def draw(rows: Sequence[RunRow], numbers: Sequence[int]) -> str:
     )
 
 
-def _ticks(end_s: float, height: int) -> Iterator[str]:
-    for tick in range(_TICKS + 1):
-        at = 4 + _CHART * tick / _TICKS
-        yield f'<line class="tick" x1="{at:.1f}" x2="{at:.1f}" y1="{_HEAD - 4}" y2="{height}"/>'
-        anchor = "end" if tick == _TICKS else "start"
-        yield f'<text x="{at:.1f}" y="12" text-anchor="{anchor}">{end_s * tick / _TICKS:.3g} s</text>'
-
-
-def _run(row: RunRow, places: dict[int, int], place: int, end_s: float) -> str:
+def _run(row: RunRow, places: dict[int, int], place: int, axis: Axis) -> str:
     top = _HEAD + _ROW * place
     middle = top + _ROW / 2
-    left, right = (4 + _CHART * at / end_s for at in (row.begin_s, row.end_s))
+    left, right = (axis.at(at) for at in (row.begin_s, row.end_s))
     line = ""
     if row.parent is not None:
         above = _HEAD + _ROW * places[row.parent] + _ROW / 2

@@ -7,12 +7,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from cxbridge.errors import CxbridgeError
 from cxbridge.explain.coverage.model import Coverage
 from cxbridge.explore.map.coverage import never_fired
 from cxbridge.explore.map.drawing import STYLE, draw
 from cxbridge.explore.map.rows import RunRow, run_rows
 from cxbridge.explore.result import ExploreResult
+from cxbridge.trace.html.chart import STYLE as CHART_STYLE
 from cxbridge.trace.html.look import MODES as MODE_LOOKS
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
@@ -43,12 +43,9 @@ def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: s
             Section("unreached", "What no run has reached", _unreached(coverage)),
             Section("goals", "Goals", _goals(coverage)),
         ],
-        styles=[STYLE],
+        styles=[CHART_STYLE, STYLE],
     )
-    try:
-        file.write_text(page.render(), encoding="utf-8")
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+    page.write(file)
 
 
 def _drawn(rows: Sequence[RunRow]) -> list[int]:

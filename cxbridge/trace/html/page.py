@@ -7,9 +7,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass, field
 from hashlib import sha256
 from importlib import resources
+from pathlib import Path
 from typing import Any
 
 from cxbridge import __version__
+from cxbridge.errors import CxbridgeError
 from cxbridge.trace.html.text import embed, html
 
 DATA = "data"
@@ -73,6 +75,16 @@ class Page:
             data=embed(self.data),
             version=html(__version__),
         )
+
+    def write(self, file: Path) -> None:
+        """Write the page to a file.
+
+        :raises CxbridgeError: when it cannot be written.
+        """
+        try:
+            file.write_text(self.render(), encoding="utf-8")
+        except OSError as error:
+            raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
 
 
 def asset(name: str, package: str = "cxbridge.trace.html") -> str:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import os
+import shlex
+import sys
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.cli.commands.game.options import AgentOptions, LeagueOptions, PlayOptions
 from cxbridge.cli.connect import AsJson
-from cxbridge.cli.console import complain, say_json
+from cxbridge.cli.console import check_folders, complain, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.progress import progress
@@ -73,14 +75,17 @@ def game(
     first = _league_game(options, play, league) if league.is_played else _scenario_game(options, play, league)
     against = play.second_agent()
     if play.games == 1 and against is None:
+        check_folders(play.html)
         log = _GameLog(console)
-        return _one(first.play(play.seed, log, log.attach), as_json=as_json)
+        return _one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
     if league.referee is not None:
         raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
     if options.trace or options.log or options.bblog:
         raise CxbridgeError(
             "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
         )
+    if play.html is not None:
+        raise CxbridgeError("--html shows one game", hint="play the one of a seed: --seed N")
     return _many(_games(first, against), play, as_json=as_json)
 
 
@@ -137,13 +142,17 @@ def _games(first: ScenarioGame | LeagueGame, against: Path | None) -> dict[str, 
     return games
 
 
-def _one(result: GameResult, *, as_json: bool) -> int:
+def _one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
     from cxbridge.cli.commands.game.output import say_game
 
     if as_json:
         say_json(result.as_dict(), indent=2)
     else:
         say_game(result)
+    if page is not None:
+        from cxbridge.game.page.page import write_page
+
+        write_page(result, page, shlex.join(["cxbridge", *sys.argv[1:]]))
     return _status({result.seed: result})
 
 

@@ -61,6 +61,15 @@ class PlayOptions:
         int, typer.Option(min=0, help="Processes for many games; 0: as many as there are processors.")
     ] = 0
 
+    html: Annotated[
+        Path | None,
+        typer.Option(
+            metavar="FILE",
+            help="Write a page about a single game: points, and a timeline of robots, machines and orders.",
+            show_default=False,
+        ),
+    ] = None
+
     def second_agent(self) -> Path | None:
         """Return the agent that the first one is compared with."""
         if self.second is not None and self.against is not None:

@@ -10,16 +10,25 @@ from cxbridge.game.score import GameResult
 
 
 def say_game(result: GameResult) -> None:
-    """Print the points in the order in which they came, what each one did, and the score."""
+    """Print the points in the order in which they came, what each one did, and the score last."""
     score = result.score
     for award in score.awards:
         say(f"{award.game_time:8.1f} s  {award.team:8}{award.points:+5d}  {award.reason}")
     for delivery in score.deliveries:
-        order = f"order {delivery.order} ({delivery.complexity})"
-        say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {order}")
+        what = f"order {delivery.order} ({delivery.complexity})"
+        say(f"{delivery.game_time:8.1f} s  {delivery.team:8} delivers {what}")
+    for order in score.orders:
+        times = ", ".join(f"{at:g} s" for at in score.delivered(order)) or "never"
+        window = f"{order.begin:g} to {order.end:g} s"
+        say(f"order {order.order} ({order.complexity}): {window}; delivered: {times}")
     for name, work in result.robots.items():
         failed = "".join(f"; {count} times: {error}" for error, count in work.failed.items())
-        say(f"busy: {name} {work.busy_seconds:g} s{failed}")
+        say(f"busy: {name} {work.busy_seconds:g} s, idle {work.idle_seconds:g} s{failed}")
+    for name, states in result.timeline.machine_use.items():
+        say(f"machine: {name} {', '.join(f'{state} {seconds:g} s' for state, seconds in states.items())}")
+    for team, categories in score.categories.items():
+        for category, total in sorted(categories.items(), key=lambda item: -item[1]):
+            say(f"points: {team} {total:+d} {category}")
     if result.simtest:
         say(f"the agent's own tests: {result.simtest}")
     points = ", ".join(f"{team} {points}" for team, points in score.points.items())

@@ -1,0 +1,90 @@
+"""Who judges a game, and what is seen of it while it goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
+
+from cxbridge.clock import MICROSECONDS, Clock
+from cxbridge.game.score import POST_GAME, Score
+from cxbridge.game.timeline import Span, within
+
+if TYPE_CHECKING:
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.team import Team
+
+PRODUCTION: Final = "PRODUCTION"
+"""The phase in which points are made."""
+
+
+class Standing(NamedTuple):
+    """What is seen of a game at a moment.
+
+    :param phase: of the game.
+    :param machines: the state of each machine.
+    """
+
+    phase: str
+    machines: Mapping[str, str]
+
+
+class Judge(Protocol):
+    """Says how a game stands; it only looks."""
+
+    def watch(self, run: Assembly | Team) -> None:
+        """Begin to look at a run; it is not started yet."""
+
+    def standing(self) -> Standing:
+        """Return what is seen now; asked after each loop."""
+
+    def score(self, agents: Sequence[Assembly]) -> Score:
+        """Return how the game of these agents stands."""
+
+
+class GameWatch:
+    """Notes when the production begins and ends, and the states of machines as they change.
+
+    :param clock: that of the run.
+    """
+
+    def __init__(self, judge: Judge, clock: Clock) -> None:
+        self._judge, self._clock = judge, clock
+        self._start_us = clock.now_us()
+        self._begin_us: int | None = None
+        self._end_us: int | None = None
+        self._changes: dict[str, list[tuple[int, str]]] = {}
+
+    def look(self) -> None:
+        """Look at the game."""
+        if self._end_us is not None:
+            return
+        now_us, (phase, machines) = self._clock.now_us(), self._judge.standing()
+        if phase == PRODUCTION and self._begin_us is None:
+            self._begin_us = now_us
+        elif phase == POST_GAME:
+            self._end_us = now_us
+        for name, state in machines.items():
+            changes = self._changes.setdefault(name, [])
+            if not changes or changes[-1][1] != state:
+                changes.append((now_us, state))
+
+    def seconds_at(self, time_us: int) -> float:
+        """Return a time of the run in seconds of the production; without one, of the run."""
+        begin_us = self._start_us if self._begin_us is None else self._begin_us
+        return round((time_us - begin_us) / MICROSECONDS, 3)
+
+    @property
+    def seconds(self) -> float:
+        """How long the production has been."""
+        return self.seconds_at(self._end_us or self._clock.now_us())
+
+    def machines(self) -> dict[str, tuple[Span, ...]]:
+        """Return the states of each machine in the production."""
+        found = {}
+        for name in sorted(self._changes):
+            changes, spans = self._changes[name], []
+            ends = [*(time_us for time_us, _ in changes[1:]), self._end_us or self._clock.now_us()]
+            for (begin_us, state), end_us in zip(changes, ends, strict=True):
+                spans.append(Span(self.seconds_at(begin_us), self.seconds_at(end_us), state))
+            found[name] = tuple(within(spans, self.seconds))
+        return found

@@ -1,0 +1,115 @@
+"""A game as its referee and its machines publish it on the blackboard."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, InterfaceWrite
+from cxbridge.game.judge import PRODUCTION, Standing
+from cxbridge.game.score import Award, Delivery, Order, Score
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard.base import BlackBoard
+    from cxbridge.blackboard.info import InterfaceInfo
+    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.team import Team
+
+GAME: Final = "GameInterface"
+ORDER: Final = "OrderInterface"
+MACHINE: Final = "MachineInterface"
+"""Of a scenario's own: a machine has the fields ``busy`` and ``piece``."""
+
+FREE: Final = "free"
+BUSY: Final = "busy"
+FULL: Final = "full"
+"""The states of a machine: nothing is in it; it works; something is in it, and nobody has taken it out."""
+
+
+class PublishedGame:
+    """Judges by GameInterface and OrderInterface; a sink of what is written to the blackboard."""
+
+    def __init__(self) -> None:
+        self._phase = ""
+        self._machines: dict[str, str] = {}
+
+    def watch(self, run: Assembly | Team) -> None:
+        """Begin to look at a run: at what is written, so that nobody has to read."""
+        run.bus.subscribe(self, InterfaceWrite)
+
+    def __call__(self, event: Event) -> None:
+        """Take an event."""
+        assert isinstance(event, InterfaceWrite)
+        kind, _, name = event.uid.partition("::")
+        if kind == MACHINE:
+            self._machines[name] = _state(event.values)
+        elif kind == GAME:
+            self._phase = _item(event.values.get("phase", ""))
+
+    def standing(self) -> Standing:
+        """Return what is seen now."""
+        return Standing(self._phase, self._machines)
+
+    def score(self, agents: Sequence[Assembly]) -> Score:
+        """Return how the game stands, by the blackboard of an agent.
+
+        :raises CxbridgeError: when no referee writes to it.
+        """
+        for agent in agents:
+            boards = [info for info in agent.board.list(GAME) if info.has_writer]
+            if boards:
+                game = _values_of(agent.board, boards[0])
+                orders = [
+                    _values_of(agent.board, info) for info in agent.board.list(ORDER) if info.has_writer
+                ]
+                return _score(game, orders)
+        raise CxbridgeError(f"no referee writes a {GAME}", hint="see docs/games.md")
+
+
+def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Score:
+    team, phase = str(game["team"]), _item(game["phase"])
+    delivered = sorted((order for order in orders if order["delivered"] > 0), key=itemgetter("delivered"))
+    known = sorted((order for order in orders if order["number"]), key=itemgetter("number"))
+    return Score(
+        {team: int(game["points"])},
+        tuple(
+            Delivery(order["number"], order["product"], team, round(order["delivered"], 3))
+            for order in delivered
+        ),
+        tuple(
+            Award(
+                team,
+                order["points"],
+                round(order["delivered"], 3),
+                PRODUCTION,
+                order["reason"],
+                order["reason"].removeprefix(order["product"]).strip(),
+            )
+            for order in delivered
+        ),
+        phase,
+        round(game["second"], 3),
+        tuple(
+            Order(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
+            for order in known
+        ),
+    )
+
+
+def _values_of(board: BlackBoard, info: InterfaceInfo) -> dict[str, Any]:
+    with board.open_for_reading(info.type, info.id) as interface:
+        interface.read()
+        return interface.as_dict()
+
+
+def _state(machine: Mapping[str, Any]) -> str:
+    if machine.get("busy"):
+        return BUSY
+    return FULL if machine.get("piece") else FREE
+
+
+def _item(value: Any) -> str:
+    """Return the name of an item of an enumeration."""
+    return str(getattr(value, "name", value))
