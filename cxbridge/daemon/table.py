@@ -33,6 +33,10 @@ def _serves_web(context: DaemonContext) -> bool:
     return context.settings.web is not None
 
 
+def _is_node(context: DaemonContext) -> bool:
+    return bool(context.config.keys("/ros2/node"))
+
+
 DAEMON_COMPONENTS: Final = (
     ComponentEntry("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
     ComponentEntry("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
@@ -40,4 +44,5 @@ DAEMON_COMPONENTS: Final = (
     ComponentEntry("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
     ComponentEntry("foxglove", f"{_PACKAGE}.servers.foxglove:FoxgloveComponent", _serves_foxglove),
     ComponentEntry("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
+    ComponentEntry("ros2-node", f"{_PACKAGE}.servers.ros2:Ros2NodeComponent", _is_node),
 )

@@ -91,13 +91,20 @@ class Lifecycle(Closing):
     :param work: what is done, by the name of the transition; nothing is, for those that are missing.
         :data:`ERROR` is done after an exception; the node is finalized unless that returns True.
     :param report: gets a line about each exception.
+    :param state: where it begins.
     """
 
     def __init__(
-        self, node: Node, name: str, work: Mapping[str, Work], clock: Clock, report: Callable[[str], None]
+        self,
+        node: Node,
+        name: str,
+        work: Mapping[str, Work],
+        clock: Clock,
+        report: Callable[[str], None],
+        state: State = State.UNCONFIGURED,
     ) -> None:
         self._work, self._clock, self._report = work, clock, report
-        self.state = State.UNCONFIGURED
+        self.state = state
         services: dict[str, tuple[str, Callable[[Message], Mapping[str, Any]]]] = {
             "change_state": ("ChangeState", self._change),
             "get_state": ("GetState", self._get_state),
@@ -133,6 +140,13 @@ class Lifecycle(Closing):
     def _end(self, goals: Mapping[Outcome, State], outcome: Outcome) -> None:
         number = _ENDS[self.state] + outcome
         self._move(number, _LABELS[outcome], goals.get(outcome, State.FINALIZED))
+
+    def follow(self, state: State) -> None:
+        """Report a transition that was done already: somebody else asked for it in another way."""
+        order = next((each for each in _ORDERS if each[2] is self.state and each[4] is state), None)
+        if order is not None:
+            self._move(order[0], order[1], order[3])
+            self._end({Outcome.SUCCESS: state}, Outcome.SUCCESS)
 
     def _do(self, name: str) -> Outcome:
         try:

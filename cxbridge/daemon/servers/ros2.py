@@ -1,0 +1,106 @@
+"""A daemon as a managed node of ROS 2: its log is on /rosout, and others pause, resume and end it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from cxbridge.config import Configuration
+from cxbridge.daemon.context import DaemonContext
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import Level
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.executor import OF_NODE, NodeSettings, typed
+from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, State
+from cxbridge.ros2.parameters import Parameter, Parameters
+from cxbridge.ros2.rosout import Rosout
+from cxbridge.run.components.component import Component
+from cxbridge.skiller.board.settings import value_of
+from cxbridge.suggestions import did_you_mean
+
+TREE: Final = "/ros2/node"
+_KNOWN: Final = ("name", "log", *OF_NODE)
+_LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
+_WHOSE: Final = "the node of ROS 2"
+
+
+class Ros2NodeComponent(Component):
+    """Is the daemon for those who have ROS 2.
+
+    :raises CxbridgeError: when its settings make no sense, or the domain cannot be joined.
+    """
+
+    hooks = (Hook.POST_LOOP,)
+    steady = True
+    description = "The daemon as a managed node of ROS 2"
+
+    def __init__(self, context: DaemonContext) -> None:
+        self._daemon = daemon = context.daemon
+        values = _values(context.config)
+        try:
+            name, level, settings = _settings(values, context)
+        except CxbridgeError as error:
+            place = next(iter(context.config.search(f"{TREE}/")), None)
+            if place is not None and error.file is None:
+                error.file, error.line = place.file, place.line
+            raise
+        self._node = node = settings.join(name, settings.definitions())
+        try:
+            self._rosout = Rosout(node, name, level)
+            context.bus.subscribe(self._rosout, *Rosout.events)
+            work = {
+                DEACTIVATE: lambda: self._carry_out("pause"),
+                ACTIVATE: lambda: self._carry_out("resume"),
+                SHUTDOWN: lambda: self._carry_out("shutdown"),
+                CLEANUP: lambda: False,  # what is not configured is no daemon
+            }
+            report = context.bus.logger("Ros2Node").error
+            self._lifecycle = Lifecycle(node, name, work, context.clock, report, State.ACTIVE)
+            own = {
+                "use_sim_time": Parameter(value=False, read_only=True),
+                "spec": Parameter(context.spec, "what the executive does", read_only=True),
+            }
+            self._parameters = Parameters(node, name, own, context.clock)
+        except Exception:
+            node.close()
+            raise
+        self._bus = context.bus
+        daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
+
+    def _carry_out(self, command: str) -> bool:
+        self._daemon.carry_out(command)
+        return True
+
+    def loop(self) -> None:
+        """Answer, and report what others did with the daemon."""
+        self._node.poll()
+        is_paused = self._daemon.manager.paused
+        self._lifecycle.follow(State.INACTIVE if is_paused else State.ACTIVE)
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._bus.unsubscribe(self._rosout)
+        self._node.close()
+
+
+def _values(config: Configuration) -> dict[str, Any]:
+    return {
+        value.path.removeprefix(f"{TREE}/"): [value_of(text) for text in value.items]
+        if value.is_list
+        else value_of(value.text)
+        for value in config.search(f"{TREE}/")
+    }
+
+
+def _settings(values: Mapping[str, Any], context: DaemonContext) -> tuple[str, Level, NodeSettings]:
+    for key in values:
+        if key not in _KNOWN:
+            raise ConfigError(f"{_WHOSE} has no setting '{key}'", hint=did_you_mean(key, _KNOWN))
+    log = typed(values, "log", "info", _WHOSE)
+    if log not in _LEVELS:
+        hint = did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}")
+        raise ConfigError(f"there is no level '{log}' of logs", hint=hint)
+    name = typed(values, "name", "cxbridge", _WHOSE)
+    if not name.isidentifier():
+        raise ConfigError(f"'{name}' is not a name of a node", hint="use letters, digits and _")
+    return name, _LEVELS[log], NodeSettings.of(values, context.paths.confdir, _WHOSE)

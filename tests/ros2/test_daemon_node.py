@@ -1,0 +1,110 @@
+"""A daemon as a managed node: its log, its life and its parameters, asked by our clients."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import LogLine
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, State
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.parameters import ParameterClient
+from cxbridge.ros2.rosout import listen
+from tests.daemon.test_daemon import running
+from tests.ros2.test_managed import answer, until
+
+QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
+
+
+@contextmanager
+def a_daemon(folder: Path, domain: int, more: str = "") -> Iterator[Daemon]:
+    file = folder / "daemon.yaml"
+    file.write_text(f"{QUIET}ros2: {{node: {{name: robot, domain: {domain + 40}{more}}}}}\n")
+    with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
+        yield daemon
+
+
+@pytest.fixture
+def node(domain: int) -> Iterator[Node]:
+    with DdsNode("asks", Definitions(environment={}), domain + 40) as node:
+        yield node
+
+
+def test_a_daemon_is_paused_and_resumed(node: Node, domain: int, tmp_path: Path):
+    with a_daemon(tmp_path, domain) as daemon:
+        client = LifecycleClient(node, "/robot")
+        until(node, lambda: client.is_served)
+
+        def change(name: str) -> Any:
+            return answer(node, lambda done: client.change(name, done))
+
+        assert answer(node, client.state) is State.ACTIVE
+        assert change(DEACTIVATE) is True
+        assert (daemon.state, answer(node, client.state)) == ("PAUSED", State.INACTIVE)
+        assert change(CLEANUP) is False
+        assert change(ACTIVATE) is True
+        assert (daemon.state, answer(node, client.state)) == ("RUNNING", State.ACTIVE)
+
+
+def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path):
+    with a_daemon(tmp_path, domain) as daemon:
+        client = LifecycleClient(node, "/robot")
+        moves: list[str] = []
+        topic, kind = "/robot/transition_event", "lifecycle_msgs/msg/TransitionEvent"
+        node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
+        until(node, lambda: client.is_served)
+        until(node, lambda: not node.poll(0.5))
+        waiting = ["pause"]
+        daemon.loop.add(Hook.POST_LOOP, lambda: daemon.carry_out(waiting.pop()) if waiting else None)
+        until(node, lambda: "inactive" in moves)
+        assert answer(node, client.state) is State.INACTIVE
+
+
+def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):
+    with a_daemon(tmp_path, domain) as daemon:
+        client = LifecycleClient(node, "/robot")
+        until(node, lambda: client.is_served)
+        client.change(SHUTDOWN, lambda _done: None)
+        until(node, lambda: daemon.state == "FINALIZED" or not client.is_served)
+
+
+def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
+    with a_daemon(tmp_path, domain, ", log: debug"):
+        lines: list[LogLine] = []
+        listen(node, lines.append)
+        until(node, lambda: lines)
+        assert {line.component.partition(".")[0] for line in lines} == {"robot"}
+        parameters = ParameterClient(node, "/robot")
+        until(node, lambda: parameters.is_served)
+        assert answer(node, lambda done: parameters.get(["use_sim_time"], done)) == {"use_sim_time": False}
+        (reason,) = answer(node, lambda done: parameters.set({"spec": "other"}, done)).values()
+        assert reason == "the parameter 'spec' is read-only"
+
+
+@pytest.mark.parametrize(
+    ("more", "message"),
+    [
+        (", lgo: info", "has no setting 'lgo'"),
+        (", log: loud", "there is no level 'loud' of logs"),
+        (", name: a-b", "'a-b' is not a name of a node"),
+    ],
+)
+def test_mistakes(domain: int, tmp_path: Path, more: str, message: str):
+    file = tmp_path / "daemon.yaml"
+    text = f"{QUIET}ros2: {{node: {{domain: {domain + 40}{more}}}}}\n"
+    file.write_text(text)
+    with pytest.raises(CxbridgeError, match=message) as caught:
+        Daemon(DaemonOptions(config=file), lambda line: None).run()
+    assert caught.value.line == 2
