@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
-from cxbridge.config import Configuration
 from cxbridge.daemon.context import DaemonContext
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
 from cxbridge.ros2.executor import OF_NODE, NodeSettings, typed
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, State
 from cxbridge.ros2.parameters import Parameter, Parameters
 from cxbridge.ros2.rosout import Rosout
+from cxbridge.ros2.trees import placed, values_below
 from cxbridge.run.components.component import Component
-from cxbridge.skiller.board.settings import value_of
 from cxbridge.suggestions import did_you_mean
 
 TREE: Final = "/ros2/node"
@@ -36,14 +35,8 @@ class Ros2NodeComponent(Component):
 
     def __init__(self, context: DaemonContext) -> None:
         self._daemon = daemon = context.daemon
-        values = _values(context.config)
-        try:
-            name, level, settings = _settings(values, context)
-        except CxbridgeError as error:
-            place = next(iter(context.config.search(f"{TREE}/")), None)
-            if place is not None and error.file is None:
-                error.file, error.line = place.file, place.line
-            raise
+        with placed(context.config, TREE):
+            name, level, settings = _settings(values_below(context.config, TREE), context)
         self._node = node = settings.join(name, settings.definitions())
         try:
             self._rosout = Rosout(node, name, level)
@@ -81,15 +74,6 @@ class Ros2NodeComponent(Component):
         """Leave the domain."""
         self._bus.unsubscribe(self._rosout)
         self._node.close()
-
-
-def _values(config: Configuration) -> dict[str, Any]:
-    return {
-        value.path.removeprefix(f"{TREE}/"): [value_of(text) for text in value.items]
-        if value.is_list
-        else value_of(value.text)
-        for value in config.search(f"{TREE}/")
-    }
 
 
 def _settings(values: Mapping[str, Any], context: DaemonContext) -> tuple[str, Level, NodeSettings]:

@@ -6,13 +6,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import ConfigError
 from cxbridge.ros2.executor import OF_NODE, NodeSettings, nested, typed
 from cxbridge.ros2.hub.performer import PerformerSettings, ServedAction
 from cxbridge.ros2.hub.words import HubProtocol
 from cxbridge.ros2.plansys2 import PlanSys2Protocol
 from cxbridge.ros2.skill_execution import SkillExecutionProtocol
-from cxbridge.skiller.board.settings import value_of
+from cxbridge.ros2.trees import placed, values_below
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
@@ -40,19 +40,8 @@ def performer_settings(
     found = {}
     for key in config.keys(TREE):
         tree = f"{TREE}/{key}"
-        values = {
-            value.path.removeprefix(f"{tree}/"): [value_of(text) for text in value.items]
-            if value.is_list
-            else value_of(value.text)
-            for value in config.search(f"{tree}/")
-        }
-        try:
-            found[key] = _performer(key, nested(values), agents, folder)
-        except CxbridgeError as error:
-            place = next(iter(config.search(f"{tree}/")), None)
-            if place is not None and error.file is None:
-                error.file, error.line = place.file, place.line
-            raise
+        with placed(config, tree):
+            found[key] = _performer(key, nested(values_below(config, tree)), agents, folder)
     return found
 
 

@@ -63,6 +63,11 @@ ENVIRONMENT: Final = (
         f"{_PACKAGE}.ros2_performers:Ros2Performers",
         lambda context: bool(context.config.keys("/ros2/performers")),
     ),
+    ComponentEntry(
+        "ros2-tf",
+        f"{_PACKAGE}.ros2_transforms:Ros2Transforms",
+        lambda context: bool(context.config.keys("/ros2/tf")),
+    ),
 )
 """The executive's environment; the recording has its place in a replay."""
 

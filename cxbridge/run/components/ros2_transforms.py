@@ -1,0 +1,100 @@
+"""Transforms of ROS 2 as a component: what comes on /tf and /tf_static is written to TransformInterfaces."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.errors import ConfigError, CxbridgeError, InterfaceError
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.executor import OF_NODE, NodeSettings
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.qos import PROFILES
+from cxbridge.ros2.trees import placed, values_below
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+from cxbridge.suggestions import did_you_mean
+from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+
+TREE: Final = "/ros2/tf"
+MOST_FRAMES: Final = 500
+"""Frames that are taken: a stranger may send any number of names."""
+
+_ALL: Final = "all"
+_KNOWN: Final = ("frames", *OF_NODE)
+_TYPE: Final = "tf2_msgs/msg/TFMessage"
+_TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
+_WHOSE: Final = "the settings of /tf"
+_NANOSECONDS: Final = 1000
+
+
+class Ros2Transforms(Component):
+    """Lets rules and skills use the frames of ROS 2.
+
+    :raises CxbridgeError: when the settings make no sense, or the domain cannot be joined.
+    """
+
+    hooks = (Hook.SENSOR_ACQUIRE,)
+    description = "Coordinate frames of ROS 2"
+
+    def __init__(self, context: RunContext) -> None:
+        self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
+        with placed(context.config, TREE):
+            values = values_below(context.config, TREE)
+            for key in values:
+                if key not in _KNOWN:
+                    raise ConfigError(f"/tf has no setting '{key}'", hint=did_you_mean(key, _KNOWN))
+            wanted = values.get("frames", _ALL)
+            self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
+            settings = NodeSettings.of(values, context.paths.confdir, _WHOSE)
+        self._publishers: dict[str, TransformPublisher] = {}
+        self._refused: set[str] = set()
+        self._node = node = settings.join(f"cxbridge_tf_{context.name}", settings.definitions())
+        for topic, profile, static in _TOPICS:
+            node.subscribe(topic, _TYPE, partial(self._take, static=static), PROFILES[profile])
+
+    def loop(self) -> None:
+        """Write what has come."""
+        self._node.poll()
+
+    def _take(self, message: Message, *, static: bool) -> None:
+        for each in message["transforms"]:
+            child = each["child_frame_id"].lstrip("/")
+            if child in self._refused or (self._wanted is not None and child not in self._wanted):
+                continue
+            stamp, moved, turned = (
+                each["header"]["stamp"],
+                each["transform"]["translation"],
+                each["transform"]["rotation"],
+            )
+            transform = Transform(
+                (moved["x"], moved["y"], moved["z"]), (turned["x"], turned["y"], turned["z"], turned["w"])
+            )
+            at_us = stamp["sec"] * MICROSECONDS + stamp["nanosec"] // _NANOSECONDS
+            frame = each["header"]["frame_id"].lstrip("/")
+            try:
+                self._publisher(child).send(StampedTransform(transform, at_us, frame, child), static=static)
+            except CxbridgeError as error:
+                self._refuse(child, error.message)
+
+    def _publisher(self, child: str) -> TransformPublisher:
+        known = self._publishers.get(child)
+        if known is None:
+            if len(self._publishers) >= MOST_FRAMES:
+                raise InterfaceError(f"there are {MOST_FRAMES} frames already")
+            known = self._publishers[child] = TransformPublisher(self._board, f"ros2/{child}", owner="ROS 2")
+        return known
+
+    def _refuse(self, child: str, reason: str) -> None:
+        """Say once why a frame is not taken."""
+        if len(self._refused) >= MOST_FRAMES:
+            return
+        self._refused.add(child)
+        self._log.warn(f"The frame '{child}' of ROS 2 is left out: {reason}")
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._node.close()
+        for publisher in self._publishers.values():
+            publisher.close()

@@ -1,0 +1,145 @@
+"""Frames of ROS 2 in the frames of a run: sent by our node, and by rclpy's."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Iterator
+from itertools import count
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.errors import ConfigError
+from cxbridge.events import LogLine
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.qos import PROFILES
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.components import ros2_transforms
+from cxbridge.run.options import RunOptions
+from cxbridge.tf import TransformBuffer, TransformListener
+from tests.ros2.conftest import HERE, needs_ros, with_ros
+from tests.run.mini import write_scenario
+
+
+class Sender:
+    """Sends what with_rclpy/transforms.py sends, each time it is polled."""
+
+    def __init__(self, domain: int) -> None:
+        self._node = DdsNode("sends", Definitions(environment={}), domain)
+        self._static = self._node.publisher("/tf_static", "tf2_msgs/msg/TFMessage", PROFILES["tf_static"])
+        self._moving = self._node.publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
+        self._static.publish({"transforms": [transform("base_link", "gripper", 0.5)]})
+
+    def poll(self, *more: Any) -> None:
+        moved = [transform("map", "base_link", 2.0), transform("map", "/other", 1.0), *more]
+        self._moving.publish({"transforms": moved})
+
+    def close(self) -> None:
+        self._node.close()
+
+
+def transform(frame: str, child: str, x: float) -> dict[str, Any]:
+    now = time.time_ns()
+    stamp = {"sec": now // 10**9, "nanosec": now % 10**9}
+    moved = {
+        "translation": {"x": x, "y": 0.0, "z": 0.0},
+        "rotation": {"x": 0.0, "y": 0.0, "z": 0.0, "w": 1.0},
+    }
+    return {"header": {"stamp": stamp, "frame_id": frame}, "child_frame_id": child, "transform": moved}
+
+
+def a_run(folder: Path, domain: int, settings: str = "frames: all") -> Assembly:
+    scenario = write_scenario(folder / "mini")
+    more = folder / "more.yaml"
+    more.write_text(f"ros2: {{tf: {{domain: {domain}, {settings}}}}}\n")
+    return Assembly(RunOptions(scenario=scenario, config=(more,), clock="real", skiller="none"))
+
+
+@pytest.fixture
+def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Assembly, TransformBuffer]]:
+    with a_run(tmp_path, domain + 50) as run:
+        run.start()
+        frames = TransformBuffer()
+        listener = TransformListener(run.board, frames)
+        yield run, frames
+        listener.close()
+
+
+def turn_until(run: Assembly, sender: Sender | None, done: Any, limit_s: float = 10.0) -> None:
+    end = time.monotonic() + limit_s
+    while not done():
+        assert time.monotonic() < end, "it took too long"
+        if sender is not None:
+            sender.poll()
+        loops = count()
+        run.loop.run(lambda: next(loops) > 3)  # noqa: B023 - it is over before the next one
+
+
+def test_frames_are_joined(buffer, domain: int):
+    run, frames = buffer
+    sender = Sender(domain + 50)
+    try:
+        turn_until(run, sender, lambda: frames.can_transform("map", "gripper"))
+    finally:
+        sender.close()
+    assert frames.lookup("map", "gripper").transform.translation == (2.5, 0.0, 0.0)
+    assert frames.lookup("map", "other").transform.translation == (1.0, 0.0, 0.0)
+
+
+@needs_ros
+def test_frames_that_rclpy_sends(buffer, domain: int, monkeypatch: pytest.MonkeyPatch):
+    run, frames = buffer
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 50))
+    command = with_ros(str(HERE / "with_rclpy/transforms.py"))
+    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
+    try:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        turn_until(run, None, lambda: frames.can_transform("map", "gripper"))
+    finally:
+        process.kill()
+        process.communicate()
+    assert frames.lookup("map", "gripper").transform.translation == (2.5, 0.0, 0.0)
+
+
+def test_only_the_frames_that_are_named(tmp_path: Path, domain: int):
+    sender = Sender(domain + 50)
+    try:
+        with a_run(tmp_path, domain + 50, "frames: [base_link]") as run:
+            run.start()
+            frames = TransformBuffer()
+            listener = TransformListener(run.board, frames)
+            turn_until(run, sender, lambda: frames.frame_exists("base_link"))
+            turn_until(run, sender, lambda: True)
+            assert not frames.frame_exists("other")
+            listener.close()
+    finally:
+        sender.close()
+
+
+def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setattr(ros2_transforms, "MOST_FRAMES", 2)
+    run, _frames = buffer
+    lines: list[str] = []
+    run.bus.subscribe(lambda event: lines.append(event.text), LogLine)
+    sender = Sender(domain + 50)
+    try:
+        turn_until(
+            run, sender, lambda: any("is left out: there are 2 frames already" in each for each in lines)
+        )
+    finally:
+        sender.close()
+
+
+def test_a_misspelt_setting(tmp_path: Path, domain: int):
+    with (
+        a_run(tmp_path, domain + 50, "framse: all") as run,
+        pytest.raises(ConfigError, match="no setting 'framse'") as caught,
+    ):
+        run.start()
+    assert caught.value.line == 1
