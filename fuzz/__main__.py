@@ -14,17 +14,18 @@ import atheris  # type: ignore[import-not-found, import-untyped, unused-ignore]
 
 def main() -> None:
     """Fuzz until told to stop, or until something is found."""
-    with atheris.instrument_imports(include=["cxbridge", "google.protobuf"]):
+    with atheris.instrument_imports(include=["cxbridge", "google.protobuf", "rosbags"]):
+        from fuzz.ros2 import ros2_cdr  # noqa: PLC0415
         from fuzz.seeds import write_seeds  # noqa: PLC0415 - what is imported here is instrumented
         from fuzz.skills import timed_skill_strings  # noqa: PLC0415
         from fuzz.targets import TARGETS  # noqa: PLC0415
+    targets = TARGETS | {"skill-strings": timed_skill_strings, "ros2-cdr": ros2_cdr}
     arguments = sys.argv[1:]
-    if len(arguments) < 2 or arguments[0] not in TARGETS:  # noqa: PLR2004 - target and corpus
+    if len(arguments) < 2 or arguments[0] not in targets:  # noqa: PLR2004 - target and corpus
         sys.exit(__doc__)
     name, corpus, *options = arguments
     if not Path(corpus).is_dir() or not any(Path(corpus).iterdir()):
         write_seeds(name, Path(corpus))
-    targets = TARGETS | {"skill-strings": timed_skill_strings}
     atheris.Setup([sys.argv[0], *options, corpus], targets[name])
     atheris.Fuzz()
 

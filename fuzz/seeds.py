@@ -77,11 +77,18 @@ def fawkesnet_seeds() -> Iterator[bytes]:
     yield b"\x03" + b"\0\x63\0\1\0\0\0\1x"
 
 
+def _ros2_seeds() -> Iterator[bytes]:
+    from fuzz.ros2 import cdr_seeds  # noqa: PLC0415 - an extra
+
+    yield from cdr_seeds()
+
+
 SEEDS: Final[dict[str, Callable[[], Iterator[bytes]]]] = {
     "zmq": zmq_seeds,
     "zmq-sessions": lambda: iter(SCRIPTS),
     "fawkesnet": fawkesnet_seeds,
     "skill-strings": lambda: iter(SKILL_STRINGS),
+    "ros2-cdr": _ros2_seeds,
 }
 
 

@@ -20,6 +20,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions, FieldType
 from cxbridge.ros2.messages import Codec
 from cxbridge.ros2.names import parse_type
+from fuzz import ros2 as fuzzed
 from tests.ros2.conftest import HERE, needs_ros, with_ros
 from tests.ros2.peer import PACKAGES
 
@@ -170,3 +171,12 @@ def test_a_wrong_value_is_one_error_that_names_the_field(case: str):
 def test_bytes_that_are_no_message_are_an_error_or_a_message(name: str, data: bytes):
     with suppress(Ros2Error):
         assert isinstance(CODEC.decode(parse_type(name), data), dict)
+
+
+def test_the_seeds_of_the_fuzzer_do_no_harm():
+    seeds = list(fuzzed.cdr_seeds())
+    assert len(seeds) > len(fuzzed.TYPES)
+    for seed in seeds:
+        for end in range(len(seed)):
+            fuzzed.ros2_cdr(seed[:end])
+            fuzzed.ros2_cdr(seed[:end] + b"\xff" + seed[end + 1 :])
