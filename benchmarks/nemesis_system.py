@@ -51,6 +51,9 @@ from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
 AGENT = "robot1"
 CALL_S = 5.0
+THIEF_S = 0.5
+"""Seconds at most that a caller waits after it lost control: two that steal at once never end a skill."""
+
 PARTS = ("robot", "daemon", "gateway", "recorder", "executor", "caller", "caller", "sender")
 ON_THE_WAY = ("robot", "gateway")
 """Who has a message after its sender saw it acknowledged."""
@@ -140,7 +143,9 @@ def caller(folder: Path, journal: Journal) -> None:
                     with SkillerCall(board, steal=True) as call:
                         journal.note("calls", text)
                         result = call.execute(text, CALL_S)
-                    journal.note("got", result.outcome.name, text)
+                    journal.note("got", result.outcome.name, result.error, text)
+                    if result.outcome is not CallOutcome.FINAL:
+                        time.sleep(random.uniform(0, THIEF_S))
         except CxbridgeError:
             time.sleep(0.1)
 
