@@ -71,7 +71,7 @@ class Clock(ABC):
     """Gives the time and waits for it."""
 
     name: str
-    """The clock as the command line spells it: ``virtual``, ``real`` or ``scaled:N``."""
+    """The clock as the command line spells it: ``virtual``, ``real``, ``scaled:N`` or ``ros2``."""
 
     @abstractmethod
     def now_us(self) -> int:
@@ -88,6 +88,9 @@ class Clock(ABC):
     def is_virtual(self) -> bool:
         """Whether time stands still unless somebody sleeps."""
         return False
+
+    def close(self) -> None:  # noqa: B027  most have nothing
+        """Give back what it has."""
 
 
 class RealClock(Clock):
@@ -182,4 +185,4 @@ def make_clock(spec: str) -> Clock:
             return ScaledClock(float(factor))
         except ValueError:
             pass
-    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real or scaled:N, e.g. scaled:10")
+    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real, scaled:N (e.g. scaled:10), or ros2")

@@ -22,7 +22,7 @@ _NAMES: Final = {
     "space": "NAME",
     "planner": "NAME",
     "scenario": "NAME",
-    "clock": "virtual|real|scaled:N",
+    "clock": "virtual|real|scaled:N|ros2",
     "core": "builtin|fawkes",
     "trace_level": "transitions|rules|facts",
     "level": "transitions|skills|rules|facts|blackboard",

@@ -5,13 +5,12 @@ from __future__ import annotations
 from dataclasses import fields, replace
 from pathlib import Path
 
-from cxbridge.clock import make_clock
 from cxbridge.config import Configuration
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings, core_of
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, load_configuration
+from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, clock_of, load_configuration
 from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.think_rate import make_main_loop
 
@@ -26,7 +25,7 @@ def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSett
     """
     config, file = read_configuration(options)
     settings = DaemonSettings.of(config)
-    clock = make_clock(settings.clock)
+    clock = clock_of(settings.clock, config, file.parent)
     bus = EventBus(clock)
     loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
     return AgentContext("", config, file, clock, bus, loop), settings

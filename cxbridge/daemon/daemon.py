@@ -168,6 +168,7 @@ class Daemon:
                 with self.loop.busy():
                     self._wind_up()
                 self.stalls.watchdog.stop()
+                self.clock.close()
         if isinstance(self.manager.failure_error, BrokenAgentError):
             raise self.manager.failure_error  # a file that was loaded later
         return FAULT if self.manager.failure else 0

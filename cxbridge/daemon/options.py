@@ -124,7 +124,7 @@ class PartOptions:
     speech: Annotated[
         str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
     ] = None
-    clock: Annotated[str | None, typer.Option(help="real or scaled:N.")] = None
+    clock: Annotated[str | None, typer.Option(help="real, scaled:N or ros2.")] = None
 
 
 @dataclass(frozen=True, kw_only=True)

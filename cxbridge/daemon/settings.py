@@ -184,7 +184,7 @@ class DaemonSettings:
             self.web.check()
         if self.clock == "virtual":
             raise ConfigError(
-                "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, or scaled:N"
+                "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
             )
         if (self.secret_key is None) != (self.clients is None):
             raise ConfigError(

@@ -30,6 +30,7 @@ PROFILES: Final = {
     "parameters": QosProfile(depth=1000),
     "action_status": QosProfile(durability="transient_local", depth=1),
     "latched": QosProfile(durability="transient_local", depth=1),
+    "clock": QosProfile(reliability="best_effort", depth=1),
     "tf": QosProfile(depth=100),
     "tf_static": QosProfile(durability="transient_local", depth=100),
     "rosout": QosProfile(durability="transient_local", depth=1000),

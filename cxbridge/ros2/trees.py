@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.ros2.executor import OF_NODE, NodeSettings
 from cxbridge.skiller.board.settings import value_of
+from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -21,6 +24,25 @@ def values_below(config: Configuration, tree: str) -> dict[str, Any]:
         else value_of(value.text)
         for value in config.search(f"{tree}/")
     }
+
+
+def node_settings(
+    config: Configuration, tree: str, own: tuple[str, ...], folder: Path, whose: str
+) -> tuple[dict[str, Any], NodeSettings]:
+    """Return the values below a path, and those among them that are of a node.
+
+    :param own: the keys that it has besides those of a node.
+    :param folder: what relative folders are seen from.
+    :param whose: what is configured, for errors.
+    :raises CxbridgeError: when they make no sense.
+    """
+    values = values_below(config, tree)
+    known = (*own, *OF_NODE)
+    with placed(config, tree):
+        for key in values:
+            if key.split("/")[0] not in known:
+                raise ConfigError(f"{whose}: there is no setting '{key}'", hint=did_you_mean(key, known))
+        return values, NodeSettings.of(values, folder, whose)
 
 
 @contextmanager

@@ -23,6 +23,7 @@ from cxbridge.trace.sourcing import EarlySources
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.settings import Settings
     from cxbridge.executive.robmem.store import Store
+    from cxbridge.ros2.node import Node
 
 AGENTS = "/cxbridge/agents"
 """Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
@@ -30,6 +31,8 @@ AGENTS = "/cxbridge/agents"
 AGENT_NAME = "/fawkes/agent/name"
 """Where an agent of several finds its name: rules have it as the wm-fact /config/agent/name."""
 
+ROS2_CLOCK = "ros2"
+_ROS2_CLOCK_TREE = "/ros2/clock"
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
@@ -73,6 +76,26 @@ def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
     return config, config_file
 
 
+def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
+    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or ``ros2``.
+
+    :param config: may have settings for ``ros2``.
+    :param folder: what relative folders of the configuration are seen from.
+    :raises CxbridgeError: when the name is none of these, or the configuration makes no sense.
+    """
+    if name != ROS2_CLOCK:
+        return make_clock(name)
+    from cxbridge.ros2.sim_time import SimTimeClock  # noqa: PLC0415  an extra
+    from cxbridge.ros2.trees import node_settings  # noqa: PLC0415
+
+    _, settings = node_settings(config, _ROS2_CLOCK_TREE, (), folder, "the clock of ROS 2")
+
+    def join() -> Node:
+        return settings.join("cxbridge_clock", settings.definitions())
+
+    return SimTimeClock(join)
+
+
 def make_agent_context(
     options: RunOptions, clock: Clock | None = None, *, recorded: bool = False
 ) -> AgentContext:
@@ -86,7 +109,7 @@ def make_agent_context(
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
-    clock = clock or make_clock(options.clock_name)
+    clock = clock or clock_of(options.clock_name, config, config_file.parent)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
     loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)

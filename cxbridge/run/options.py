@@ -156,7 +156,7 @@ class ExecutionOptions:
     clock: Annotated[
         str | None,
         typer.Option(
-            help="virtual, real or scaled:N; virtual by default, real with a Skiller elsewhere.",
+            help="virtual, real, scaled:N, ros2 (/clock); virtual by default, real with a Skiller elsewhere.",
             show_default=False,
         ),
     ] = None
@@ -233,10 +233,10 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
         if self.replay:
             self._check_replay()
-        if "://" in self.skiller and self.clock not in (None, "real"):
+        if "://" in self.skiller and self.clock not in (None, "real", "ros2"):
             raise CxbridgeError(
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
-                hint="the Skiller there works in real time: use --clock real, the default with a URL",
+                hint="the Skiller there works in real time: use --clock real (the default) or ros2",
             )
         if not 0 < self.timeout <= MAX_TIMEOUT:
             raise CxbridgeError(

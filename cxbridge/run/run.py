@@ -104,6 +104,7 @@ def _run(
     started = time.perf_counter()
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
+        stack.callback(assembly.clock.close)
         checks = AgentChecks(assembly.agents, on=not options.is_lenient)
         rule_errors = RuleErrors()
         assembly.bus.subscribe(rule_errors, LogLine)

@@ -19,7 +19,8 @@ from tests.support import ROOT
 NO_NAMES = {
     "FILE", "DIR", "URL", "PORT", "[PORT]", "HOST", "ADDRESS", "N", "TEXT", "SECONDS|end", "OUT", "PATH", "A",
     "B...", "RUN", "[RUN]", "RUN...", "CONFIG", "OUT.html", "OUT.json", "FILE...", "DOMAIN", "PROBLEM",
-    "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS", "virtual|real|scaled:N",
+    "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS",
+    "virtual|real|scaled:N|ros2",
     "off|on|FILE.wav|DIR/",
 }  # fmt: skip
 """What is a place, a number or a text; a wrong one has tests of its own."""

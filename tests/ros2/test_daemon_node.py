@@ -96,7 +96,7 @@ def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
 @pytest.mark.parametrize(
     ("more", "message"),
     [
-        (", lgo: info", "has no setting 'lgo'"),
+        (", lgo: info", "there is no setting 'lgo'"),
         (", log: loud", "there is no level 'loud' of logs"),
         (", name: a-b", "'a-b' is not a name of a node"),
     ],

@@ -9,16 +9,17 @@ from cxbridge.daemon.context import DaemonContext
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.executor import OF_NODE, NodeSettings, typed
+from cxbridge.ros2.executor import typed
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, State
 from cxbridge.ros2.parameters import Parameter, Parameters
 from cxbridge.ros2.rosout import Rosout
-from cxbridge.ros2.trees import placed, values_below
+from cxbridge.ros2.trees import node_settings, placed
+from cxbridge.run.agent_context import ROS2_CLOCK
 from cxbridge.run.components.component import Component
 from cxbridge.suggestions import did_you_mean
 
 TREE: Final = "/ros2/node"
-_KNOWN: Final = ("name", "log", *OF_NODE)
+_OWN: Final = ("name", "log")
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
 _WHOSE: Final = "the node of ROS 2"
 
@@ -35,8 +36,9 @@ class Ros2NodeComponent(Component):
 
     def __init__(self, context: DaemonContext) -> None:
         self._daemon = daemon = context.daemon
+        values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
         with placed(context.config, TREE):
-            name, level, settings = _settings(values_below(context.config, TREE), context)
+            name, level = _name_and_level(values)
         self._node = node = settings.join(name, settings.definitions())
         try:
             self._rosout = Rosout(node, name, level)
@@ -50,7 +52,7 @@ class Ros2NodeComponent(Component):
             report = context.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, work, context.clock, report, State.ACTIVE)
             own = {
-                "use_sim_time": Parameter(value=False, read_only=True),
+                "use_sim_time": Parameter(value=context.clock.name == ROS2_CLOCK, read_only=True),
                 "spec": Parameter(context.spec, "what the executive does", read_only=True),
             }
             self._parameters = Parameters(node, name, own, context.clock)
@@ -76,10 +78,7 @@ class Ros2NodeComponent(Component):
         self._node.close()
 
 
-def _settings(values: Mapping[str, Any], context: DaemonContext) -> tuple[str, Level, NodeSettings]:
-    for key in values:
-        if key not in _KNOWN:
-            raise ConfigError(f"{_WHOSE} has no setting '{key}'", hint=did_you_mean(key, _KNOWN))
+def _name_and_level(values: Mapping[str, Any]) -> tuple[str, Level]:
     log = typed(values, "log", "info", _WHOSE)
     if log not in _LEVELS:
         hint = did_you_mean(log, _LEVELS, f"use one of: {', '.join(_LEVELS)}")
@@ -87,4 +86,4 @@ def _settings(values: Mapping[str, Any], context: DaemonContext) -> tuple[str, L
     name = typed(values, "name", "cxbridge", _WHOSE)
     if not name.isidentifier():
         raise ConfigError(f"'{name}' is not a name of a node", hint="use letters, digits and _")
-    return name, _LEVELS[log], NodeSettings.of(values, context.paths.confdir, _WHOSE)
+    return name, _LEVELS[log]

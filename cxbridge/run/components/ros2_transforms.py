@@ -6,15 +6,13 @@ from functools import partial
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ConfigError, CxbridgeError, InterfaceError
+from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.executor import OF_NODE, NodeSettings
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.trees import placed, values_below
+from cxbridge.ros2.trees import node_settings
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
-from cxbridge.suggestions import did_you_mean
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
 
 TREE: Final = "/ros2/tf"
@@ -22,7 +20,6 @@ MOST_FRAMES: Final = 500
 """Frames that are taken: a stranger may send any number of names."""
 
 _ALL: Final = "all"
-_KNOWN: Final = ("frames", *OF_NODE)
 _TYPE: Final = "tf2_msgs/msg/TFMessage"
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 _WHOSE: Final = "the settings of /tf"
@@ -40,14 +37,9 @@ class Ros2Transforms(Component):
 
     def __init__(self, context: RunContext) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
-        with placed(context.config, TREE):
-            values = values_below(context.config, TREE)
-            for key in values:
-                if key not in _KNOWN:
-                    raise ConfigError(f"/tf has no setting '{key}'", hint=did_you_mean(key, _KNOWN))
-            wanted = values.get("frames", _ALL)
-            self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
-            settings = NodeSettings.of(values, context.paths.confdir, _WHOSE)
+        values, settings = node_settings(context.config, TREE, ("frames",), context.paths.confdir, _WHOSE)
+        wanted = values.get("frames", _ALL)
+        self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(f"cxbridge_tf_{context.name}", settings.definitions())

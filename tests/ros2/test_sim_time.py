@@ -1,0 +1,151 @@
+"""Simulated time drives runs: sent by our node, and by rclpy's."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.clock import MICROSECONDS, Wakeup
+from cxbridge.errors import Ros2Error
+from cxbridge.events import GoalTransition
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.qos import PROFILES
+from cxbridge.ros2.sim_time import SimTimeClock
+from cxbridge.trace.formats.registry import open_run
+from tests.ros2.conftest import HERE, needs_ros, with_ros
+from tests.run.mini import write_scenario
+
+START_S = 100
+STEP_S = 0.01
+
+
+class Simulation:
+    """Sends steps of time, as long as nobody pauses it."""
+
+    def __init__(self, domain: int, speed: float = 1.0) -> None:
+        self._node = DdsNode("simulation", Definitions(environment={}), domain)
+        self._topic = self._node.publisher("/clock", "rosgraph_msgs/msg/Clock", PROFILES["clock"])
+        self._pause_s = STEP_S / speed
+        self.at_ms = START_S * 1000
+        self.runs, self._ended = threading.Event(), threading.Event()
+        self.runs.set()
+        self._thread = threading.Thread(target=self._send)
+        self._thread.start()
+
+    def _send(self) -> None:
+        while not self._ended.wait(self._pause_s):
+            if self.runs.is_set():
+                self.at_ms += round(STEP_S * 1000)
+            seconds, rest = divmod(self.at_ms, 1000)
+            self._topic.publish({"clock": {"sec": seconds, "nanosec": rest * 10**6}})
+
+    def close(self) -> None:
+        self._ended.set()
+        self._thread.join()
+        self._node.close()
+
+
+@pytest.fixture
+def simulation(domain: int) -> Iterator[Simulation]:
+    made = Simulation(domain + 70, speed=5)
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def clock(domain: int) -> Iterator[SimTimeClock]:
+    made = a_clock(domain)
+    yield made
+    made.close()
+
+
+def a_clock(domain: int, patience_s: float = 20) -> SimTimeClock:
+    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 70), patience_s)
+
+
+def test_it_goes_as_the_messages_say(simulation: Simulation, clock: SimTimeClock):
+    assert clock.now_us() >= START_S * MICROSECONDS
+    until_us = clock.now_us() + 500_000
+    begin = time.monotonic()
+    clock.sleep_until(until_us)
+    assert until_us <= clock.now_us()
+    assert simulation.at_ms * 1000 >= until_us
+    assert time.monotonic() - begin > 0.05  # a fifth of it, and no less than half of that
+
+
+def test_it_stands_still_while_the_simulation_is_paused(simulation: Simulation, clock: SimTimeClock):
+    clock.now_us()
+    simulation.runs.clear()
+    clock.sleep_until(simulation.at_ms * 1000)
+    at_us = clock.now_us()
+    woken = Wakeup()
+    threading.Timer(0.3, woken.set).start()
+    clock.sleep_until(at_us + 1, woken)
+    assert woken.is_set()
+    assert clock.now_us() == at_us
+    simulation.runs.set()
+    clock.sleep_until(at_us + 1)
+    assert clock.now_us() > at_us
+
+
+def test_it_goes_on_when_the_simulation_is_reset(simulation: Simulation, clock: SimTimeClock):
+    clock.sleep_until(clock.now_us() + 500_000)
+    at_us = clock.now_us()
+    simulation.at_ms = 10
+    clock.sleep_until(at_us + 100_000)
+    assert clock.resets == 1
+    assert clock.now_us() < at_us + 10 * MICROSECONDS
+
+
+def test_no_time_is_one_error(domain: int):
+    with pytest.raises(Ros2Error, match=r"no time came on /clock within 0\.2 s") as caught:
+        a_clock(domain + 1, 0.2).now_us()
+    assert caught.value.hint == (
+        "does the simulation run, and is it in the same ROS_DOMAIN_ID and range of discovery?"
+    )
+
+
+@contextmanager
+def simulation_of(kind: str, domain: int) -> Iterator[None]:
+    """Start a simulation that is five times as fast as real time."""
+    if kind == "ours":
+        made = Simulation(domain, speed=5)
+        yield
+        made.close()
+        return
+    command = with_ros(str(HERE / "with_rclpy/simulation.py"), str(domain), "5")
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "ready\n"
+        yield
+        process.kill()
+
+
+@pytest.mark.parametrize("kind", ["ours", pytest.param("rclpy", marks=needs_ros)])
+def test_a_run_lives_in_simulated_time(tmp_path: Path, domain: int, kind: str):
+    scenario = write_scenario(tmp_path / "mini")
+    more = tmp_path / "more.yaml"
+    more.write_text(f"ros2: {{clock: {{domain: {domain + 71}}}}}\n")
+    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), "--config", str(more)]
+    with simulation_of(kind, domain + 71):
+        done = subprocess.run(
+            [*command, "--clock", "ros2", "--json", "--trace", str(tmp_path / "run.mcap")],
+            capture_output=True,
+            text=True,
+            check=False,
+            timeout=60,
+        )
+    assert done.returncode == 0, done.stderr
+    times = [each.time_us for each in open_run(tmp_path / "run.mcap") if isinstance(each, GoalTransition)]
+    assert len(times) > 4
+    assert all(time_us < 1000 * MICROSECONDS for time_us in times)  # in 1970, when simulations begin
