@@ -20,6 +20,7 @@ from weakref import WeakSet
 from cyclonedds.core import (
     DDSException,
     Entity,
+    GuardCondition,
     InstanceState,
     Policy,
     Qos,
@@ -103,6 +104,8 @@ class DdsNode(Node):
                 hint="is ROS_DOMAIN_ID right, are there free UDP ports, and is CYCLONEDDS_URI right?",
             ) from None
         self._waits = WaitSet(self._participant)
+        self._never = GuardCondition(self._participant)
+        self._waits.attach(self._never)  # a set of nothing does not wait
         self._types: dict[str, type] = {}
         self._readers: dict[int, _Reader] = {}
         self._writers: WeakSet[DataWriter[Any]] = WeakSet()
@@ -175,7 +178,7 @@ class DdsNode(Node):
         """Leave the network."""
         while self._readers:
             self._end(next(iter(self._readers)))
-        for entity in (*self._writers, self._graph, self._waits, self._participant):
+        for entity in (*self._writers, self._graph, self._waits, self._never, self._participant):
             _delete(entity)
         self._leave_domain()
 
