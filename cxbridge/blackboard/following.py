@@ -80,6 +80,11 @@ class Feed(Listener, Observer, Closing):
             instance.read()
         return instance
 
+    @property
+    def opened(self) -> Sequence[Interface]:
+        """The instances that it has open."""
+        return tuple(self._instances.values())
+
     def follow(self, type_glob: str, id_glob: str) -> Sequence[Interface]:
         """Follow all interfaces that match, also those to come; return those that exist.
 

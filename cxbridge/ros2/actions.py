@@ -247,6 +247,11 @@ class ActionServer(Closing):
             node.serve(f"{name}/_action/cancel_goal", CANCEL_GOAL, self._cancelled),
         ]
 
+    @property
+    def is_busy(self) -> bool:
+        """Whether a goal is being executed."""
+        return bool(self._running)
+
     def step(self) -> None:
         """Execute a step of each goal."""
         for number, (served, steps) in list(self._running.items()):
@@ -319,7 +324,8 @@ class ActionServer(Closing):
             answer({"status": GoalStatus.UNKNOWN})
 
     def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served, _ = self._running.pop(number)
+        served, steps = self._running.pop(number)
+        steps.close()
         served.status = status
         self._results[number] = {"status": status, "result": result}
         for answer in self._asked.pop(number, ()):

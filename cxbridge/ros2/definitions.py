@@ -58,6 +58,7 @@ class Definitions:
 
     :param folders: packages, or folders that have packages in them.
     :param distribution: whose well-known types are known; None: none are.
+    :param texts: more definitions, by their types; those in folders come first.
     :param environment: where ``AMENT_PREFIX_PATH`` is looked up; that of the process by default.
     :raises Ros2Error: when there is no such folder or distribution.
     """
@@ -67,7 +68,9 @@ class Definitions:
         folders: Iterable[Path | str] = (),
         distribution: str | None = DEFAULT_DISTRIBUTION,
         environment: Mapping[str, str] | None = None,
+        texts: Mapping[str, str] | None = None,
     ) -> None:
+        self._texts = {**BUILT_IN, **(texts or {})}
         self._store: Any = get_typestore(_store_of(distribution))
         # ROS' char is IDL's uint8, for the hash too
         for name, (constants, fields) in self._store.fielddefs.items():
@@ -92,7 +95,7 @@ class Definitions:
     def names(self) -> list[str]:
         """Return the names of all types that can be asked for."""
         well_known = (name for name in self._store.fielddefs if _is_whole(name))
-        return sorted({*well_known, *self._files, *BUILT_IN})
+        return sorted({*well_known, *self._files, *self._texts})
 
     def fields(self, name: TypeName) -> Sequence[tuple[str, FieldType]]:
         """Return the fields of a message, in their order.
@@ -168,7 +171,7 @@ class Definitions:
         """Return the fields of each section of a definition, and their defaults."""
         file = self._files.get(str(name))
         try:
-            text = BUILT_IN[str(name)] if file is None else file.read_text("utf-8")
+            text = self._texts[str(name)] if file is None else file.read_text("utf-8")
         except KeyError:
             hint = did_you_mean(str(name), self.names(), "name the folder of its package")
             raise Ros2Error(f"there is no ROS 2 type {name}", hint=hint) from None

@@ -64,12 +64,13 @@ class NodeSettings(Struct, frozen=True):
             namespace=check_topic(namespace) if namespace else "",
         )
 
-    def definitions(self) -> Definitions:
+    def definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
         """Read which types there are.
 
+        :param texts: more definitions, by their types.
         :raises Ros2Error: when a folder is not there.
         """
-        return Definitions(self.packages, self.distribution)
+        return Definitions(self.packages, self.distribution, texts=texts)
 
     def join(self, name: str, definitions: Definitions) -> Node:
         """Join the domain.

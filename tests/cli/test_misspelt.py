@@ -65,6 +65,7 @@ CASES = {
     ("interface show", "name"): ("interface show Skilr", "did you mean Skiller"),
     ("interface hash", "names"): ("interface hash Skilr", "did you mean Skiller"),
     ("interface compile", "names"): ("interface compile Skilr -o OWN/out", "did you mean Skiller"),
+    ("ros2 package", "names"): ("ros2 package Skilr -o OWN/out", "did you mean Skiller"),
     ("skill graph", "skill"): ("skill graph sya -o OWN/x.dot", "its skills are"),
     ("skill graph", "space"): ("skill graph say --space tst -o OWN/x.dot", "cannot load skill space 'tst'"),
     ("skill graph", "direction"): ("skill graph say --direction XY -o OWN/x.dot", "TB"),

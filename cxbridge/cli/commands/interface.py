@@ -54,7 +54,7 @@ def list_types(interface_dir: InterfaceDirs = None, as_json: AsJson = False) -> 
 
     Example: cxbridge interface list
     """
-    names = _registry(interface_dir).names()
+    names = registry_of(interface_dir).names()
     if as_json:
         say_json(names, indent=2)
     else:
@@ -167,7 +167,7 @@ def compile_types(
         say(path)
 
 
-def _registry(dirs: list[Path] | None) -> InterfaceRegistry:
+def registry_of(dirs: list[Path] | None) -> InterfaceRegistry:
     """Return the registry of the given folders and cxbridge's own."""
     from cxbridge.errors import InterfaceError
     from cxbridge.interfaces.registry import InterfaceRegistry
@@ -186,4 +186,4 @@ def _schema(name: str, dirs: list[Path] | None) -> InterfaceSchema:
 
     if name.endswith(".xml") or "/" in name:
         return parse_file(name)
-    return _registry(dirs).schema(name)
+    return registry_of(dirs).schema(name)

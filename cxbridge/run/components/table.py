@@ -64,6 +64,16 @@ ENVIRONMENT: Final = (
         lambda context: bool(context.config.keys("/ros2/performers")),
     ),
     ComponentEntry(
+        "ros2-interfaces",
+        f"{_PACKAGE}.ros2_interfaces:Ros2Interfaces",
+        lambda context: bool(context.config.keys("/ros2/interfaces")),
+    ),
+    ComponentEntry(
+        "ros2-skiller",
+        f"{_PACKAGE}.ros2_skiller:Ros2Skiller",
+        lambda context: bool(context.config.keys("/ros2/skiller")),
+    ),
+    ComponentEntry(
         "ros2-tf",
         f"{_PACKAGE}.ros2_transforms:Ros2Transforms",
         lambda context: bool(context.config.keys("/ros2/tf")),

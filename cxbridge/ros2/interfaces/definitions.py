@@ -1,0 +1,110 @@
+"""Definitions of ROS 2 for interfaces and their messages, made from the interface's schema.
+
+``Position3DInterface`` becomes ``cxbridge_msgs/msg/Position3DInterface``, and the messages of an interface
+become ``cxbridge_msgs/msg/SkillerInterfaceExecSkillMessage``. Names that ROS does not take are made fit:
+fields are in small letters, constants in capitals.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from typing import Final
+
+from cxbridge.interfaces.schema import ConstantSchema, EnumSchema, FieldSchema, InterfaceSchema
+
+PACKAGE: Final = "cxbridge_msgs"
+"""The ROS package of all that is made here."""
+
+TIME: Final = "timestamp"
+"""The field with the interface's time stamp; no field of an interface gets this name."""
+
+EXEC_SKILL: Final = f"{PACKAGE}/action/ExecSkill"
+"""The action of a Skiller: executes a skill string."""
+
+ACTIONS: Final = {
+    EXEC_SKILL: """string skill_string  # e.g. goto{place="C-CS1"}
+bool steal           # take control of the Skiller even when somebody has it
+---
+bool success
+string error         # why it failed, or was not executed
+---
+string status        # as in SkillerInterface: S_RUNNING and the like
+""",
+}
+"""The text of each action, by its type."""
+
+_TYPES: Final = {
+    **{each: each for each in ("bool", "string")},
+    **{each: each for bits in (8, 16, 32, 64) for each in (f"int{bits}", f"uint{bits}")},
+    "byte": "uint8",
+    "float": "float32",
+    "double": "float64",
+}
+_ENUM: Final = "int32"
+
+
+def type_of(interface: str, message: str = "") -> str:
+    """Return the name of the type for an interface, or for a message of it."""
+    return f"{PACKAGE}/msg/{_camel(interface)}{_camel(message)}"
+
+
+def definitions_of(schema: InterfaceSchema) -> dict[str, str]:
+    """Return the text of the definitions for an interface and its messages, by their types."""
+    made = {type_of(schema.name): _text(schema.fields, schema, has_time=True)}
+    for message in schema.messages:
+        made[type_of(schema.name, message.name)] = _text(message.fields, schema, has_time=False)
+    return made
+
+
+def field_names(fields: Sequence[FieldSchema]) -> dict[str, str]:
+    """Return what fields are called in ROS, by their names."""
+    taken = {TIME}
+    names = {}
+    for field in fields:
+        name = _unique(re.sub(r"[^a-z0-9]+", "_", field.name.lower()).strip("_"), "f_", taken)
+        names[field.name] = name
+    return names
+
+
+def _text(fields: Sequence[FieldSchema], schema: InterfaceSchema, *, has_time: bool) -> str:
+    lines = [f"builtin_interfaces/Time {TIME}"] if has_time else []
+    names = field_names(fields)
+    used = {field.enum.name for field in fields if field.enum is not None}
+    enums = [each for each in schema.enums if each.name in used]
+    lines += _constants(enums, schema.constants if has_time else ())
+    for field in fields:
+        kind = _TYPES.get(field.type, _ENUM)
+        length = f"[{field.length}]" if field.is_array else ""
+        comment = " ".join(field.comment.split())
+        lines.append(f"{kind}{length} {names[field.name]}{f'  # {comment}' if comment else ''}")
+    return "\n".join((*lines, ""))
+
+
+def _constants(enums: Sequence[EnumSchema], constants: Sequence[ConstantSchema]) -> Iterator[str]:
+    taken: set[str] = set()
+    for enum in enums:
+        for item in enum.items:
+            yield f"{_ENUM} {_constant(item.name, taken)}={item.value}"
+    for each in constants:
+        value = repr(each.value) if isinstance(each.value, str) else str(each.value)
+        yield f"{_TYPES.get(each.type, _ENUM)} {_constant(each.name, taken)}={value}"
+
+
+def _constant(name: str, taken: set[str]) -> str:
+    return _unique(re.sub(r"[^A-Z0-9]+", "_", name.upper()).strip("_"), "C_", taken)
+
+
+def _unique(name: str, prefix: str, taken: set[str]) -> str:
+    """Return a name that begins with a letter and is not taken; take it."""
+    made = plain = name if name[:1].isalpha() else f"{prefix}{name}"
+    number = 2
+    while made in taken:
+        made = f"{plain}{'_' if plain[-1].isdigit() else ''}{number}"
+        number += 1
+    taken.add(made)
+    return made
+
+
+def _camel(name: str) -> str:
+    return "".join(part[:1].upper() + part[1:] for part in re.split(r"[^A-Za-z0-9]+", name))

@@ -1,0 +1,137 @@
+"""Two ROS packages for machines that have ROS: definitions, and cxbridge's program with a launch file.
+
+``cxbridge_msgs`` has a message for each interface, and the action of Skillers. ``cxbridge`` starts the
+program of this installation: ``ros2 run cxbridge cxbridge ...``, ``ros2 launch cxbridge daemon.launch.py``.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from string import Template
+from typing import Final
+
+from cxbridge import __version__
+from cxbridge.errors import Ros2Error
+from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
+
+_SUFFIXES: Final = {"msg": ".msg", "srv": ".srv", "action": ".action"}
+
+_MANIFEST: Final = Template("""<?xml version="1.0"?>
+<package format="3">
+  <name>$name</name>
+  <version>$version</version>
+  <description>$description</description>
+  <maintainer email="none@example.org">cxbridge</maintainer>
+  <license>GPL-2.0-or-later</license>
+  <buildtool_depend>ament_cmake</buildtool_depend>
+$depends
+  <export><build_type>ament_cmake</build_type></export>
+</package>
+""")
+
+_OF_MESSAGES: Final = """  <buildtool_depend>rosidl_default_generators</buildtool_depend>
+  <depend>builtin_interfaces</depend>
+  <depend>action_msgs</depend>
+  <exec_depend>rosidl_default_runtime</exec_depend>
+  <member_of_group>rosidl_interface_packages</member_of_group>"""
+
+_OF_PROGRAM: Final = """  <exec_depend>ros2launch</exec_depend>"""
+
+_BUILD_MESSAGES: Final = Template("""cmake_minimum_required(VERSION 3.16)
+project($name)
+find_package(ament_cmake REQUIRED)
+find_package(builtin_interfaces REQUIRED)
+find_package(rosidl_default_generators REQUIRED)
+rosidl_generate_interfaces($${PROJECT_NAME}
+$files
+  DEPENDENCIES builtin_interfaces
+)
+ament_export_dependencies(rosidl_default_runtime)
+ament_package()
+""")
+
+_BUILD_PROGRAM: Final = """cmake_minimum_required(VERSION 3.16)
+project(cxbridge NONE)
+find_package(ament_cmake REQUIRED)
+install(PROGRAMS cxbridge DESTINATION lib/cxbridge)
+install(DIRECTORY launch DESTINATION share/cxbridge)
+ament_package()
+"""
+
+_LAUNCH: Final = '''"""Start a daemon of cxbridge; the argument config names its configuration."""
+
+from launch import LaunchDescription
+from launch.actions import DeclareLaunchArgument, ExecuteProcess, Shutdown
+from launch.substitutions import LaunchConfiguration
+
+
+def generate_launch_description():
+    """Return the daemon; the launch ends with it."""
+    program = ["ros2", "run", "cxbridge", "cxbridge", "daemon", LaunchConfiguration("config")]
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("config", description="the daemon's configuration, a YAML file"),
+            ExecuteProcess(cmd=program, output="screen", on_exit=Shutdown()),
+        ]
+    )
+'''
+
+
+def write_packages(schemas: Iterable[InterfaceSchema], folder: Path) -> list[Path]:
+    """Write both packages into a folder, which may be the ``src`` of a workspace; return theirs.
+
+    :raises Ros2Error: when a file cannot be written.
+    """
+    texts = dict(ACTIONS)
+    for schema in schemas:
+        texts.update(definitions_of(schema))
+    files = {PACKAGE: _messages(texts), "cxbridge": _program()}
+    for package, contents in files.items():
+        for name, text in contents.items():
+            _write(folder / package / name, text)
+    (folder / "cxbridge/cxbridge").chmod(0o755)
+    return [folder / package for package in files]
+
+
+def _messages(texts: Mapping[str, str]) -> dict[str, str]:
+    files = {}
+    for kind, text in texts.items():
+        _, place, name = kind.split("/")
+        files[f"{place}/{name}{_SUFFIXES[place]}"] = text
+    listed = "\n".join(f'  "{each}"' for each in sorted(files))
+    about = "Interfaces of the blackboard as messages, and the action of Skillers"
+    manifest = _MANIFEST.substitute(name=PACKAGE, version=_version(), description=about, depends=_OF_MESSAGES)
+    build = _BUILD_MESSAGES.substitute(name=PACKAGE, files=listed)
+    return {**files, "package.xml": manifest, "CMakeLists.txt": build}
+
+
+def _program() -> dict[str, str]:
+    about = "The CLIPS Executive as a program"
+    manifest = _MANIFEST.substitute(
+        name="cxbridge", version=_version(), description=about, depends=_OF_PROGRAM
+    )
+    start = f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m cxbridge "$@"\n'
+    return {
+        "package.xml": manifest,
+        "CMakeLists.txt": _BUILD_PROGRAM,
+        "cxbridge": start,
+        "launch/daemon.launch.py": _LAUNCH,
+    }
+
+
+def _version() -> str:
+    """Return the version as ROS takes it: three numbers."""
+    numbers = [part for part in __version__.split(".") if part.isdecimal()]
+    return ".".join((*numbers, "0", "0", "0")[:3])
+
+
+def _write(file: Path, text: str) -> None:
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(text, "utf-8")
+    except OSError as error:
+        raise Ros2Error(f"cannot write the package: {error.strerror}", file=file) from None

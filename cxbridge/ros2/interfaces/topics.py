@@ -1,0 +1,280 @@
+"""Interfaces as topics: what is written on the blackboard is published, or what comes is written there."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from enum import Enum
+from functools import partial
+from typing import Any, Final
+
+from rosbags.interfaces import Nodetype
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
+from cxbridge.clock import split_us
+from cxbridge.closing import Closing
+from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import Logger
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.message import Message as InterfaceMessage
+from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.interfaces.definitions import TIME, field_names, type_of
+from cxbridge.ros2.interfaces.settings import TopicSettings
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge.ros2.node import Node, Publisher
+from cxbridge.suggestions import did_you_mean
+
+OWNER: Final = "ROS 2"
+_NANOSECONDS: Final = 1000
+_END: Final = "Message"
+
+
+def topic_of(interface_type: str, interface_id: str) -> str:
+    """Return the topic of an interface that is given no other: ``/blackboard/TYPE/ID``.
+
+    What ROS does not take in names becomes ``_``.
+    """
+    token = re.sub(r"[^A-Za-z0-9]+", "_", interface_id).strip("_")
+    return f"/blackboard/{interface_type}/{token if token[:1].isalpha() else f'id_{token}'}"
+
+
+def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions: Definitions) -> None:
+    """Check that an interface and a message have the fields that are set.
+
+    :raises CxbridgeError: when one is not there.
+    """
+    if settings.type is None:
+        return
+    kind = parse_type(settings.type)
+    for path in (*_paths(settings, schema).values(), *settings.constants, *filter(None, [settings.stamp])):
+        _check_path(definitions, kind, path)
+
+
+def _check_path(definitions: Definitions, kind: TypeName, path: str) -> None:
+    name, _, rest = path.partition(".")
+    fields = dict(definitions.fields(kind))
+    if name not in fields:
+        raise ConfigError(f"{kind} has no field '{name}'", hint=did_you_mean(name, fields))
+    node, inner = fields[name]
+    if rest:
+        if node != Nodetype.NAME:
+            raise ConfigError(f"the field '{name}' of {kind} has no fields in it: '{path}'")
+        _check_path(definitions, parse_type(inner), rest)
+
+
+class PublishedInterfaces(Closing):
+    """Publishes interfaces, those that exist and those to come.
+
+    :param written: the interfaces that come from ROS: they do not go back.
+    :raises CxbridgeError: when the board or ROS does not take something.
+    """
+
+    def __init__(
+        self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger, written: set[str]
+    ) -> None:
+        self._settings, self._node, self._log, self._written = settings, node, log, written
+        self._board = board
+        self._publishers: dict[str, Callable[[InterfaceChange], None]] = {}
+        self._opened: list[Publisher] = []
+        self._ends: list[Callable[[], None]] = []
+        self._topics: set[str] = set()
+        self._refused: set[str] = set()
+        self._feed = Feed(board, OWNER)
+        try:
+            for instance in self._feed.follow(settings.pattern.type_glob, settings.pattern.id_glob):
+                self._take(self._feed.now(instance))
+        except Exception:
+            self.close()
+            raise
+
+    def loop(self) -> None:
+        """Publish what was written."""
+        while (change := self._feed.next(Deadline(0))) is not None:
+            self._take(change)
+        for instance in self._feed.opened:
+            if instance.uid not in self._publishers:  # nobody has written it
+                self._take(self._feed.now(instance))
+
+    def _take(self, change: InterfaceChange) -> None:
+        if change.uid in self._written or change.uid in self._refused:
+            return
+        try:
+            publish = self._publishers.get(change.uid) or self._begin(change.uid)
+            if change.kind == "data" and change.time_us:
+                publish(change)
+        except CxbridgeError as error:
+            self._refused.add(change.uid)
+            self._log.warn(f"{change.uid} is not published any more: {error.message}")
+
+    def _begin(self, uid: str) -> Callable[[InterfaceChange], None]:
+        interface_type, _, interface_id = uid.partition("::")
+        settings, schema = self._settings, self._board.registry.get(interface_type).SCHEMA
+        topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
+        if topic in self._topics:
+            raise ConfigError(f"another interface has the topic {topic}")
+        self._topics.add(topic)
+        publisher = self._node.publisher(topic, settings.type or type_of(interface_type), settings.qos)
+        self._opened.append(publisher)
+        make = _maker(settings, schema)
+        if settings.messages:
+            self._receive_messages(topic, self._feed.open(interface_type, interface_id))
+
+        def publish(change: InterfaceChange) -> None:
+            publisher.publish(make(change))
+
+        self._publishers[uid] = publish
+        return publish
+
+    def _receive_messages(self, topic: str, instance: Interface) -> None:
+        for each in instance.SCHEMA.messages:
+            send = partial(self._send, instance, each.name, field_names(each.fields))
+            kind = type_of(instance.type, each.name)
+            self._ends.append(self._node.subscribe(f"{topic}/{each.name.removesuffix(_END)}", kind, send))
+
+    def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
+        try:
+            made = instance.create_message(name)
+            for field, called in names.items():
+                made.set(field, _back(made.field(field), message[called]))
+            instance.msgq_enqueue(made)
+        except CxbridgeError as error:
+            self._log.warn(f"{instance.uid} did not get a {name}: {error.message}")
+
+    def close(self) -> None:
+        """Publish nothing more."""
+        for end in self._ends:
+            end()
+        for publisher in self._opened:
+            publisher.close()
+        self._feed.close()
+
+
+class WrittenInterface(Closing):
+    """Writes an interface with what comes on its topic.
+
+    :raises CxbridgeError: when somebody else writes it, or ROS does not take something.
+    """
+
+    def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
+        self._settings, self._log = settings, log
+        interface_type, interface_id = settings.pattern.type_glob, settings.pattern.id_glob
+        self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER, queue_limit=100)
+        schema = self._instance.SCHEMA
+        self._paths = _paths(settings, schema)
+        self._told: set[str] = set()
+        topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
+        self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
+        try:
+            for each in schema.messages if settings.messages else ():
+                kind = type_of(interface_type, each.name)
+                publisher = node.publisher(f"{topic}/{each.name.removesuffix(_END)}", kind)
+                self._publishers[each.name] = publisher, field_names(each.fields)
+            self._end = node.subscribe(
+                topic, settings.type or type_of(interface_type), self._take, settings.qos
+            )
+        except Exception:
+            self._instance.close()
+            raise
+
+    @property
+    def uid(self) -> str:
+        """The interface."""
+        return self._instance.uid
+
+    def loop(self) -> None:
+        """Publish the messages that came."""
+        while (message := self._instance.msgq_pop()) is not None:
+            found = self._publishers.get(message.type)
+            if found is not None:
+                publisher, names = found
+                publisher.publish(_values(message, names))
+
+    def _take(self, message: Message) -> None:
+        try:
+            for field, path in self._paths.items():
+                self._instance.set(field, _back(self._instance.field(field), _at(message, path)))
+            self._instance.write()
+        except CxbridgeError as error:
+            if error.message not in self._told:
+                self._told.add(error.message)
+                self._log.warn(f"{self.uid} was not written: {error.message}")
+
+    def close(self) -> None:
+        """Write nothing more."""
+        self._end()
+        for publisher, _ in self._publishers.values():
+            publisher.close()
+        self._instance.close()
+
+
+def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str]:
+    """Return where each field of an interface is in the message.
+
+    :raises ConfigError: when the interface has no such field.
+    """
+    if settings.type is None:
+        return field_names(schema.fields)
+    known = [field.name for field in schema.fields]
+    for name in settings.fields:
+        if name not in known:
+            hint = did_you_mean(name, known, f"it has: {', '.join(known)}")
+            raise ConfigError(f"the topic {settings.key}: {schema.name} has no field '{name}'", hint=hint)
+    return settings.fields
+
+
+def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[InterfaceChange], Message]:
+    """Return what makes a message of what was written."""
+    paths = _paths(settings, schema)
+    stamp = TIME if settings.type is None else settings.stamp
+
+    def make(change: InterfaceChange) -> Message:
+        message: Message = {}
+        for path, value in settings.constants.items():
+            _put(message, path, value)
+        for field, path in paths.items():
+            _put(message, path, _there(change.values[field]))
+        if stamp:
+            seconds, micros = split_us(change.time_us)
+            _put(message, stamp, {"sec": seconds, "nanosec": micros * _NANOSECONDS})
+        return message
+
+    return make
+
+
+def _values(message: InterfaceMessage, names: Mapping[str, str]) -> Message:
+    values = message.as_dict()
+    return {called: _there(values[field]) for field, called in names.items()}
+
+
+def _there(value: Any) -> Any:
+    """Return a value of an interface as messages have it."""
+    if isinstance(value, str):
+        return value.encode("utf-8", "replace").decode()
+    if isinstance(value, tuple):
+        return [_there(each) for each in value]
+    return value.value if isinstance(value, Enum) else value
+
+
+def _back(field: FieldSchema, value: Any) -> Any:
+    """Return a value of a message as the field of an interface takes it."""
+    if isinstance(value, bytes | list):
+        return tuple(value)
+    return float(value) if field.type in ("float", "double") and not isinstance(value, str) else value
+
+
+def _put(message: Message, path: str, value: Any) -> None:
+    *parents, last = path.split(".")
+    for part in parents:
+        message = message.setdefault(part, {})
+    message[last] = value
+
+
+def _at(message: Any, path: str) -> Any:
+    for part in path.split("."):
+        if not isinstance(message, Mapping) or part not in message:
+            raise ConfigError(f"the message has no field '{path}'")
+        message = message[part]
+    return message

@@ -1,0 +1,78 @@
+"""Skillers as actions of ROS 2, as a component: nodes have skill strings executed."""
+
+from __future__ import annotations
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge.ros2.executor import typed
+from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
+from cxbridge.ros2.topics import check_topic
+from cxbridge.ros2.trees import node_settings, placed
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+
+TREE = "/ros2/skiller"
+_WHOSE = "the Skiller for ROS 2"
+
+
+class Ros2Skiller(Component):
+    """Serves the Skiller of the blackboard as an action, a goal a skill string.
+
+    :raises CxbridgeError: when the configuration makes no sense, or the domain cannot be joined.
+    """
+
+    hooks = (Hook.SKILL,)
+    description = "The Skiller as an action of ROS 2"
+
+    def __init__(self, context: RunContext) -> None:
+        self._board = context.board
+        values, settings = node_settings(
+            context.config, TREE, ("action", "skiller"), context.paths.confdir, _WHOSE
+        )
+        with placed(context.config, TREE):
+            self._skiller = typed(values, "skiller", "Skiller", _WHOSE)
+            action = check_topic(settings.namespace + typed(values, "action", "/skiller/execute", _WHOSE))
+            self._node = settings.join(f"cxbridge_skiller_{context.name}", settings.definitions(ACTIONS))
+        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock)
+
+    def loop(self) -> None:
+        """Take goals, and follow those that are executed."""
+        self._node.poll()
+        self._server.step()
+
+    def _execute(self, goal: ServedGoal) -> Execution:
+        told: list[str] = []
+        try:
+            with SkillerCall(
+                self._board,
+                skiller=self._skiller,
+                steal=goal.goal["steal"],
+                tell=lambda status, _error: told.append(status),
+            ) as call:
+                steps = call.poll(goal.goal["skill_string"])
+                while True:
+                    try:
+                        next(steps)
+                    except StopIteration as end:
+                        result = end.value
+                        break
+                    if goal.wants_cancel:
+                        return {"success": False, "error": "it was cancelled"}
+                    yield {"status": told.pop()} if told else None
+        except CxbridgeError as error:
+            raise AbortedError({"success": False, "error": error.message}) from None
+        if result.outcome is not CallOutcome.FINAL:
+            raise AbortedError({"success": False, "error": result.error})
+        return {"success": True, "error": ""}
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether nothing is being executed."""
+        return not self._server.is_busy
+
+    def close(self) -> None:
+        """Abort what is being executed, and leave the domain."""
+        self._server.close()
+        self._node.close()

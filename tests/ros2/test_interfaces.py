@@ -1,0 +1,323 @@
+"""Interfaces of the blackboard as topics, both ways, and Skillers as actions."""
+
+from __future__ import annotations
+
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from random import Random
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from cxbridge.interfaces.instance import Interface
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.interfaces.schema import FieldSchema
+from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL, definitions_of, type_of
+from cxbridge.ros2.interfaces.topics import topic_of
+from cxbridge.ros2.node import Node
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.options import RunOptions
+from tests.daemon.test_daemon import running
+from tests.ros2.conftest import HERE, has_package, needs_ros, with_ros
+from tests.ros2.test_managed import until
+from tests.run.mini import write_scenario
+
+TYPES = InterfaceRegistry().names()
+BATTERY = "/blackboard/BatteryInterface/Robot"
+
+
+def texts_of(*names: str) -> dict[str, str]:
+    registry, texts = InterfaceRegistry(), dict(ACTIONS)
+    for name in names:
+        texts.update(definitions_of(registry.schema(name)))
+    return texts
+
+
+@pytest.fixture
+def node(domain: int) -> Iterator[Node]:
+    texts = texts_of("BatteryInterface", "SkillerInterface", "SpeechSynthInterface")
+    with DdsNode("peer", Definitions(environment={}, texts=texts), domain + 80) as node:
+        yield node
+
+
+@contextmanager
+def a_run(folder: Path, domain: int, topics: str) -> Iterator[Assembly]:
+    folder.mkdir(exist_ok=True)
+    more = folder / "more.yaml"
+    more.write_text(f"ros2:\n  interfaces:\n{topics}".replace("DOMAIN", f"domain: {domain + 80}"))
+    options = RunOptions(
+        scenario=write_scenario(folder / "mini"), config=(more,), clock="real", skiller="none"
+    )
+    with Assembly(options) as run:
+        run.start()
+        yield run
+
+
+def turn_until(run: Assembly, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
+    end_s = time.monotonic() + limit_s
+    while not done():
+        assert time.monotonic() < end_s, "it took too long"
+        run.loop.run_once()
+        if node is not None:
+            node.poll(0.01)
+
+
+def test_each_write_is_published(tmp_path: Path, domain: int, node: Node):
+    got: list[Any] = []
+    node.subscribe(BATTERY, type_of("BatteryInterface"), got.append)
+    with a_run(tmp_path, domain, "    all: {interface: 'Battery*', DOMAIN}\n") as run:
+        battery = run.board.open_for_writing("BatteryInterface", "Robot")
+        while not got:  # until the topic has found its subscriber
+            battery.set("current", 1)
+            battery.write()
+            run.loop.run_once()
+            node.poll(0.05)
+        got.clear()
+        for voltage in (11500, 11400, 11300):  # all in one loop
+            battery.set("voltage", voltage)
+            battery.set("absolute_soc", 0.5)
+            battery.write()
+        turn_until(run, node, lambda: len(got) >= 3)
+        assert [each["voltage"] for each in got if each["voltage"]] == [11500, 11400, 11300]
+        assert got[-1]["absolute_soc"] == 0.5
+        stamp = got[-1]["timestamp"]
+        assert stamp["sec"] * 10**6 + stamp["nanosec"] // 1000 == battery.timestamp_us
+        battery.close()
+
+
+def test_a_topic_of_another_type(tmp_path: Path, domain: int, node: Node):
+    got: list[Any] = []
+    node.subscribe("/robot1/battery", "sensor_msgs/msg/BatteryState", got.append)
+    topics = (
+        "    battery:\n      interface: BatteryInterface::Robot\n      topic: /battery\n      DOMAIN\n"
+        "      type: sensor_msgs/msg/BatteryState\n      namespace: /robot1\n      stamp: header.stamp\n"
+        "      constants: {header.frame_id: base, power_supply_technology: 2}\n"
+        "      fields: {voltage: voltage, absolute_soc: percentage}\n"
+    )
+    with a_run(tmp_path, domain, topics) as run:
+        battery = run.board.open_for_writing("BatteryInterface", "Robot")
+        battery.set("voltage", 12)
+        battery.set("absolute_soc", 0.25)
+
+        def there() -> bool:
+            battery.write()
+            return bool(got)
+
+        turn_until(run, node, there)
+        assert (got[0]["voltage"], got[0]["percentage"], got[0]["power_supply_technology"]) == (12.0, 0.25, 2)
+        assert got[0]["header"]["frame_id"] == "base"
+        assert got[0]["header"]["stamp"]["sec"] > 10**9
+        battery.close()
+
+
+def test_what_comes_is_written(tmp_path: Path, domain: int, node: Node):
+    state = node.publisher("/battery", "sensor_msgs/msg/BatteryState")
+    topics = (
+        "    battery: {interface: 'BatteryInterface::Robot', direction: write, topic: /battery, DOMAIN,\n"
+        "      type: sensor_msgs/msg/BatteryState, fields: {absolute_soc: percentage}}\n"
+    )
+    with a_run(tmp_path, domain, topics) as run:
+        battery = run.board.open_for_reading("BatteryInterface", "Robot")
+
+        def there() -> bool:
+            state.publish({"percentage": 0.75})
+            battery.read()
+            return bool(battery.get("absolute_soc") == 0.75)
+
+        turn_until(run, node, there)
+        battery.close()
+
+
+def a_value(field: FieldSchema, rng: Random) -> Any:
+    if field.type == "string":
+        return "".join(rng.choice("abc äß\t") for _ in range(rng.randrange((field.length or 8) // 2)))
+    if field.is_array:
+        return tuple(an_element(field, rng) for _ in range(field.length or 0))
+    return an_element(field, rng)
+
+
+def an_element(field: FieldSchema, rng: Random) -> Any:
+    low, high = field.storage.low, field.storage.high
+    if field.enum is not None:
+        return rng.choice(field.enum.items).value
+    if field.type == "bool":
+        return rng.random() < 0.5
+    return rng.randrange(-1000, 1000) / 8 if low is None or high is None else rng.randint(low, high)
+
+
+def test_each_interface_there_is_goes_from_board_to_board(tmp_path: Path, domain: int):
+    """All types with random values: published by one run, written by another."""
+    rng = Random(1)
+    writes = "".join(
+        f"    t{n}: {{interface: '{name}::There', direction: write, DOMAIN}}\n"
+        for n, name in enumerate(TYPES)
+    )
+    with (
+        a_run(tmp_path / "a", domain, "    all: {interface: '*::There', qos: latched, DOMAIN}\n") as here,
+        a_run(tmp_path / "b", domain, writes) as there,
+    ):
+        written, read = {}, {}
+        for name in TYPES:
+            one = written[name] = here.board.open_for_writing(name, "There")
+            read[name] = there.board.open_for_reading(name, "There")
+            for field in one.SCHEMA.fields:
+                one.set(field.name, a_value(field, rng))
+
+        def missing() -> list[str]:
+            for each in read.values():
+                each.read()
+            return [name for name in TYPES if read[name].as_dict() != written[name].as_dict()]
+
+        def equal() -> bool:
+            for each in written.values():
+                each.write()
+            there.loop.run_once()
+            return not missing()
+
+        turn_until(here, None, equal, limit_s=30)
+        for each in (*written.values(), *read.values()):
+            each.close()
+
+
+def test_messages_go_to_the_writer(tmp_path: Path, domain: int, node: Node):
+    topic = topic_of("SpeechSynthInterface", "Speech")
+    says = node.publisher(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"))
+    with a_run(
+        tmp_path, domain, "    s: {interface: 'SpeechSynthInterface', messages: true, DOMAIN}\n"
+    ) as run:
+        speech = run.board.open_for_writing("SpeechSynthInterface", "Speech")
+        turn_until(run, node, lambda: says.subscriptions)
+        says.publish({"text": "hello"})
+        turn_until(run, node, lambda: not speech.msgq_empty())
+        message = speech.msgq_pop()
+        assert message is not None
+        assert (message.type, message.get("text")) == ("SayMessage", "hello")
+        speech.close()
+
+
+def test_messages_come_from_the_readers(tmp_path: Path, domain: int, node: Node):
+    got: list[Any] = []
+    topic = topic_of("SpeechSynthInterface", "Speech")
+    node.subscribe(f"{topic}/Say", type_of("SpeechSynthInterface", "SayMessage"), got.append)
+    settings = (
+        "    s: {interface: 'SpeechSynthInterface::Speech', direction: write, messages: true, DOMAIN}\n"
+    )
+    with a_run(tmp_path, domain, settings) as run:
+        reader = run.board.open_for_reading("SpeechSynthInterface", "Speech")
+
+        def there() -> bool:
+            reader.msgq_enqueue(reader.create_message("SayMessage", "hello"))
+            return bool(got)
+
+        turn_until(run, node, there)
+        assert got[0] == {"text": "hello"}
+        reader.close()
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("{interface: ''}", "selects no interface"),
+        ("{interfaec: 'A::b'}", "has no setting 'interfaec'"),
+        ("{interface: 'BatteryInterface::R', direction: both}", "no direction 'both'"),
+        ("{interface: 'BatteryInterface::*', direction: write}", "is for one interface"),
+        ("{interface: 'BatteryInterface::*', topic: /a}", "is for one interface"),
+        ("{interface: 'BatteryInterface::R', topic: a}", "'a' is no whole name"),
+        ("{interface: 'BatteryInterface::R', fields: {voltage: v}}", "'fields' goes with a type"),
+        ("{interface: 'BatteryInterface::R', type: std_msgs/msg/String}", "needs fields"),
+        (
+            "{interface: 'BatteryInterface::R', type: std_msgs/msg/String, fields: {volts: data}}",
+            "has no field 'volts'",
+        ),
+        (
+            "{interface: 'BatteryInterface::R', type: std_msgs/msg/Strin, fields: {voltage: data}}",
+            "there is no ROS 2 type std_msgs/msg/Strin",
+        ),
+        ("{interface: 'BaterryInterface::R', direction: write}", "BaterryInterface"),
+        ("{interface: 'BatteryInterface::R', qos: fast}", "there is no QoS profile 'fast'"),
+    ],
+)
+def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
+    with (
+        pytest.raises(CxbridgeError, match=message) as caught,
+        a_run(tmp_path, domain, f"    x: {text}\n"),
+    ):
+        pass
+    assert str(caught.value.file) == str(tmp_path / "more.yaml")
+
+
+# -- Skillers
+
+
+@contextmanager
+def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
+    file = folder / "daemon.yaml"
+    quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
+    file.write_text(f"{quiet}ros2: {{skiller: {{domain: {domain + 80}}}}}\n")
+    with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
+        yield daemon
+
+
+def play(node: Node, client: ActionClient, text: str, *, steal: bool = False) -> SentGoal:
+    until(node, lambda: client.is_served)
+    sent = client.send({"skill_string": text, "steal": steal})
+    until(node, lambda: sent.is_over)
+    return sent
+
+
+def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
+    with a_skiller(tmp_path, domain) as daemon, ActionClient(node, "/skiller/execute", EXEC_SKILL) as client:
+        done = play(node, client, 'say{text="hello", wait=true}')
+        assert (done.status, done.result) == (GoalStatus.SUCCEEDED, {"success": True, "error": ""})
+        assert done.feedback == {"status": "S_RUNNING"}
+        failed = play(node, client, "fly{}")
+        assert failed.status is GoalStatus.ABORTED
+        assert failed.result is not None
+        assert "fly" in failed.result["error"]
+        long = client.send({"skill_string": 'say{text="a long text, which takes its time", wait=true}'})
+        until(node, lambda: long.feedback)
+        long.cancel()
+        until(node, lambda: long.is_over)
+        assert long.status is GoalStatus.CANCELED
+        thief: Interface = daemon.board.open_for_reading("SkillerInterface", "Skiller")
+        thief.msgq_enqueue(thief.create_message("AcquireControlMessage"))
+        until(node, lambda: thief.read() or thief.get("exclusive_controller"))
+        refused = play(node, client, 'say{text="mine"}')
+        assert refused.status is GoalStatus.ABORTED
+        assert refused.result is not None
+        assert "somebody else has control" in refused.result["error"]
+        stolen = play(node, client, 'say{text="mine"}', steal=True)
+        assert stolen.status is GoalStatus.SUCCEEDED
+        thief.close()
+
+
+@needs_ros
+def test_rclpy_reads_interfaces_and_executes_skills(tmp_path: Path, domain: int):
+    if not has_package("cxbridge_msgs"):
+        pytest.skip("no cxbridge_msgs in ROS2_OVERLAY: see docs/ros2.md, 'cxbridge ros2 package'")
+    file = tmp_path / "daemon.yaml"
+    quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
+    place = f"domain: {domain + 80}"
+    topics = f"interfaces: {{skiller: {{interface: SkillerInterface, qos: latched, {place}}}}}"
+    file.write_text(f"{quiet}ros2: {{skiller: {{{place}}}, {topics}}}\n")
+    with running(DaemonOptions(config=file)):
+        done = subprocess.run(
+            with_ros(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 80)),
+            capture_output=True,
+            text=True,
+            timeout=60,
+            check=False,
+        )
+    assert (done.returncode, done.stderr) == (0, "")
+    assert done.stdout.splitlines() == ["4 True ", "6 False ", 'say{text="hello", wait=true}']
