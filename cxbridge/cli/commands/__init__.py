@@ -13,7 +13,7 @@ HELP_SECTIONS: Final = {
     "Record and compare": ("trace", "coverage"),
     "Test": ("sweep", "game"),
     "Edit": ("lsp", "format"),
-    "Blackboard": ("bb", "interface"),
+    "Blackboard": ("bb", "interface", "ros2"),
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),
 }
