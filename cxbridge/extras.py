@@ -9,6 +9,8 @@ import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
+from cxbridge.errors import CxbridgeError
+
 _DEVELOPERS = "dev"
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
@@ -51,6 +53,20 @@ def install_command(extra: str) -> str:
         return _pip("-e", f"{_shown(_CHECKOUT)}[{extra}]")
     requirements = extras().get(extra)
     return _pip(*requirements) if requirements else _pip(f"cxbridge[{extra}]")
+
+
+def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
+    """Return the error for a user who lacks an extra; None when the module is of no extra.
+
+    :param error: of the import.
+    """
+    module = (error.name or "").partition(".")[0]
+    for extra, requirements in extras().items():
+        for requirement in requirements:
+            name = _NAME.match(requirement)
+            if name is not None and module and name[0].replace("-", "_").lower() == module.lower():
+                return CxbridgeError(f"the package '{module}' is not there", hint=install_command(extra))
+    return None
 
 
 def _installed(requirement: str) -> bool:

@@ -14,6 +14,7 @@ from cxbridge import __version__
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import group_of_modules
 from cxbridge.errors import BrokenAgentError, CxbridgeError
+from cxbridge.extras import missing_package
 from cxbridge.printing import indented
 
 USAGE = 2
@@ -84,7 +85,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def invoke(arguments: Sequence[str] | None = None) -> int:
     """Run the command line and return its exit status. A user's mistake is one message."""
     try:
-        status = app(arguments, standalone_mode=False, prog_name="cxbridge")
+        status: object = _call(arguments)
     except BrokenAgentError as error:
         for mistake in error.mistakes:
             say_text(str(mistake), err=True)
@@ -110,6 +111,17 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         # the same, met by the command line's library, which then silences stdout
         status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
+
+
+def _call(arguments: Sequence[str] | None) -> object:
+    """Run the command line.
+
+    :raises CxbridgeError: when it needs a package of an extra that is not there, among other reasons.
+    """
+    try:
+        return app(arguments, standalone_mode=False, prog_name="cxbridge")
+    except ModuleNotFoundError as error:
+        raise missing_package(error) or error from None
 
 
 def _system_failed(error: OSError) -> int:

@@ -16,7 +16,7 @@ RunPath = Annotated[
     Path,
     typer.Argument(
         metavar="FILE",
-        help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files",
+        help="a recorded run: mcap, text log of Fawkes, transitions text, bblogger files, a bag of ROS 2",
     ),
 ]
 

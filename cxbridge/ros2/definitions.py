@@ -124,6 +124,27 @@ class Definitions:
         """Rosbags' store of all types that were asked for so far."""
         return self._store
 
+    def embed(self, name: str, text: str) -> None:
+        """Take the definition of a type, and of those in it, that a recording brings along.
+
+        Those that are known stay as they are.
+
+        :raises Ros2Error: when the text is not a definition.
+        """
+        if name in self._store.fielddefs:
+            return
+        try:
+            found = get_types_from_msg(text, name)
+        except (TypesysError, ValueError) as error:
+            raise Ros2Error(f"{name}: {' '.join(str(error).split())}") from None
+        new: dict[str, tuple[list[Any], Fields]] = {
+            key: ([], [(each, _plain(kind)) for each, kind in fields])
+            for key, (_, fields) in found.items()
+            if key not in self._store.fielddefs
+        }
+        self._store.register(new)
+        self._read.update(new)
+
     # --- reading ------------------------------------------------------------------------------------------
 
     def _need(self, name: TypeName) -> None:

@@ -147,7 +147,10 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
     },
-    "ros2.md": {"pip install 'cxbridge[ros2]'": INDEX},
+    "ros2.md": {
+        "pip install 'cxbridge[ros2]'": INDEX,
+        "cxbridge trace convert run.mcap run-bag --to rosbag": "is what tests/ros2/bags does",
+    },
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
         "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,

@@ -267,6 +267,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("interface", "check"): [("{definition}",), ("{definition}", "--json")],
     ("interface", "hash"): [("{text}",)],
     ("interface", "compile"): [("{definition}", "-o", "{tmp}/out")],
+    ("ros2", "package"): [("SkillerInterface", "-o", "{tmp}/packages")],
     ("trace", "diff"): [
         ("{run}", "{other}"),
         ("{run}", "{other}", "--order", "partial"),

@@ -10,7 +10,6 @@ import typer
 
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
-from cxbridge.extras import install_command
 from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions
 
 
@@ -39,10 +38,8 @@ def lsp(
 
     Example: cxbridge lsp scenarios/test-scenario
     """
-    try:
-        from cxbridge.lsp.handlers import make_server
-    except ModuleNotFoundError as error:
-        raise CxbridgeError(f"the package '{error.name}' is not there", hint=install_command("lsp")) from None
+    from cxbridge.lsp.handlers import make_server
+
     options = {name: _plain(value) for name, value in vars(agent).items()}
     _check(agent)
     if recording is not None and not recording.is_file():

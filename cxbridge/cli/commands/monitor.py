@@ -9,8 +9,6 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
 from cxbridge.cli.orderly import orderly
-from cxbridge.errors import CxbridgeError
-from cxbridge.extras import install_command
 
 if TYPE_CHECKING:
     from cxbridge.monitor.snapshot import MonitorSource
@@ -33,14 +31,9 @@ def monitor(
 
     Example: cxbridge monitor out/run.mcap
     """
+    from cxbridge.monitor.screen import monitor_app
     from cxbridge.process.interrupt import Interrupt
 
-    try:
-        from cxbridge.monitor.screen import monitor_app
-    except ModuleNotFoundError as error:
-        raise CxbridgeError(
-            f"the package '{error.name}' is not there", hint=install_command("monitor")
-        ) from None
     with Interrupt() as interrupt:
         screen = monitor_app(_source(run, url, interface_dir))
         screen.is_told_to_end = lambda: interrupt.received

@@ -10,6 +10,7 @@ from msgspec import Struct
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.plugins import installed_entry_points
+from cxbridge.extras import missing_package
 
 if TYPE_CHECKING:
     from importlib.metadata import EntryPoint
@@ -102,7 +103,10 @@ class ComponentEntry(Struct, frozen=True):
     def load(self) -> type[Any]:
         """Import the class, a subclass of :class:`Component`."""
         module, _, name = self.target.partition(":")
-        loaded: type[Any] = getattr(import_module(module), name)
+        try:
+            loaded: type[Any] = getattr(import_module(module), name)
+        except ModuleNotFoundError as error:
+            raise missing_package(error) or error from None
         return loaded
 
 

@@ -57,7 +57,7 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
         hint="expected an mcap file, a text log of Fawkes, a transitions text, CLIPS' watch items as text,"
-        " bblogger files or their CSV",
+        " bblogger files or their CSV, or a bag of ROS 2",
     )
 
 

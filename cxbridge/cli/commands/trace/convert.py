@@ -16,7 +16,9 @@ def convert(
     output: Annotated[
         Path, typer.Argument(metavar="OUT", help="the file to write; for CSV of several interfaces a folder")
     ],
-    to: Annotated[str, typer.Option(help="mcap, foxglove, fawkes-log, transitions or csv")] = "mcap",
+    to: Annotated[
+        str, typer.Option(help="mcap, foxglove, fawkes-log, transitions, csv, rosbag or rosbag-sqlite3")
+    ] = "mcap",
     interface_dir: InterfaceDirs = None,
 ) -> None:
     """Copy a recorded run to a file of another format.

@@ -1,0 +1,250 @@
+"""What the topics of a bag mean for a run: events, by the types of their messages."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, Final
+
+import msgspec
+
+from cxbridge.event_kinds import EVENT_TYPES
+from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SkillStatus
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.interfaces.schema import FieldSchema
+from cxbridge.ros2.actions import GoalStatus
+from cxbridge.ros2.hub.words import Kind
+from cxbridge.ros2.interfaces.definitions import field_names, type_of
+from cxbridge.ros2.messages import Message
+from cxbridge.trace.codec import decoder, dump
+from cxbridge.trace.formats.base import StoredFile
+
+EVENTS: Final = "/cxbridge/events"
+"""The topic that has all events of a run, each as JSON with its kind."""
+
+FILES: Final = "/cxbridge/files"
+"""The topic that has the files of a run, each as JSON."""
+
+SOURCES: Final = "/cxbridge/sources"
+"""The topic that has the records of what a run was made of, each as JSON."""
+
+TEXT: Final = "std_msgs/msg/String"
+LOG: Final = "rcl_interfaces/msg/Log"
+TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
+
+_STATUS: Final = "action_msgs/msg/GoalStatusArray"
+_TREE: Final = "nav2_msgs/msg/BehaviorTreeLog"
+_HUBS: Final = ("plansys2_msgs/msg/ActionExecution", "cx_msgs/msg/SkillExecution")
+_SENT: Final = "_SendGoal_Event"
+_LEVELS: Final = {10: Level.DEBUG, 20: Level.INFO, 30: Level.WARN, 40: Level.ERROR, 50: Level.ERROR}
+_STATUSES: Final = {
+    GoalStatus.ACCEPTED: "S_RUNNING",
+    GoalStatus.EXECUTING: "S_RUNNING",
+    GoalStatus.SUCCEEDED: "S_FINAL",
+    GoalStatus.CANCELED: "S_FAILED",
+    GoalStatus.ABORTED: "S_FAILED",
+}
+_REQUEST_RECEIVED: Final = (0, 1)
+_LEVELS_OF_INTERFACE: Final = 3
+"""Slashes of /blackboard/TYPE/ID."""
+_MOST_SKILLS: Final = 1000
+_MOST_LENGTH: Final = 200
+
+Taker = Callable[[str, Message, int], Iterator[Event]]
+"""Makes events of a message: gets its topic and its time in microseconds."""
+
+
+class Takers:
+    """Makes events of the messages of a bag, by their types.
+
+    :param registry: who knows the types of interfaces.
+    :param whole: whether the bag has all events itself: then the other topics are copies of them.
+    """
+
+    def __init__(self, registry: InterfaceRegistry, *, whole: bool) -> None:
+        self._registry = registry
+        self._interfaces = {} if whole else {type_of(name): name for name in registry.names()}
+        self.whole = whole
+        self._goals: dict[bytes, _Goal] = {}
+        self._numbers = 0
+        self._by_type: dict[str, Taker] = {
+            LOG: _log,
+            TRANSFORMS: self._transforms,
+            _STATUS: self._status,
+            _TREE: _tree,
+            **dict.fromkeys(_HUBS, self._hub),
+        }
+
+    def of(self, topic: str, message_type: str) -> Taker | None:
+        """Return what takes the messages of a topic; None: nothing does."""
+        if topic == EVENTS and message_type == TEXT:
+            return _event
+        if self.whole:
+            return None
+        if message_type in self._interfaces and topic.count("/") == _LEVELS_OF_INTERFACE:
+            return self._interface(self._interfaces[message_type])
+        if message_type.endswith(_SENT):
+            return self._sent
+        return self._by_type.get(message_type)
+
+    # -- skills
+
+    def _sent(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+        """Learn what a goal is; the event of the service may have its content."""
+        for request in message["request"]:
+            if message["info"]["event_type"] in _REQUEST_RECEIVED:
+                goal = self._goal(topic, request["goal_id"]["uuid"])
+                goal.text = _skill_string(goal.name, _flat(request["goal"]))
+        yield from ()
+
+    def _status(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        for each in message["status_list"]:
+            goal = self._goal(topic, each["goal_info"]["goal_id"]["uuid"])
+            status = _STATUSES.get(each["status"])
+            if status is not None and status != goal.status and goal.status in ("", "S_RUNNING"):
+                goal.status = status
+                yield SkillStatus(time_us, "", goal.action, goal.text, goal.number, status)
+
+    def _goal(self, topic: str, uuid: bytes) -> _Goal:
+        known = self._goals.get(uuid)
+        if known is None:
+            while len(self._goals) >= _MOST_SKILLS:
+                del self._goals[next(iter(self._goals))]
+            self._numbers += 1
+            action = topic.partition("/_action/")[0]
+            name = action.rpartition("/")[2]
+            known = self._goals[uuid] = _Goal(action, name, _skill_string(name, {}), self._numbers)
+        return known
+
+    def _hub(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        arguments = message.get("arguments") or message.get("action_parameters") or ()
+        text = message.get("mapped_action") or _skill_string(
+            message["action"], {str(number): each for number, each in enumerate(arguments, start=1)}
+        )
+        key = f"{topic} {message['node_id']} {text}".encode()
+        if message["type"] == Kind.CONFIRM:
+            self._numbers += 1
+            self._goals[key] = _Goal(message["node_id"], "", text, self._numbers)
+            yield SkillStatus(time_us, "", message["node_id"], text, self._numbers, "S_RUNNING")
+        elif message["type"] == Kind.FINISH and (goal := self._goals.pop(key, None)) is not None:
+            status = "S_FINAL" if message["success"] else "S_FAILED"
+            yield SkillStatus(time_us, "", goal.action, text, goal.number, status)
+
+    # -- interfaces
+
+    def _interface(self, interface_type: str) -> Taker:
+        fields = self._registry.schema(interface_type).fields
+        names = field_names(fields)
+
+        def take(topic: str, message: Message, time_us: int) -> Iterator[Event]:
+            values = {field.name: _value(field, message[names[field.name]]) for field in fields}
+            yield InterfaceWrite(time_us, f"{interface_type}::{topic.rpartition('/')[2]}", values)
+
+        return take
+
+    def _transforms(self, topic: str, message: Message, time_us: int) -> Iterator[Event]:
+        for each in message["transforms"]:
+            child = each["child_frame_id"].lstrip("/")
+            values = {
+                "static_transform": topic.endswith("_static"),
+                "frame": each["header"]["frame_id"].lstrip("/"),
+                "child_frame": child,
+                "translation": tuple(each["transform"]["translation"].values()),
+                "rotation": tuple(each["transform"]["rotation"].values()),
+            }
+            yield InterfaceWrite(time_us, f"TransformInterface::/tf/ros2/{child}", values)
+
+
+class _Goal(msgspec.Struct):
+    """A goal of an action, as far as it is known."""
+
+    action: str
+    name: str
+    text: str
+    number: int
+    status: str = ""
+
+
+def _log(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
+    yield LogLine(time_us, _LEVELS.get(message["level"], Level.INFO), message["name"], message["msg"])
+
+
+def _tree(_topic: str, message: Message, time_us: int) -> Iterator[Event]:
+    for each in message["event_log"]:
+        text = f"{each['node_name']}: {each['previous_status']} -> {each['current_status']}"
+        yield LogLine(time_us, Level.DEBUG, "behavior tree", text)
+
+
+def _event(_topic: str, message: Message, _time_us: int) -> Iterator[Event]:
+    data = message["data"].encode("utf-8", "surrogatepass")
+    kind = msgspec.json.decode(data, type=_Kind).kind
+    if kind in EVENT_TYPES:
+        yield decoder(EVENT_TYPES[kind])(data)
+
+
+class _Kind(msgspec.Struct):
+    """The kind of an event."""
+
+    kind: str
+
+
+class _File(msgspec.Struct):
+    """A file of a run."""
+
+    name: str
+    media_type: str
+    time_us: int
+    data: str
+
+
+def record_message(record: Mapping[str, str]) -> Message:
+    """Return the message for a record of what a run was made of."""
+    return {"data": dump(record)}
+
+
+def record_of(message: Message) -> Mapping[str, str]:
+    """Return the record that a message has.
+
+    :raises ValueError: when it has none.
+    """
+    return msgspec.json.decode(message["data"], type=dict[str, str])
+
+
+def file_message(name: str, media_type: str, time_us: int, data: bytes) -> Message:
+    """Return the message for a file of a run."""
+    text = base64.b64encode(data).decode()
+    return {"data": msgspec.json.encode(_File(name, media_type, time_us, text)).decode()}
+
+
+def file_of(message: Message) -> StoredFile:
+    """Return the file that a message has.
+
+    :raises ValueError: when it has none.
+    """
+    found = msgspec.json.decode(message["data"], type=_File)
+    data = base64.b64decode(found.data, validate=True)
+    return StoredFile(found.name, found.media_type, len(data), found.time_us, lambda: data)
+
+
+def _value(field: FieldSchema, value: Any) -> Any:
+    """Return a value as writes of interfaces have it."""
+    if field.enum is not None and not field.is_array:
+        return next((item.name for item in field.enum.items if item.value == value), value)
+    return tuple(value) if isinstance(value, bytes | list) else value
+
+
+def _flat(value: Any, path: str = "") -> dict[str, Any]:
+    """Return the values in a message, by their paths with dots; what is empty or zero is left out."""
+    if isinstance(value, Mapping):
+        found: dict[str, Any] = {}
+        for name, inner in value.items():
+            found.update(_flat(inner, f"{path}.{name}" if path else name))
+        return found
+    is_plain = isinstance(value, str | bool | int | float)
+    return {path: value} if is_plain and value else {}
+
+
+def _skill_string(name: str, values: Mapping[str, Any]) -> str:
+    """Return a skill string for people to read; a long one is cut."""
+    inner = ", ".join(f"{key}={msgspec.json.encode(value).decode()}" for key, value in values.items())
+    return f"{name}{{{inner}}}" if len(inner) < _MOST_LENGTH else f"{name}{{{inner[:_MOST_LENGTH]}...}}"

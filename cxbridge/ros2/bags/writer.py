@@ -1,0 +1,168 @@
+"""Writes runs as bags of ROS 2: all events exactly, and what ROS' tools show of them beside."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any, Final
+
+from rosbags.interfaces import Connection
+from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
+
+from cxbridge.clock import split_us
+from cxbridge.errors import TraceError
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SourceRead
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.ros2.bags.reader import METADATA
+from cxbridge.ros2.bags.topics import (
+    EVENTS,
+    FILES,
+    LOG,
+    SOURCES,
+    TEXT,
+    TRANSFORMS,
+    file_message,
+    record_message,
+)
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Codec, Message
+from cxbridge.ros2.names import parse_type
+from cxbridge.trace.codec import encode_with_kind
+from cxbridge.trace.formats.base import Attachment, RunWriter
+from cxbridge.trace.formats.files import writing
+from cxbridge.trace.sourcing import SourceNamer
+
+_VERSION: Final = 9
+_NANOSECONDS: Final = 1000
+_LEVELS: Final = {Level.DEBUG: 10, Level.INFO: 20, Level.WARN: 30, Level.ERROR: 40}
+_TRANSFORM: Final = "TransformInterface::"
+_LATEST_US: Final = 2**62 // _NANOSECONDS
+
+
+class BagWriter(RunWriter):
+    """A bag: a folder that must not be there yet.
+
+    :param storage: ``mcap`` or ``sqlite3``.
+    :raises TraceError: when it is there, or cannot be made.
+    """
+
+    def __init__(self, path: Path, storage: StoragePlugin) -> None:
+        self.path = path
+        self._definitions = Definitions(environment={})
+        self._codec = Codec(self._definitions)
+        self._connections: dict[str, Connection] = {}
+        self._last_us = 0
+        self._sources = SourceNamer()
+        with _writing(path):
+            path.parent.stat()  # the library would make it
+            self._bag = Writer(path, version=_VERSION, storage_plugin=storage)
+            self._bag.open()
+        self._is_open = True
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
+        """Return all that are kept at the level, and what the run is made of."""
+        return level.event_types | {SourceRead}
+
+    def write(self, event: Event) -> None:
+        """Write an event, and its message for ROS' tools, if there is one."""
+        if isinstance(event, SourceRead):
+            record, attachment = self._sources.record(event)
+            if attachment is not None:
+                self.attach(attachment)
+            self._put(SOURCES, TEXT, event.time_us, record_message(record))
+            return
+        self._put(EVENTS, TEXT, event.time_us, {"data": _text(encode_with_kind(event))})
+        if isinstance(event, LogLine):
+            self._put("/rosout", LOG, event.time_us, _log(event))
+        elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM):
+            topic = "/tf_static" if event.values.get("static_transform") else "/tf"
+            self._put(topic, TRANSFORMS, event.time_us, {"transforms": [_transform(event)]})
+
+    def attach(self, attachment: Attachment) -> None:
+        """Write a file of the run."""
+        message = file_message(attachment.name, attachment.media_type, attachment.time_us, attachment.data)
+        self._put(FILES, TEXT, attachment.time_us or self._last_us, message)
+
+    def describe(self, metadata: Mapping[str, str]) -> None:
+        """Write what is known about the run into the bag's metadata."""
+        for key, value in metadata.items():
+            self._bag.set_custom_data(f"{METADATA}.{key}", value)
+
+    def flush(self) -> None:
+        """Do nothing: a bag can be read when it is closed."""
+
+    def close(self) -> None:
+        """Finish the bag."""
+        if self._is_open:
+            self._is_open = False
+            with _writing(self.path):
+                self._bag.close()
+
+    def _put(self, topic: str, message_type: str, time_us: int, message: Message) -> None:
+        name = parse_type(message_type)
+        data = self._codec.encode(name, message)
+        self._last_us = max(0, min(time_us, _LATEST_US))
+        with _writing(self.path):
+            connection = self._connections.get(topic)
+            if connection is None:
+                store = self._definitions.store
+                connection = self._connections[topic] = self._bag.add_connection(
+                    topic, message_type, typestore=store
+                )
+            self._bag.write(connection, self._last_us * _NANOSECONDS, data)
+
+
+@contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """Turn errors of the library and of the operating system into one.
+
+    :raises TraceError: instead of them.
+    """
+    try:
+        with writing(path):
+            yield
+    except WriterError as error:
+        raise TraceError(f"cannot be written: {error}", file=path) from None
+
+
+def open_mcap(path: Path, _registry: InterfaceRegistry) -> BagWriter:
+    """Open a bag of mcap for a copy of a run."""
+    return BagWriter(path, StoragePlugin.MCAP)
+
+
+def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
+    """Open a bag of sqlite3 for a copy of a run."""
+    return BagWriter(path, StoragePlugin.SQLITE3)
+
+
+def _stamp(time_us: int) -> Mapping[str, Any]:
+    seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
+    return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
+
+
+def _text(data: bytes) -> str:
+    return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")
+
+
+def _log(event: LogLine) -> Message:
+    text = event.text.replace("\0", "").encode("utf-8", "replace").decode()
+    return {
+        "stamp": _stamp(event.time_us),
+        "level": _LEVELS[event.level],
+        "name": event.component.replace("\0", "").encode("utf-8", "replace").decode(),
+        "msg": text,
+    }
+
+
+def _transform(event: InterfaceWrite) -> Message:
+    values = event.values
+    return {
+        "header": {"stamp": _stamp(event.time_us), "frame_id": values["frame"]},
+        "child_frame_id": values["child_frame"],
+        "transform": {
+            "translation": dict(zip("xyz", map(float, values["translation"]), strict=True)),
+            "rotation": dict(zip("xyzw", map(float, values["rotation"]), strict=True)),
+        },
+    }

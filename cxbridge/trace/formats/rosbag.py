@@ -1,0 +1,45 @@
+"""Bags of ROS 2 (rosbag2): folders with a metadata.yaml, and their files, mcap or sqlite3."""
+
+from __future__ import annotations
+
+import struct
+from pathlib import Path
+from typing import Final
+
+from cxbridge.trace.formats.base import CopyFormat, Format
+from cxbridge.trace.formats.mcap.records import MAGIC
+
+METADATA: Final = "metadata.yaml"
+"""The file that makes a folder a bag."""
+
+_READER: Final = "cxbridge.ros2.bags.reader:BagRun"
+_SQLITE: Final = b"SQLite format 3\0"
+_PROFILE: Final = b"ros2"
+_AT_PROFILE: Final = len(MAGIC) + 1 + 8
+"""Behind the magic bytes, and the kind and the size of the first record."""
+
+
+def _is_bag(path: Path, head: bytes) -> bool:
+    return not head and (path / METADATA).is_file()
+
+
+def _is_file_of_bag(path: Path, head: bytes) -> bool:
+    if head.startswith(_SQLITE):
+        return path.suffix == ".db3"
+    if not head.startswith(MAGIC) or path.suffix != ".mcap":
+        return False
+    try:
+        (size,) = struct.unpack_from("<I", head, _AT_PROFILE)
+    except struct.error:
+        return False
+    return head[_AT_PROFILE + 4 : _AT_PROFILE + 4 + size] == _PROFILE
+
+
+FORMATS = (
+    Format("rosbag", 5, recognises=_is_file_of_bag, reader=_READER),
+    Format("rosbag", 6, recognises=_is_bag, reader=_READER),
+)
+COPIES = (
+    CopyFormat("rosbag", 50, "cxbridge.ros2.bags.writer:open_mcap"),
+    CopyFormat("rosbag-sqlite3", 51, "cxbridge.ros2.bags.writer:open_sqlite3"),
+)

@@ -1,0 +1,48 @@
+"""A command that needs an extra which is not installed says so, and how to get it."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.run.mini import write_scenario
+
+ROS2 = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\nros2: {tf: {frames: all}}\n"
+
+
+@pytest.mark.parametrize(
+    ("module", "extra", "words"),
+    [
+        ("rosbags", "ros2", ["trace", "info", "bag"]),
+        ("rosbags", "ros2", ["trace", "convert", "run.mcap", "copy", "--to", "rosbag"]),
+        ("cyclonedds", "ros2", ["run", "mini", "--clock", "ros2"]),
+        ("cyclonedds", "ros2", ["run", "mini", "--config", "ros2.yaml"]),
+        ("rosbags", "ros2", ["daemon", "start", "ros2.yaml"]),
+        ("textual", "monitor", ["monitor", "run.mcap"]),
+        ("pygls", "lsp", ["lsp", "mini"]),
+    ],
+    ids=lambda value: value if isinstance(value, str) else " ".join(value),
+)
+def test_a_missing_extra_is_one_error(tmp_path: Path, module: str, extra: str, words: list[str]):
+    missing = tmp_path / "packages" / module
+    missing.mkdir(parents=True)
+    (missing / "__init__.py").write_text(f"raise ModuleNotFoundError('No module', name='{module}')\n")
+    write_scenario(tmp_path / "mini")
+    (tmp_path / "ros2.yaml").write_text(ROS2)
+    (tmp_path / "bag").mkdir()
+    (tmp_path / "bag/metadata.yaml").write_text("rosbag2_bagfile_information: {}\n")
+    run = [sys.executable, "-m", "cxbridge"]
+    environment = {**os.environ, "PYTHONPATH": str(missing.parent)}
+    if "run.mcap" in words:
+        subprocess.run([*run, "run", "mini", "--trace", "run.mcap"], cwd=tmp_path, check=True)
+    done = subprocess.run(
+        [*run, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60
+    )
+    assert done.returncode == 2, done.stderr
+    assert f"the package '{module}' is not there" in done.stderr
+    assert f"[{extra}]" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -1,0 +1,252 @@
+"""Bags of ROS 2: a run goes into one and comes back whole, and a robot's bag is read as a run."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+
+from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, Writer
+
+from cxbridge.errors import TraceError
+from cxbridge.events import InterfaceWrite, Level, LogLine, SkillStatus
+from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.interfaces.definitions import definitions_of
+from cxbridge.ros2.messages import Codec
+from cxbridge.ros2.names import parse_type
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import run_scenario
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.registry import open_run
+from tests.run.mini import write_scenario
+
+FORMATS = ["rosbag", "rosbag-sqlite3"]
+UUID = bytes(range(16))
+SENT = "example_interfaces/action/Fibonacci_SendGoal_Event"
+RULER = "=" * 80
+SENT_TEXT = f"""service_msgs/msg/ServiceEventInfo info
+example_interfaces/action/Fibonacci_SendGoal_Request[<=1] request
+example_interfaces/action/Fibonacci_SendGoal_Response[<=1] response
+{RULER}
+MSG: example_interfaces/action/Fibonacci_SendGoal_Request
+unique_identifier_msgs/msg/UUID goal_id
+example_interfaces/action/Fibonacci_Goal goal
+{RULER}
+MSG: example_interfaces/action/Fibonacci_Goal
+int32 order
+{RULER}
+MSG: example_interfaces/action/Fibonacci_SendGoal_Response
+bool accepted
+builtin_interfaces/msg/Time stamp
+"""
+"""As the recorder of Jazzy writes it."""
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    file = folder / "run.mcap"
+    run_scenario(RunOptions(scenario=write_scenario(folder / "mini"), trace=file, trace_level="facts"))
+    return file
+
+
+def whole(run: Run) -> tuple[Any, ...]:
+    return list(run), {file.name: file.read() for file in run.files()}, list(run.source_records())
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_a_run_comes_back_whole(recorded: Path, tmp_path: Path, form: str):
+    before = open_run(recorded)
+    assert convert(before, tmp_path / "bag", form) == []
+    after = open_run(tmp_path / "bag")
+    assert after.format == "rosbag"
+    assert whole(after) == whole(before)
+    assert before.metadata().items() <= after.metadata().items()
+    (file,) = (each for each in (tmp_path / "bag").iterdir() if each.suffix in (".mcap", ".db3"))
+    assert list(open_run(file)) == list(before)
+    assert not after.notes
+
+
+def test_a_bag_is_replayed(recorded: Path, tmp_path: Path):
+    convert(open_run(recorded), tmp_path / "bag", "rosbag")
+    options = RunOptions(scenario=recorded.parent / "mini", replay=(tmp_path / "bag",))
+    assert run_scenario(options).status == 0
+
+
+# -- a robot's bag
+
+
+class Bag:
+    """A bag that is written as a robot's recorder does, with the library alone."""
+
+    def __init__(
+        self, path: Path, storage: StoragePlugin = StoragePlugin.MCAP, *, packed: bool = False
+    ) -> None:
+        texts = definitions_of(InterfaceRegistry().schema("BatteryInterface"))
+        packages = [Path(__file__).parent.parent / "packages"]
+        self.definitions = Definitions(packages, environment={}, texts=texts)
+        self.codec = Codec(self.definitions)
+        self._writer = Writer(path, version=9, storage_plugin=storage)
+        if packed:
+            self._writer.set_compression(CompressionMode.MESSAGE, CompressionFormat.ZSTD)
+        self._writer.open()
+        self._connections: dict[str, Any] = {}
+
+    def add(self, topic: str, kind: str, time_s: float, message: Mapping[str, Any] | bytes) -> None:
+        data = message if isinstance(message, bytes) else self.codec.encode(parse_type(kind), message)
+        if topic not in self._connections:
+            known: dict[str, Any] = {"typestore": self.definitions.store}
+            if kind == SENT:  # the library cannot write definitions of parts of actions
+                known = {"msgdef": SENT_TEXT, "rihs01": self.definitions.type_hash(parse_type(kind))}
+            self._connections[topic] = self._writer.add_connection(topic, kind, **known)
+        self._writer.write(self._connections[topic], int(time_s * 1e9), data)
+
+    def close(self) -> None:
+        self._writer.close()
+
+
+def goal_status(status: int) -> Mapping[str, Any]:
+    return {"status_list": [{"goal_info": {"goal_id": {"uuid": UUID}}, "status": status}]}
+
+
+def fill(bag: Bag) -> None:
+    log = {"level": 30, "name": "nav", "msg": "slow"}
+    bag.add("/rosout", "rcl_interfaces/msg/Log", 1, log)
+    goal = {"goal_id": {"uuid": UUID}, "goal": {"order": 7}}
+    event = {"info": {"event_type": 1}, "request": [goal]}
+    name = "/robot/count/_action"
+    bag.add(f"{name}/send_goal/_service_event", SENT, 2, event)
+    for number, status in enumerate((1, 2, 2, 4, 4)):
+        bag.add(f"{name}/status", "action_msgs/msg/GoalStatusArray", 3 + number, goal_status(status))
+    frame = {
+        "header": {"frame_id": "map"},
+        "child_frame_id": "base_link",
+        "transform": {"translation": {"x": 1.5}, "rotation": {"w": 1.0}},
+    }
+    bag.add("/tf", "tf2_msgs/msg/TFMessage", 9, {"transforms": [frame]})
+    hub = {"node_id": "arm", "action": "grasp", "arguments": ["cup"]}
+    bag.add("/actions_hub", "plansys2_msgs/msg/ActionExecution", 10, {**hub, "type": 3})
+    bag.add("/actions_hub", "plansys2_msgs/msg/ActionExecution", 11, {**hub, "type": 6, "success": False})
+    battery = {"voltage": 11, "absolute_soc": 0.5}
+    place = "/blackboard/BatteryInterface/Robot"
+    bag.add(place, "cxbridge_msgs/msg/BatteryInterface", 12, battery)
+    bag.add("/chatter", "std_msgs/msg/String", 13, {"data": "hello"})
+    bag.close()
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+@pytest.mark.parametrize("packed", [False, True])
+def test_a_robots_bag_is_a_run(tmp_path: Path, storage: StoragePlugin, packed: bool):
+    fill(Bag(tmp_path / "bag", storage, packed=packed))
+    run = open_run(tmp_path / "bag")
+    events = list(run)
+    assert [each for each in events if isinstance(each, LogLine)] == [
+        LogLine(1_000_000, Level.WARN, "nav", "slow")
+    ]
+    text = "count{order=7}"
+    grasp = 'grasp{1="cup"}'
+    assert [each for each in events if isinstance(each, SkillStatus)] == [
+        SkillStatus(3_000_000, "", "/robot/count", text, 1, "S_RUNNING"),
+        SkillStatus(6_000_000, "", "/robot/count", text, 1, "S_FINAL"),
+        SkillStatus(10_000_000, "", "arm", grasp, 2, "S_RUNNING"),
+        SkillStatus(11_000_000, "", "arm", grasp, 2, "S_FAILED"),
+    ]
+    frame, battery = (each for each in events if isinstance(each, InterfaceWrite))
+    assert frame.uid == "TransformInterface::/tf/ros2/base_link"
+    assert (frame.values["frame"], frame.values["translation"]) == ("map", (1.5, 0.0, 0.0))
+    assert battery.uid == "BatteryInterface::Robot"
+    assert (battery.values["voltage"], battery.values["absolute_soc"]) == (11, 0.5)
+    assert run.notes == ["left out: /chatter (std_msgs/msg/String): 1"]
+    assert "/robot/count/_action/status: 5 x action_msgs/msg/GoalStatusArray" in run.description()
+
+
+def test_a_message_that_is_none_is_told(tmp_path: Path):
+    bag = Bag(tmp_path / "bag")
+    bag.add("/rosout", "rcl_interfaces/msg/Log", 1, b"\0\1\0\0abc")
+    bag.add("/rosout", "rcl_interfaces/msg/Log", 2, {"level": 20, "msg": "fine"})
+    bag.close()
+    run = open_run(tmp_path / "bag")
+    assert [getattr(each, "text", "") for each in run] == ["fine"]
+    (note,) = run.notes
+    assert note.startswith("/rosout at 1000000000 ns: 7 bytes are no rcl_interfaces/msg/Log")
+
+
+@pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])
+def test_a_bag_that_was_cut_off_is_one_error_or_a_note(tmp_path: Path, storage: StoragePlugin):
+    fill(Bag(tmp_path / "bag", storage))
+    (file,) = (each for each in (tmp_path / "bag").iterdir() if each.suffix in (".mcap", ".db3"))
+    data = file.read_bytes()
+    complained = 0
+    for part in range(1, 40):
+        file.write_bytes(data[: len(data) * part // 40])
+        try:
+            run = open_run(tmp_path / "bag")
+            list(run)
+            complained += bool([each for each in run.notes if "left out" not in each])
+        except TraceError as error:
+            complained += str(error.file) == str(tmp_path / "bag")
+    assert complained > 30
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda bag: (bag / "metadata.yaml").unlink(), "not a recorded run"),
+        (lambda bag: (bag / "bag.mcap").unlink(), "Some database files are missing"),
+        (lambda bag: (bag / "metadata.yaml").write_text("a: b"), "A metadata key is missing"),
+        (lambda bag: (bag / "metadata.yaml").write_text("{"), "Could not load YAML"),
+        (lambda bag: (bag / "metadata.yaml").write_text("[]"), "bag of ROS 2"),
+        (lambda bag: (bag / "bag.mcap").write_bytes(b"nothing"), "bag of ROS 2"),
+    ],
+)
+def test_mistakes(tmp_path: Path, change: Any, message: str):
+    fill(Bag(tmp_path / "bag"))
+    change(tmp_path / "bag")
+    with pytest.raises(TraceError, match=message) as caught:
+        list(open_run(tmp_path / "bag"))
+    assert str(caught.value.file) == str(tmp_path / "bag")
+
+
+def test_a_bag_is_not_written_over(recorded: Path, tmp_path: Path):
+    convert(open_run(recorded), tmp_path / "bag", "rosbag")
+    with pytest.raises(TraceError, match="exists already"):
+        convert(open_run(recorded), tmp_path / "bag", "rosbag")
+
+
+# -- strangers
+
+ROSBAG2 = os.environ.get("ROSBAG2_DIR", "")
+"""A checkout of ros2/rosbag2, which has bags for its own tests."""
+WRONG = ("wrong_rmw_test",)
+
+
+@pytest.mark.skipif(not ROSBAG2, reason="ROSBAG2_DIR names no checkout of rosbag2")
+def test_the_bags_of_rosbag2_are_read():
+    bags = [path.parent for path in Path(ROSBAG2).rglob("metadata.yaml")]
+    assert len(bags) > 10
+    for bag in bags:
+        run = open_run(bag)
+        if bag.name in WRONG:
+            with pytest.raises(TraceError, match="wrong_format"):
+                list(run)
+            continue
+        events = list(run)
+        assert not [note for note in run.notes if not note.startswith("left out")], bag
+        counts = {line.split(": ")[0]: int(line.split(": ")[1].split()[0]) for line in run.description()}
+        assert len(events) == counts.get("/rosout", 0), bag
+
+
+def test_files_of_a_bag_are_found_by_their_content(tmp_path: Path, recorded: Path):
+    fill(Bag(tmp_path / "bag"))
+    assert open_run(tmp_path / "bag/bag.mcap").format == "rosbag"
+    assert open_run(recorded).format == "mcap"
+    shutil.copy(tmp_path / "bag/bag.mcap", tmp_path / "moved.mcap")
+    assert open_run(tmp_path / "moved.mcap").format == "rosbag"
