@@ -29,6 +29,10 @@ class GoalStatus(IntEnum):
     CANCELED = 5
     ABORTED = 6
 
+    @classmethod
+    def _missing_(cls, value: object) -> GoalStatus:  # noqa: ARG003  a peer may send any number
+        return cls.UNKNOWN
+
     @property
     def is_final(self) -> bool:
         """Whether the goal has ended."""
@@ -43,6 +47,10 @@ class CancelCode(IntEnum):
     UNKNOWN_GOAL_ID = 2
     GOAL_TERMINATED = 3
 
+    @classmethod
+    def _missing_(cls, value: object) -> CancelCode:  # noqa: ARG003  a peer may send any number
+        return cls.REJECTED
+
 
 class SentGoal:
     """A goal that was sent to a server. What is known of it changes while the node is polled.
@@ -51,6 +59,7 @@ class SentGoal:
     :ivar status: the last that is known.
     :ivar feedback: the last that came; None: none has come.
     :ivar result: what came at the end; None: the goal has not ended.
+    :ivar reason: why there is no result of the server's, where the transport knows; else empty.
     :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
     :ivar servers: those that there were when the client looked last.
     """
@@ -62,6 +71,7 @@ class SentGoal:
         self.status = GoalStatus.UNKNOWN
         self.feedback: Message | None = None
         self.result: Message | None = None
+        self.reason = ""
         self.refused_cancel: CancelCode | None = None
         self.servers: frozenset[int] = frozenset()
 
@@ -144,7 +154,11 @@ class ActionClient(Closing):
                 sent.status = GoalStatus(response["status"])
                 sent.result = response["result"]
 
-        self._get.call({"goal_id": {"uuid": sent.number}}, ended)
+        def failed(reason: str) -> None:
+            if self._goals.pop(sent.number, None) is not None:
+                sent.status, sent.result, sent.reason = GoalStatus.ABORTED, {}, reason
+
+        self._get.call({"goal_id": {"uuid": sent.number}}, ended, failed)
 
     def cancel(self, sent: SentGoal) -> None:
         """Ask the server to cancel a goal."""

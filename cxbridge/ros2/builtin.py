@@ -20,6 +20,16 @@ action_msgs/GoalInfo goal_info
 int8 return_code
 action_msgs/GoalInfo[] goals_canceling
 """,
+    "std_srvs/srv/Empty": "---\n",
+    "std_srvs/srv/SetBool": """bool data
+---
+bool success
+string message
+""",
+    "std_srvs/srv/Trigger": """---
+bool success
+string message
+""",
     "rcl_interfaces/srv/GetParameters": """string[] names
 ---
 rcl_interfaces/ParameterValue[] values

@@ -14,7 +14,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import Any, Final, cast
+from typing import TYPE_CHECKING, Any, Final, cast
 from weakref import WeakSet
 
 from cyclonedds.core import (
@@ -42,9 +42,12 @@ from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.messages import Codec, Message
 from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
+
+if TYPE_CHECKING:
+    from cxbridge.ros2.executor import NodeSettings
 
 _HEADER: Final = struct.Struct("<Qq")
 """Who asks, and the number of the request."""
@@ -255,6 +258,11 @@ class DdsNode(Node):
         )
 
 
+def join(name: str, definitions: Definitions, settings: NodeSettings) -> DdsNode:
+    """Make a node of the settings of a configuration."""
+    return DdsNode(name, definitions, settings.domain, settings.reach)
+
+
 class _DdsPublisher(Publisher):
     def __init__(self, writer: DataWriter[Any], encode: Callable[[Mapping[str, Any]], bytes]) -> None:
         self._writer, self._encode = writer, encode
@@ -284,7 +292,7 @@ class _DdsClient(Client):
         self._waiting: dict[int, Receive] = {}
         self._number = 0
 
-    def call(self, request: Mapping[str, Any], done: Receive) -> int:
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
         made = self._encode(request)
         self._number += 1
         self._waiting[self._number] = done

@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Generator, Mapping
 from pathlib import Path
+from pkgutil import resolve_name
 from typing import Any, ClassVar, Final, TypeVar
 
 from msgspec import Struct
@@ -16,12 +17,22 @@ from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.topics import check_topic
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
+from cxbridge.suggestions import did_you_mean
 
-OF_NODE: Final = ("packages", "distribution", "domain", "reach", "namespace")
+OF_NODE: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
 """The settings of a node."""
 
 TIMEOUT_S: Final = 600.0
 """Seconds that a skill may take."""
+
+TRANSPORTS: Final = {
+    "dds": "cxbridge.ros2.dds:join",
+    "rosbridge": "cxbridge.ros2.rosbridge:join",
+}
+"""What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
+
+_ONLY: Final = {"domain": "dds", "reach": "dds", "url": "rosbridge"}
+"""Settings that one transport has only."""
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -32,6 +43,8 @@ class NodeSettings(Struct, frozen=True):
 
     :param packages: folders with ROS packages.
     :param distribution: whose well-known types are known.
+    :param transport: a key of :data:`TRANSPORTS`.
+    :param url: where the bridge is; empty: where it is by default.
     :param domain: the DDS domain; None: that of the environment.
     :param reach: how far nodes are looked for; None: as the environment says.
     :param namespace: what comes before all names; empty: nothing does.
@@ -39,6 +52,8 @@ class NodeSettings(Struct, frozen=True):
 
     packages: tuple[Path, ...]
     distribution: str
+    transport: str
+    url: str
     domain: int | None
     reach: str | None
     namespace: str
@@ -54,11 +69,20 @@ class NodeSettings(Struct, frozen=True):
         packages = settings.get("packages", [])
         domain = typed(settings, "domain", -1, whose)
         namespace = typed(settings, "namespace", "", whose)
+        transport = typed(settings, "transport", "dds", whose)
+        if transport not in TRANSPORTS:
+            hint = did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}")
+            raise ConfigError(f"{whose}: there is no transport '{transport}'", hint=hint)
+        for key, only in _ONLY.items():
+            if key in settings and transport != only:
+                raise ConfigError(f"{whose}: '{key}' goes with the transport {only}, not with {transport}")
         return cls(
             packages=tuple(
                 folder / str(each) for each in (packages if isinstance(packages, list) else [packages])
             ),
             distribution=typed(settings, "distribution", DEFAULT_DISTRIBUTION, whose),
+            transport=transport,
+            url=typed(settings, "url", "", whose),
             domain=None if domain < 0 else domain,
             reach=typed(settings, "reach", "", whose) or None,
             namespace=check_topic(namespace) if namespace else "",
@@ -78,9 +102,9 @@ class NodeSettings(Struct, frozen=True):
         :param name: of the node; what ROS does not take in names is replaced.
         :raises Ros2Error: when that is not possible.
         """
-        from cxbridge.ros2.dds import DdsNode  # noqa: PLC0415  an extra
-
-        return DdsNode(re.sub(r"\W", "_", name), definitions, self.domain, self.reach)
+        make = resolve_name(TRANSPORTS[self.transport])
+        node: Node = make(re.sub(r"\W", "_", name), definitions, self)
+        return node
 
 
 class RosExecutor(SkillExecutor):

@@ -17,6 +17,9 @@ from cxbridge.ros2.qos import PROFILES, QosProfile
 Receive = Callable[[Message], None]
 """Gets a message."""
 
+Failed = Callable[[str], None]
+"""Gets the reason why a call has no response."""
+
 Answer = Callable[[Message], Mapping[str, Any]]
 """Gets a request, and returns the response."""
 
@@ -51,9 +54,10 @@ class Client(ABC):
     """Calls a service."""
 
     @abstractmethod
-    def call(self, request: Mapping[str, Any], done: Receive) -> int:
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
         """Send a request; ``done`` gets the response. Return the request's number.
 
+        :param failed: gets the reason why there will be none, where the transport knows.
         :raises Ros2Error: when it is none of the service's type.
         """
 

@@ -130,7 +130,7 @@ class RosSkills(RosExecutor):
         if sent.status is GoalStatus.UNKNOWN:
             raise SkillFailedError(f"the server of {known.name} does not know the goal: it was restarted")
         if sent.status is not GoalStatus.SUCCEEDED:
-            reason = _field(sent.result or {}, known.error)
+            reason = sent.reason or _field(sent.result or {}, known.error)
             raise SkillFailedError(f"{known.name}: {sent.status.name}{f', {reason}' if reason else ''}")
 
     def _follow(self, known: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
@@ -158,10 +158,13 @@ class RosSkills(RosExecutor):
     def _ask(self, known: RosSkill, client: Client, request: Message) -> Generator[Any, None, Any]:
         yield from self._served(known, client)
         answers: list[Message] = []
-        number = client.call(request, answers.append)
+        reasons: list[str] = []
+        number = client.call(request, answers.append, reasons.append)
         try:
             while not answers:
                 self.poll()
+                if reasons:
+                    raise SkillFailedError(f"{known.name}: {reasons[0]}")
                 if not answers:
                     yield None
         finally:

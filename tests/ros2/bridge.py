@@ -1,0 +1,136 @@
+"""A rosbridge for the tests: as much of its protocol as a client of ours uses, on a node of ours.
+
+::
+
+    python -m tests.ros2.bridge PORT
+"""
+
+from __future__ import annotations
+
+import json
+import queue
+import sys
+import threading
+from collections.abc import Callable
+from typing import Any
+
+from websockets.sync.server import ServerConnection, serve
+
+from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge.ros2.dds import DdsNode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.node import Client, Publisher
+from cxbridge.ros2.qos import QosProfile
+from tests.ros2.peer import PACKAGES
+
+DEEP = QosProfile(depth=300)
+
+
+class Bridge:
+    """What clients have asked for; all is done in the one thread that polls."""
+
+    def __init__(self) -> None:
+        self.inbox: queue.SimpleQueue[tuple[ServerConnection, dict[str, Any]]] = queue.SimpleQueue()
+        self._node = DdsNode("bridge", Definitions([PACKAGES], environment={}))
+        self._publishers: dict[str, Publisher] = {}
+        self._clients: dict[str, Client] = {}
+        self._actions: dict[str, ActionClient] = {}
+        self._goals: dict[str, tuple[ServerConnection, dict[str, Any], SentGoal, list[Any]]] = {}
+        self._replies: dict[str, Callable[[Any], None]] = {}
+        self._ends: dict[str, Callable[[], None]] = {}
+
+    def loop(self) -> None:
+        self._node.poll(0.005)
+        while not self.inbox.empty():
+            socket, op = self.inbox.get()
+            getattr(self, op["op"])(socket, op)
+        for number, (socket, op, sent, told) in list(self._goals.items()):
+            head = {"id": number, "action": op["action"]}
+            if sent.feedback is not None and sent.feedback is not told[0]:
+                told[0] = sent.feedback
+                send(socket, {**head, "op": "action_feedback", "values": sent.feedback})
+            if sent.is_over:
+                del self._goals[number]
+                done = {**head, "op": "action_result", "result": True, "values": sent.result}
+                if sent.is_accepted is False:
+                    done |= {"result": False, "values": "Action goal was rejected"}
+                send(socket, {**done, "status": sent.status})
+
+    def advertise(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._publishers[op["topic"]] = self._node.publisher(op["topic"], op["type"], DEEP)
+
+    def publish(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._publishers[op["topic"]].publish(op["msg"])
+
+    def unadvertise(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._publishers.pop(op["topic"]).close()
+
+    def subscribe(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        def receive(message: Any) -> None:
+            send(socket, {"op": "publish", "topic": op["topic"], "msg": message})
+
+        self._ends[op["id"]] = self._node.subscribe(op["topic"], op["type"], receive, DEEP)
+
+    def unsubscribe(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._ends.pop(op["id"])()
+
+    def call_service(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        client = self._clients.get(op["service"])
+        if client is None:
+            client = self._clients[op["service"]] = self._node.client(op["service"], op["type"])
+        head = {"op": "service_response", "id": op["id"], "service": op["service"]}
+        if op["service"] == "/nobody":
+            send(socket, {**head, "result": False, "values": "Service /nobody does not exist"})
+            return
+        while not client.is_served:
+            self._node.poll(0.05)
+        client.call(op["args"], lambda each: send(socket, {**head, "values": each, "result": True}))
+
+    def advertise_service(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        def answer(request: Any, reply: Callable[[Any], None]) -> None:
+            number = f"call{len(self._replies)}"
+            self._replies[number] = reply
+            send(socket, {"op": "call_service", "id": number, "service": op["service"], "args": request})
+
+        self._ends[op["service"]] = self._node.serve_later(op["service"], op["type"], answer)
+
+    def unadvertise_service(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._ends.pop(op["service"])()
+
+    def service_response(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        self._replies.pop(op["id"])(op["values"])
+
+    def send_action_goal(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        client = self._actions.get(op["action"])
+        if client is None:
+            client = self._actions[op["action"]] = ActionClient(self._node, op["action"], op["action_type"])
+        while not client.is_served:
+            self._node.poll(0.05)
+        self._goals[op["id"]] = (socket, op, client.send(op["args"]), [None])
+
+    def cancel_action_goal(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
+        if op["id"] in self._goals:
+            self._goals[op["id"]][2].cancel()
+
+
+def send(socket: ServerConnection, op: dict[str, Any]) -> None:
+    socket.send(json.dumps({**op, "status": int(op.get("status", GoalStatus.UNKNOWN))}, default=list))
+
+
+def main(port: int) -> None:
+    bridge = Bridge()
+
+    def talk(socket: ServerConnection) -> None:
+        for text in socket:
+            bridge.inbox.put((socket, json.loads(text)))
+
+    with serve(talk, "127.0.0.1", port) as server:
+        threading.Thread(target=server.serve_forever, daemon=True).start()
+        sys.stdout.write("ready\n")
+        sys.stdout.flush()
+        while True:
+            bridge.loop()
+
+
+if __name__ == "__main__":
+    main(int(sys.argv[1]))

@@ -1,0 +1,161 @@
+"""A rosbridge that is not there, is none, goes away, or sends what it should not."""
+
+from __future__ import annotations
+
+import json
+import threading
+import time
+from collections.abc import Callable, Iterator
+from http.server import BaseHTTPRequestHandler, HTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+pytest.importorskip("websockets", reason="the extra ros2 is not installed")
+
+from websockets.sync.server import Server, ServerConnection, serve
+
+from cxbridge.errors import ConfigError, Ros2Error
+from cxbridge.ros2.actions import ActionClient, GoalStatus
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.rosbridge import RosbridgeNode
+from tests.ros2.peer import PACKAGES
+
+FIBONACCI = "example_interfaces/action/Fibonacci"
+
+
+class Script:
+    """A server that notes what it gets, and sends what a test says."""
+
+    def __init__(self, port: int = 0) -> None:
+        self.got: list[dict[str, Any]] = []
+        self.sockets: list[ServerConnection] = []
+        self._server: Server = serve(self._talk, "127.0.0.1", port)
+        self.port = self._server.socket.getsockname()[1]
+        self._thread = threading.Thread(target=self._server.serve_forever)
+        self._thread.start()
+
+    def _talk(self, socket: ServerConnection) -> None:
+        self.sockets.append(socket)
+        for text in socket:
+            self.got.append(json.loads(text))
+
+    def ops(self) -> list[str]:
+        return [each["op"] for each in self.got]
+
+    def send(self, text: str) -> None:
+        self.sockets[-1].send(text)
+
+    def close(self) -> None:
+        for socket in self.sockets:
+            socket.close()
+        self._server.shutdown()
+        self._thread.join()
+
+
+@pytest.fixture
+def script() -> Iterator[Script]:
+    made = Script()
+    yield made
+    made.close()
+
+
+@pytest.fixture
+def node(script: Script) -> Iterator[RosbridgeNode]:
+    with a_node(script.port) as made:
+        yield made
+
+
+def a_node(port: int) -> RosbridgeNode:
+    return RosbridgeNode("test", Definitions([PACKAGES], environment={}), f"ws://127.0.0.1:{port}")
+
+
+def poll_until(node: RosbridgeNode, done: Callable[[], Any], limit_s: float = 20.0) -> None:
+    end_s = time.monotonic() + limit_s
+    while not done():
+        assert time.monotonic() < end_s, "it took too long"
+        node.poll(0.02)
+
+
+@pytest.mark.parametrize("url", ["http://robot", "robot:9090", "", "ws://127.0.0.1:1", "ws://[::bad"])
+def test_a_bridge_that_is_not_there(url: str):
+    with pytest.raises((Ros2Error, ValueError)) as caught:
+        RosbridgeNode("test", Definitions(environment={}), url)
+    assert isinstance(caught.value, Ros2Error)
+    assert caught.value.hint
+
+
+def test_a_server_that_is_no_bridge():
+    with HTTPServer(("127.0.0.1", 0), BaseHTTPRequestHandler) as server:
+        thread = threading.Thread(target=server.handle_request)
+        thread.start()
+        with pytest.raises(Ros2Error, match="cannot connect to the rosbridge at ws://"):
+            a_node(server.server_port)
+        thread.join()
+
+
+def test_what_was_asked_for_is_asked_for_again(script: Script, node: RosbridgeNode):
+    node.subscribe("/a", "std_msgs/msg/String", lambda _: None)
+    ended = node.subscribe("/b", "std_msgs/msg/String", lambda _: None)
+    node.publisher("/c", "std_msgs/msg/String")
+    node.serve("/d", "std_srvs/srv/Trigger", lambda _: {})
+    ended()
+    poll_until(node, lambda: "unsubscribe" in script.ops())
+    script.got.clear()
+    script.sockets[-1].close()
+    poll_until(node, lambda: len(script.got) >= 3)
+    assert script.ops() == ["subscribe", "advertise", "advertise_service"]
+    assert script.got[0]["topic"] == "/a"
+
+
+def test_a_loss_is_the_end_of_what_is_under_way(script: Script, node: RosbridgeNode):
+    reasons: list[str] = []
+    node.client("/d", "std_srvs/srv/Trigger").call({}, lambda _: None, reasons.append)
+    client = ActionClient(node, "/count", FIBONACCI)
+    sent = client.send({"order": 3})
+    poll_until(node, lambda: sent.is_accepted)
+    script.sockets[-1].close()
+    poll_until(node, lambda: sent.is_over and reasons)
+    assert sent.status is GoalStatus.ABORTED
+    assert reasons == [sent.reason] == ["the connection to the rosbridge was lost"]
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("", "{", "[]", "3", "null", '{"op": 3}', '{"op": "unknown"}', "\0", '{"op": "publish"}'),
+        *('{"op": "publish", "topic": "/a"}', '{"op": "publish", "topic": "/a", "msg": 3}'),
+        *('{"op": "publish", "topic": ["/a"]}', '{"op": "publish", "topic": "/a", "msg": {"data": {}}}'),
+        *('{"op": "service_response"}', '{"op": "call_service", "service": "/d"}'),
+        *('{"op": "call_service", "service": {}}', '{"op": "action_feedback", "action": "/count"}'),
+        *('{"op": "action_result", "action": "/count", "id": []}', '{"op": "action_result", "action": []}'),
+        '{"op": "cxbridge: lost", "x": ' + "[" * 5000 + "]" * 5000 + "}",
+    ],
+)
+def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text: str):
+    got: list[Any] = []
+    node.subscribe("/a", "std_msgs/msg/String", got.append)
+    node.serve("/d", "std_srvs/srv/SetBool", lambda _: {})
+    client = ActionClient(node, "/count", FIBONACCI)
+    sent = client.send({"order": 3})
+    poll_until(node, lambda: sent.is_accepted)
+    poll_until(node, lambda: "send_action_goal" in script.ops())
+    script.send(text)
+    script.send('{"op": "publish", "topic": "/a", "msg": {"data": "still here"}}')
+    poll_until(node, lambda: {"data": "still here"} in got)
+
+
+@pytest.mark.parametrize(
+    ("values", "message"),
+    [
+        ({"transport": "dsd"}, "there is no transport 'dsd'"),
+        ({"transport": "rosbridge", "domain": 3}, "'domain' goes with the transport dds, not with rosbridge"),
+        ({"url": "ws://robot"}, "'url' goes with the transport rosbridge, not with dds"),
+    ],
+)
+def test_settings_that_do_not_go_together(values: dict[str, Any], message: str):
+    with pytest.raises(ConfigError, match=message):
+        NodeSettings.of(values, Path(), "the robot")
