@@ -64,7 +64,7 @@ class RosbridgeNode(Node):
         self._codec = Codec(definitions)
         self._ids = count(1)
         self._receivers: dict[str, list[tuple[TypeName, Receive]]] = {}
-        self._calls: dict[str, tuple[TypeName, Receive, Failed | None]] = {}
+        self._calls: dict[str, tuple[TypeName, Receive, Failed]] = {}
         self._servers: dict[str, tuple[TypeName, AnswerLater]] = {}
         self._actions: dict[str, _Action] = {}
         self._later: list[Callable[[], None]] = []
@@ -111,7 +111,8 @@ class RosbridgeNode(Node):
         if _ACTION in service:
             return _ActionClient(self._link, self._action(service, name), service.rpartition("/")[2])
         self._known(name.derived("Request"))
-        return _Client(self._link, partial(self._call, check_topic(service), name), self._calls)
+        encode = partial(self._to_json, name.derived("Request"))
+        return _Client(self._link, encode, partial(self._call, check_topic(service), name))
 
     def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
@@ -162,7 +163,7 @@ class RosbridgeNode(Node):
         name, done, failed = found
         if op.get("result", True):
             done(self._from_json(name.derived("Response"), op.get("values")))
-        elif failed is not None:
+        else:
             failed(str(op.get("values")))
 
     def _take_call(self, op: _Op) -> None:
@@ -187,8 +188,7 @@ class RosbridgeNode(Node):
     def _take_loss(self) -> None:
         calls, self._calls = self._calls, {}
         for _, _, failed in calls.values():
-            if failed is not None:
-                failed("the connection to the rosbridge was lost")
+            failed("the connection to the rosbridge was lost")
         for action in self._actions.values():
             action.lose()
 
@@ -202,16 +202,12 @@ class RosbridgeNode(Node):
 
     # --- helpers ------------------------------------------------------------------------------------------
 
-    def _call(
-        self, service: str, name: TypeName, request: Mapping[str, Any], done: Receive, failed: Failed | None
-    ) -> int:
-        number = next(self._ids)
-        args = self._to_json(name.derived("Request"), request)
-        op = {"op": "call_service", "id": str(number), "service": service, "type": str(name), "args": args}
-        self._calls[str(number)] = (name, done, failed)
+    def _call(self, service: str, name: TypeName, args: Any, done: Receive, failed: Failed) -> None:
+        number = str(next(self._ids))
+        op = {"op": "call_service", "id": number, "service": service, "type": str(name), "args": args}
+        self._calls[number] = (name, done, failed)
         if not self._link.send(op):
             self._later.append(lambda: self._take_response({"id": number, "result": False, "values": _AWAY}))
-        return number
 
     def _action(self, place: str, name: TypeName) -> _Action:
         action = place.partition(_ACTION)[0]
@@ -335,19 +331,46 @@ class _Publisher(Publisher):
 
 
 class _Client(Client):
+    """Calls one after the other: the server of rosbridge_suite loses some of those that come at once."""
+
     def __init__(
         self,
         link: _Link,
-        call: Callable[[Mapping[str, Any], Receive, Failed | None], int],
-        calls: dict[str, Any],
+        encode: Callable[[Mapping[str, Any]], Any],
+        send: Callable[[Any, Receive, Failed], None],
     ) -> None:
-        self._link, self._call, self._calls = link, call, calls
+        self._link, self._encode, self._send = link, encode, send
+        self._numbers = count(1)
+        self._waiting: dict[int, tuple[Any, Receive, Failed | None]] = {}
+        self._under_way: int | None = None
 
     def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
-        return self._call(request, done, failed)
+        number = next(self._numbers)
+        self._waiting[number] = (self._encode(request), done, failed)
+        self._next()
+        return number
 
     def forget(self, number: int) -> None:
-        self._calls.pop(str(number), None)
+        self._waiting.pop(number, None)
+        if number == self._under_way:  # whose response may never come
+            self._under_way = None
+            self._next()
+
+    def _next(self) -> None:
+        if self._under_way is not None or not self._waiting:
+            return
+        number = self._under_way = next(iter(self._waiting))
+        args, done, failed = self._waiting[number]
+
+        def ended(hear: Callable[[Any], None] | None, what: Any) -> None:
+            is_waited_for = self._waiting.pop(number, None) is not None
+            if self._under_way == number:
+                self._under_way = None
+                self._next()
+            if is_waited_for and hear is not None:
+                hear(what)
+
+        self._send(args, partial(ended, done), partial(ended, failed))
 
     @property
     def servers(self) -> frozenset[int]:
