@@ -23,8 +23,8 @@ NEEDED = ("ROS2_SETUP",)
 def ours() -> dict[str, float]:
     """Return the medians of our round trips, in microseconds."""
     from cxbridge.ros2.actions import ActionClient
-    from cxbridge.ros2.dds import DdsNode
     from cxbridge.ros2.definitions import Definitions
+    from cxbridge.ros2.transports.dds import DdsNode
     from tests.ros2.peer import PACKAGES
 
     with DdsNode("bench", Definitions([PACKAGES], environment={})) as node:

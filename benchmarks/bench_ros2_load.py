@@ -197,7 +197,7 @@ def imports() -> None:
         subprocess.run([sys.executable, "-c", text], check=True)
         return time.perf_counter() - started
 
-    pairs = [(once("import cxbridge.ros2.dds"), once("import cxbridge.clock")) for _ in range(9)]
+    pairs = [(once("import cxbridge.ros2.transports.dds"), once("import cxbridge.clock")) for _ in range(9)]
     report("seconds to import the extra", statistics.median(ours - bare for ours, bare in pairs), IMPORT_S)
 
 
@@ -209,8 +209,8 @@ def main() -> None:
         return
     os.environ.setdefault("ROS_DOMAIN_ID", "77")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    from cxbridge.ros2.dds import DdsNode
     from cxbridge.ros2.definitions import Definitions
+    from cxbridge.ros2.transports.dds import DdsNode
     from tests.ros2.conftest import start, stop
     from tests.ros2.peer import PACKAGES
 

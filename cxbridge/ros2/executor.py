@@ -26,8 +26,8 @@ TIMEOUT_S: Final = 600.0
 """Seconds that a skill may take."""
 
 TRANSPORTS: Final = {
-    "dds": "cxbridge.ros2.dds:join",
-    "rosbridge": "cxbridge.ros2.rosbridge:join",
+    "dds": "cxbridge.ros2.transports.dds:join",
+    "rosbridge": "cxbridge.ros2.transports.rosbridge:join",
 }
 """What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
 

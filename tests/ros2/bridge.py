@@ -17,10 +17,10 @@ from typing import Any
 from websockets.sync.server import ServerConnection, serve
 
 from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.node import Client, Publisher
 from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.transports.dds import DdsNode
 from tests.ros2.peer import PACKAGES
 
 DEEP = QosProfile(depth=300)

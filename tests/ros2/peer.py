@@ -6,9 +6,9 @@ from pathlib import Path
 
 from cxbridge.clock import RealClock
 from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.transports.dds import DdsNode
 
 ABORTED = 13
 PACKAGES = Path(__file__).parent / "packages"

@@ -16,12 +16,12 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, State
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.parameters import ParameterClient
 from cxbridge.ros2.rosout import listen
+from cxbridge.ros2.transports.dds import DdsNode
 from tests.daemon.test_daemon import running
 from tests.ros2.test_managed import answer, until
 
@@ -70,6 +70,18 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         daemon.loop.add(Hook.POST_LOOP, lambda: daemon.carry_out(waiting.pop()) if waiting else None)
         until(node, lambda: "inactive" in moves)
         assert answer(node, client.state) is State.INACTIVE
+
+
+def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path: Path):
+    got: list[Any] = []
+    node.subscribe("/diagnostics", "diagnostic_msgs/msg/DiagnosticArray", got.append)
+    with a_daemon(tmp_path, domain) as daemon:
+        until(node, lambda: got)
+        found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
+        assert found["robot: ros2-node"] == (0, "active")
+        assert {each.name for each in daemon.manager.status()} == {
+            name.removeprefix("robot: ") for name in found
+        }
 
 
 def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):

@@ -21,11 +21,11 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL, definitions_of, type_of
 from cxbridge.ros2.interfaces.topics import topic_of
 from cxbridge.ros2.node import Node
+from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from tests.daemon.test_daemon import running

@@ -17,12 +17,12 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import Ros2Error
 from cxbridge.events import LogLine
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleClient, State
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
 from cxbridge.ros2.rosout import listen
+from cxbridge.ros2.transports.dds import DdsNode
 from tests.ros2.conftest import HERE, needs_ros, with_ros
 
 ROOT = Path(__file__).parent.parent.parent

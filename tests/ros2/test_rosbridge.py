@@ -21,7 +21,7 @@ from cxbridge.errors import ConfigError, Ros2Error
 from cxbridge.ros2.actions import ActionClient, GoalStatus
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.rosbridge import RosbridgeNode
+from cxbridge.ros2.transports.rosbridge import RosbridgeNode
 from tests.ros2.peer import PACKAGES
 
 FIBONACCI = "example_interfaces/action/Fibonacci"

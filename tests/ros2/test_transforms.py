@@ -15,13 +15,13 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
-from cxbridge.ros2.dds import DdsNode
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.qos import PROFILES
+from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.components import ros2_transforms
 from cxbridge.run.options import RunOptions
-from cxbridge.tf import TransformBuffer, TransformListener
+from cxbridge.tf import StampedTransform, Transform, TransformBuffer, TransformListener, TransformPublisher
 from tests.ros2.conftest import HERE, needs_ros, with_ros
 from tests.run.mini import write_scenario
 
@@ -105,6 +105,38 @@ def test_frames_that_rclpy_sends(buffer, domain: int, monkeypatch: pytest.Monkey
         process.kill()
         process.communicate()
     assert frames.lookup("map", "gripper").transform.translation == (2.5, 0.0, 0.0)
+
+
+def test_our_frames_go_to_ros(tmp_path: Path, domain: int):
+    got: dict[str, list[Any]] = {"/tf": [], "/tf_static": []}
+    sender = Sender(domain + 50)
+    with (
+        DdsNode("hears", Definitions(environment={}), domain + 50) as node,
+        a_run(tmp_path, domain + 50, "publish: true") as run,
+    ):
+        for topic, messages in got.items():
+            node.subscribe(topic, "tf2_msgs/msg/TFMessage", messages.append, PROFILES[topic[1:]])
+        run.start()
+        hand, camera = (TransformPublisher(run.board, name) for name in ("hand", "camera"))
+        place = Transform((1.0, 2.0, 3.0), (0.0, 0.0, 0.0, 1.0))
+        camera.send(StampedTransform(place, 1_000_000, "base_link", "camera"), static=True)
+
+        def children(topic: str) -> set[str]:
+            return {each["child_frame_id"] for message in got[topic] for each in message["transforms"]}
+
+        def all_came() -> bool:
+            hand.send(StampedTransform(place, run.clock.now_us(), "base_link", "hand"))
+            node.poll()
+            return "hand" in children("/tf") and "camera" in children("/tf_static")
+
+        turn_until(run, sender, all_came)
+        (moved,) = (each for each in got["/tf"][-1]["transforms"])
+        sent_back = [each for each in got["/tf"] if len(each["transforms"]) == 1]
+        assert {each["transforms"][0]["child_frame_id"] for each in sent_back} == {"hand"}
+        assert moved["transform"]["translation"] == {"x": 1.0, "y": 2.0, "z": 3.0}
+        hand.close()
+        camera.close()
+    sender.close()
 
 
 def test_only_the_frames_that_are_named(tmp_path: Path, domain: int):

@@ -20,11 +20,11 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
-from cxbridge.ros2.dds import DdsNode, _domains
 from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.rosbridge import RosbridgeNode
+from cxbridge.ros2.transports.dds import DdsNode, _domains
+from cxbridge.ros2.transports.rosbridge import RosbridgeNode
 from tests.ros2.conftest import HERE, needs_ros, with_ros
 from tests.ros2.peer import ABORTED, PACKAGES
 

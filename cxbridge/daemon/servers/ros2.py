@@ -5,11 +5,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, Final
 
+from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.lifecycle import ComponentStatus
+from cxbridge.daemon.lifecycle import State as ComponentState
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
 from cxbridge.ros2.executor import typed
+from cxbridge.ros2.frames import stamp
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, State
 from cxbridge.ros2.parameters import Parameter, Parameters
 from cxbridge.ros2.rosout import Rosout
@@ -20,6 +24,10 @@ from cxbridge.suggestions import did_you_mean
 
 TREE: Final = "/ros2/node"
 _OWN: Final = ("name", "log")
+_DIAGNOSTICS: Final = "diagnostic_msgs/msg/DiagnosticArray"
+_FINE, _IDLE, _FAILED = 0, 1, 2
+"""OK, WARN and ERROR of diagnostic_msgs."""
+
 _LEVELS: Final = {"debug": Level.DEBUG, "info": Level.INFO, "warn": Level.WARN, "error": Level.ERROR}
 _WHOSE: Final = "the node of ROS 2"
 
@@ -59,6 +67,8 @@ class Ros2NodeComponent(Component):
         except Exception:
             node.close()
             raise
+        self._diagnostics = node.publisher("/diagnostics", _DIAGNOSTICS)
+        self._clock, self._next_us, self._name = context.clock, 0, name
         self._bus = context.bus
         daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
 
@@ -71,6 +81,15 @@ class Ros2NodeComponent(Component):
         self._node.poll()
         is_paused = self._daemon.manager.paused
         self._lifecycle.follow(State.INACTIVE if is_paused else State.ACTIVE)
+        if self._clock.now_us() >= self._next_us:
+            self._next_us = self._clock.now_us() + MICROSECONDS
+            rows = [self._status(row) for row in self._daemon.manager.status()]
+            self._diagnostics.publish({"header": {"stamp": stamp(self._clock.now_us())}, "status": rows})
+
+    def _status(self, row: ComponentStatus) -> Mapping[str, Any]:
+        level = _FAILED if row.reason else _FINE if row.state is ComponentState.ACTIVE else _IDLE
+        name, message = f"{self._name}: {row.name}", row.reason or row.state.name.lower()
+        return {"level": level, "name": name, "message": message, "hardware_id": self._name}
 
     def close(self) -> None:
         """Leave the domain."""

@@ -13,6 +13,7 @@ from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.ros2.actions import GoalStatus
+from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS
 from cxbridge.ros2.hub.words import Kind
 from cxbridge.ros2.interfaces.definitions import field_names, type_of
 from cxbridge.ros2.messages import Message
@@ -30,7 +31,6 @@ SOURCES: Final = "/cxbridge/sources"
 
 TEXT: Final = "std_msgs/msg/String"
 LOG: Final = "rcl_interfaces/msg/Log"
-TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 
 _STATUS: Final = "action_msgs/msg/GoalStatusArray"
 _TREE: Final = "nav2_msgs/msg/BehaviorTreeLog"
@@ -152,7 +152,7 @@ class Takers:
                 "translation": tuple(each["transform"]["translation"].values()),
                 "rotation": tuple(each["transform"]["rotation"].values()),
             }
-            yield InterfaceWrite(time_us, f"TransformInterface::/tf/ros2/{child}", values)
+            yield InterfaceWrite(time_us, f"TransformInterface::{FROM_ROS}{child}", values)
 
 
 class _Goal(msgspec.Struct):

@@ -5,28 +5,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from rosbags.interfaces import Connection
 from rosbags.rosbag2 import StoragePlugin, Writer, WriterError
 
-from cxbridge.clock import split_us
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.ros2.bags.reader import METADATA
-from cxbridge.ros2.bags.topics import (
-    EVENTS,
-    FILES,
-    LOG,
-    SOURCES,
-    TEXT,
-    TRANSFORMS,
-    file_message,
-    record_message,
-)
+from cxbridge.ros2.bags.topics import EVENTS, FILES, LOG, SOURCES, TEXT, file_message, record_message
 from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.frames import TRANSFORMS, stamp, transform_message
 from cxbridge.ros2.messages import Codec, Message
 from cxbridge.ros2.names import parse_type
 from cxbridge.trace.codec import encode_with_kind
@@ -78,7 +69,12 @@ class BagWriter(RunWriter):
             self._put("/rosout", LOG, event.time_us, _log(event))
         elif isinstance(event, InterfaceWrite) and event.uid.startswith(_TRANSFORM):
             topic = "/tf_static" if event.values.get("static_transform") else "/tf"
-            self._put(topic, TRANSFORMS, event.time_us, {"transforms": [_transform(event)]})
+            self._put(
+                topic,
+                TRANSFORMS,
+                event.time_us,
+                {"transforms": [transform_message(event.values, event.time_us)]},
+            )
 
     def attach(self, attachment: Attachment) -> None:
         """Write a file of the run."""
@@ -137,11 +133,6 @@ def open_sqlite3(path: Path, _registry: InterfaceRegistry) -> BagWriter:
     return BagWriter(path, StoragePlugin.SQLITE3)
 
 
-def _stamp(time_us: int) -> Mapping[str, Any]:
-    seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
-    return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
-
-
 def _text(data: bytes) -> str:
     return data.decode("utf-8", "backslashreplace").replace("\0", "\\u0000")
 
@@ -149,20 +140,8 @@ def _text(data: bytes) -> str:
 def _log(event: LogLine) -> Message:
     text = event.text.replace("\0", "").encode("utf-8", "replace").decode()
     return {
-        "stamp": _stamp(event.time_us),
+        "stamp": stamp(event.time_us),
         "level": _LEVELS[event.level],
         "name": event.component.replace("\0", "").encode("utf-8", "replace").decode(),
         "msg": text,
-    }
-
-
-def _transform(event: InterfaceWrite) -> Message:
-    values = event.values
-    return {
-        "header": {"stamp": _stamp(event.time_us), "frame_id": values["frame"]},
-        "child_frame_id": values["child_frame"],
-        "transform": {
-            "translation": dict(zip("xyz", map(float, values["translation"]), strict=True)),
-            "rotation": dict(zip("xyzw", map(float, values["rotation"]), strict=True)),
-        },
     }

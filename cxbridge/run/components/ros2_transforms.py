@@ -8,9 +8,11 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
+from cxbridge.ros2.executor import typed
+from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS, FrameSender
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.trees import node_settings
+from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
@@ -20,7 +22,7 @@ MOST_FRAMES: Final = 500
 """Frames that are taken: a stranger may send any number of names."""
 
 _ALL: Final = "all"
-_TYPE: Final = "tf2_msgs/msg/TFMessage"
+_OWN: Final = ("frames", "publish")
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 _WHOSE: Final = "the settings of /tf"
 _NANOSECONDS: Final = 1000
@@ -37,18 +39,23 @@ class Ros2Transforms(Component):
 
     def __init__(self, context: RunContext) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
-        values, settings = node_settings(context.config, TREE, ("frames",), context.paths.confdir, _WHOSE)
+        values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
+        with placed(context.config, TREE):
+            sends = typed(values, "publish", default=False, whose=_WHOSE)
         wanted = values.get("frames", _ALL)
         self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(f"cxbridge_tf_{context.name}", settings.definitions())
         for topic, profile, static in _TOPICS:
-            node.subscribe(topic, _TYPE, partial(self._take, static=static), PROFILES[profile])
+            node.subscribe(topic, TRANSFORMS, partial(self._take, static=static), PROFILES[profile])
+        self._sender = FrameSender(node, context.board) if sends else None
 
     def loop(self) -> None:
         """Write what has come."""
         self._node.poll()
+        if self._sender is not None:
+            self._sender.loop()
 
     def _take(self, message: Message, *, static: bool) -> None:
         for each in message["transforms"]:
@@ -75,7 +82,9 @@ class Ros2Transforms(Component):
         if known is None:
             if len(self._publishers) >= MOST_FRAMES:
                 raise InterfaceError(f"there are {MOST_FRAMES} frames already")
-            known = self._publishers[child] = TransformPublisher(self._board, f"ros2/{child}", owner="ROS 2")
+            known = self._publishers[child] = TransformPublisher(
+                self._board, f"{FROM_ROS}{child}", owner="ROS 2"
+            )
         return known
 
     def _refuse(self, child: str, reason: str) -> None:
@@ -87,6 +96,8 @@ class Ros2Transforms(Component):
 
     def close(self) -> None:
         """Leave the domain."""
+        if self._sender is not None:
+            self._sender.close()
         self._node.close()
         for publisher in self._publishers.values():
             publisher.close()

@@ -1,0 +1,77 @@
+"""Our coordinate frames for the nodes of ROS 2: TransformInterfaces go to /tf and /tf_static."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
+from cxbridge.clock import split_us
+from cxbridge.closing import Closing
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Node
+from cxbridge.ros2.qos import PROFILES
+
+TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
+FROM_ROS: Final = "/tf/ros2/"
+"""What the ids of frames begin with that came from ROS: they do not go back."""
+
+_TYPE: Final = "TransformInterface"
+_NANOSECONDS: Final = 1000
+
+
+def stamp(time_us: int) -> Message:
+    """Return a time as messages have it; what they cannot hold is cut."""
+    seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
+    return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
+
+
+def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
+    """Return what a TransformInterface holds as a geometry_msgs/msg/TransformStamped."""
+    return {
+        "header": {"stamp": stamp(time_us), "frame_id": values["frame"]},
+        "child_frame_id": values["child_frame"],
+        "transform": {
+            "translation": dict(zip("xyz", map(float, values["translation"]), strict=True)),
+            "rotation": dict(zip("xyzw", map(float, values["rotation"]), strict=True)),
+        },
+    }
+
+
+class FrameSender(Closing):
+    """Sends the frames of a blackboard, those that exist and those to come.
+
+    :raises CxbridgeError: when the board or ROS does not take something.
+    """
+
+    def __init__(self, node: Node, board: BlackBoard) -> None:
+        self._moving = node.publisher("/tf", TRANSFORMS, PROFILES["tf"])
+        self._static = node.publisher("/tf_static", TRANSFORMS, PROFILES["tf_static"])
+        self._static_frames: dict[str, Message] = {}
+        self._feed = Feed(board, "ROS 2")
+        for instance in self._feed.follow(_TYPE, "*"):
+            self._take(self._feed.now(instance))
+
+    def loop(self) -> None:
+        """Send what was written."""
+        while (change := self._feed.next(Deadline(0))) is not None:
+            self._take(change)
+
+    def _take(self, change: InterfaceChange) -> None:
+        uid, values = change.uid, change.values
+        if uid.startswith(f"{_TYPE}::{FROM_ROS}") or change.kind != "data" or not values["child_frame"]:
+            return
+        message = transform_message(values, change.time_us)
+        if not values["static_transform"]:
+            self._moving.publish({"transforms": [message]})
+        elif self._static_frames.get(uid) != message:
+            # all of them each time: who comes late gets the last message only
+            self._static_frames[uid] = message
+            self._static.publish({"transforms": list(self._static_frames.values())})
+
+    def close(self) -> None:
+        """Send nothing more."""
+        self._feed.close()
+        self._moving.close()
+        self._static.close()
