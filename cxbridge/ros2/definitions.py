@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Final
 from xml.etree import ElementTree as ET
@@ -85,6 +85,9 @@ class Definitions:
             *reversed([Path(each) for each in folders]),
         ):
             self._files.update(_files_in(folder))
+        for each in self._files:  # they come before the well-known ones, which may differ
+            self._store.fielddefs.pop(each, None)
+            self._store.types.pop(each, None)
         self._read: set[str] = set()
         self.has_hashes = str(_EVENT_INFO) in {*self._store.fielddefs, *self._files}
         """Whether types have hashes, and services events: from ROS 2 Iron on."""
@@ -155,6 +158,7 @@ class Definitions:
                 return
         if name.kind == "msg" and str(name) not in self._files and str(name) in self._store.fielddefs:
             self._read.add(str(name))
+            self._need_nested(self._store.fielddefs[str(name)][1])
         else:
             self._define(whole)
         if str(name) not in self._store.fielddefs:
@@ -172,10 +176,14 @@ class Definitions:
         except TypesysError as error:
             raise Ros2Error(f"{name}: {error}", file=self._files.get(str(name))) from None
         for fields in made.values():
-            for _, kind in fields:
-                nested = _nested(kind)
-                if nested is not None and nested not in made:
-                    self._need(parse_type(nested))
+            self._need_nested(fields, made)
+
+    def _need_nested(self, fields: Fields, made: Collection[str] = ()) -> None:
+        """Have the types of fields in the store, save those that are just made."""
+        for _, kind in fields:
+            nested = _nested(kind)
+            if nested is not None and nested not in made:
+                self._need(parse_type(nested))
 
     def _made_of(self, name: TypeName) -> Iterator[tuple[str, Fields]]:
         parts, defaults = self._parts(name)

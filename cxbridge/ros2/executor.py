@@ -16,6 +16,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.topics import check_topic
+from cxbridge.ros2.transports import TRANSPORTS, has_rclpy
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge.suggestions import did_you_mean
 
@@ -25,14 +26,8 @@ OF_NODE: Final = ("packages", "distribution", "transport", "url", "domain", "rea
 TIMEOUT_S: Final = 600.0
 """Seconds that a skill may take."""
 
-TRANSPORTS: Final = {
-    "dds": "cxbridge.ros2.transports.dds:join",
-    "rosbridge": "cxbridge.ros2.transports.rosbridge:join",
-}
-"""What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
-
-_ONLY: Final = {"domain": "dds", "reach": "dds", "url": "rosbridge"}
-"""Settings that one transport has only."""
+_ONLY: Final = {"domain": ("dds", "rclpy"), "reach": ("dds",), "url": ("rosbridge",)}
+"""The transports that settings go with that not all have."""
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -69,13 +64,15 @@ class NodeSettings(Struct, frozen=True):
         packages = settings.get("packages", [])
         domain = typed(settings, "domain", -1, whose)
         namespace = typed(settings, "namespace", "", whose)
-        transport = typed(settings, "transport", "dds", whose)
+        transport = typed(settings, "transport", "", whose) or _default_transport(settings)
         if transport not in TRANSPORTS:
             hint = did_you_mean(transport, TRANSPORTS, f"there are: {', '.join(TRANSPORTS)}")
             raise ConfigError(f"{whose}: there is no transport '{transport}'", hint=hint)
         for key, only in _ONLY.items():
-            if key in settings and transport != only:
-                raise ConfigError(f"{whose}: '{key}' goes with the transport {only}, not with {transport}")
+            if key in settings and transport not in only:
+                raise ConfigError(
+                    f"{whose}: '{key}' goes with the transport {' or '.join(only)}, not with {transport}"
+                )
         return cls(
             packages=tuple(
                 folder / str(each) for each in (packages if isinstance(packages, list) else [packages])
@@ -105,6 +102,12 @@ class NodeSettings(Struct, frozen=True):
         make = resolve_name(TRANSPORTS[self.transport])
         node: Node = make(re.sub(r"\W", "_", name), definitions, self)
         return node
+
+
+def _default_transport(settings: Mapping[str, Any]) -> str:
+    """Return rclpy where a ROS 2 is sourced, for its RMW and its types; DDS elsewhere."""
+    wants_another = any(key in settings and "rclpy" not in only for key, only in _ONLY.items())
+    return "dds" if wants_another or not has_rclpy() else "rclpy"
 
 
 class RosExecutor(SkillExecutor):

@@ -47,7 +47,8 @@ def has_package(name: str) -> bool:
 def in_ros(*command: str) -> list[str]:
     """Return a command that runs a program in the environment of ROS."""
     script = f"source {shlex.quote(OVERLAY or SETUP)}/setup.bash && exec {shlex.join(command)}"
-    return ["env", "RMW_IMPLEMENTATION=rmw_cyclonedds_cpp", "bash", "-c", script]
+    rmw = os.environ.get("RMW_IMPLEMENTATION", "rmw_cyclonedds_cpp")
+    return ["env", f"RMW_IMPLEMENTATION={rmw}", "bash", "-c", script]
 
 
 def with_ros(*command: str) -> list[str]:

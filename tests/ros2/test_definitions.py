@@ -11,6 +11,7 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
+from cxbridge.ros2.messages import Codec
 from cxbridge.ros2.names import TypeName, parse_type
 from tests.ros2.conftest import SETUP, needs_ros
 from tests.ros2.peer import PACKAGES
@@ -143,3 +144,18 @@ def test_names_on_the_wire():
         name.derived("SendGoal").derived("Request").dds
         == "nav2_msgs::action::dds_::NavigateToPose_SendGoal_Request_"
     )
+
+
+def test_packages_come_before_the_well_known_types(tmp_path: Path):
+    """A robot may have another version of them; types that consist of such have it, too."""
+    file = tmp_path / "std_msgs/msg/Header.msg"
+    file.parent.mkdir(parents=True)
+    file.write_text("builtin_interfaces/Time stamp\nstring frame_id\nuint32 seq\n")
+    (tmp_path / "std_msgs/package.xml").write_text("<package><name>std_msgs</name></package>")
+    ours, usual = Definitions([tmp_path], environment={}), Definitions(environment={})
+    header, pose = parse_type("std_msgs/msg/Header"), parse_type("geometry_msgs/msg/PoseStamped")
+    assert [field for field, _ in ours.fields(header)] == ["stamp", "frame_id", "seq"]
+    codec = Codec(ours)
+    assert codec.decode(pose, codec.encode(pose, {"header": {"seq": 7}}))["header"]["seq"] == 7
+    for name in (header, pose):
+        assert ours.type_hash(name) != usual.type_hash(name)

@@ -152,7 +152,7 @@ def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text
     ("values", "message"),
     [
         ({"transport": "dsd"}, "there is no transport 'dsd'"),
-        ({"transport": "rosbridge", "domain": 3}, "'domain' goes with the transport dds, not with rosbridge"),
+        ({"transport": "rosbridge", "domain": 3}, "'domain' goes with the transport dds or rclpy, not"),
         ({"url": "ws://robot"}, "'url' goes with the transport rosbridge, not with dds"),
     ],
 )

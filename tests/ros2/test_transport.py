@@ -23,7 +23,9 @@ from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
 from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.transports import has_rclpy
 from cxbridge.ros2.transports.dds import DdsNode, _domains
+from cxbridge.ros2.transports.rclpy import RclpyNode
 from cxbridge.ros2.transports.rosbridge import RosbridgeNode
 from tests.ros2.conftest import HERE, needs_ros, with_ros
 from tests.ros2.peer import ABORTED, PACKAGES
@@ -38,6 +40,7 @@ ROSBRIDGE = os.environ.get("ROSBRIDGE", "")
 
 
 REAL = "real rosbridge"
+RCLPY = "by rclpy"
 
 
 @contextmanager
@@ -68,6 +71,10 @@ def wait_for_port(port: int) -> None:
     scope="module",
     params=[
         "dds",
+        pytest.param(
+            RCLPY,
+            marks=pytest.mark.skipif(not has_rclpy(), reason="no ROS 2 environment is sourced"),
+        ),
         "rosbridge",
         pytest.param(
             REAL,
@@ -84,6 +91,10 @@ def node(domain: int, transport: str) -> Iterator[Node]:
     types = Definitions([PACKAGES], environment={})
     if transport == "dds":
         with DdsNode("test", types) as node:
+            yield node
+        return
+    if transport == RCLPY:
+        with RclpyNode("test", types) as node:
             yield node
         return
     with a_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:

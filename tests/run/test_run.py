@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from cxbridge.clock import VirtualClock
 from cxbridge.daemon.configuration import read_configuration
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
@@ -35,6 +36,13 @@ def test_a_run_that_completes(tmp_path):
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
     assert [(goal.goal, goal.outcome) for goal in result.goals] == [("G", "COMPLETED")]
     assert 0.5 < result.run_seconds < 10
+
+
+def test_a_run_at_the_beginning_of_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """A simulation begins in 1970. Control of the Skiller was asked for last at 0: the first try is late."""
+    monkeypatch.setattr(VirtualClock.__init__, "__defaults__", (10_000,))
+    result, _ = run(write_scenario(tmp_path))
+    assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
 
 
 def test_a_goal_that_fails_is_status_1(tmp_path):

@@ -1,1 +1,24 @@
-"""The ways to the nodes of ROS 2: one file a transport; ``executor.TRANSPORTS`` names them."""
+"""The ways to the nodes of ROS 2: one file a transport."""
+
+from importlib.machinery import EXTENSION_SUFFIXES
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final
+
+TRANSPORTS: Final = {
+    "dds": "cxbridge.ros2.transports.dds:join",
+    "rclpy": "cxbridge.ros2.transports.rclpy:join",
+    "rosbridge": "cxbridge.ros2.transports.rosbridge:join",
+}
+"""What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
+
+
+def has_rclpy() -> bool:
+    """Return whether a ROS 2 is sourced whose rclpy is made for this Python."""
+    try:
+        found = find_spec("rclpy")
+    except (ImportError, ValueError):
+        return False
+    folders = () if found is None else found.submodule_search_locations or ()
+    names = [f"_rclpy_pybind11{suffix}" for suffix in EXTENSION_SUFFIXES]
+    return any((Path(folder) / name).is_file() for folder in folders for name in names)

@@ -92,7 +92,9 @@ def is_stuck(agent: Assembly) -> bool:
         return False
     from cxbridge.run.ending.timed_rules import timed_rules  # noqa: PLC0415 - for runs that are stuck
 
-    return next(timed_rules(env), None) is None
+    infos = agent.board.list_all()
+    skillers = {info.id for info in infos if info.type == "SkillerInterface" and info.has_writer}
+    return next(timed_rules(env, skillers), None) is None
 
 
 def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:

@@ -6,7 +6,7 @@ patterns are taken to be fulfilled.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
 from cxbridge.errors import ClipsError
@@ -24,10 +24,15 @@ _CONTROL: Final = "skill-control-acquire"
 """The rule of the core that asks a Skiller for control, again and again."""
 
 
-def timed_rules(env: ClipsEnvironment) -> Iterator[str]:
-    """Yield the rules that may fire some day though no other fact than that of the time comes."""
+def timed_rules(env: ClipsEnvironment, skillers: Collection[str]) -> Iterator[str]:
+    """Yield the rules that may fire some day though no other fact than that of the time comes.
+
+    :param skillers: the names of the Skillers that are there.
+    """
     for name, text in rule_texts(env).items():
-        if f"({TIME} " not in text or name in _TICKS or (name == _CONTROL and not _can_get_control(env)):
+        if f"({TIME} " not in text or name in _TICKS:
+            continue
+        if name == _CONTROL and not _can_get_control(env, skillers):
             continue
         try:
             ces = parse_rule(text).ces
@@ -51,13 +56,13 @@ def lacking(env: ClipsEnvironment, rule: str) -> str:
     return ""
 
 
-def _can_get_control(env: ClipsEnvironment) -> bool:
-    """Whether a Skiller that is asked for control is there."""
-    wanted = {
-        str(slots["skiller"]) for _, _, slots in env.facts("skiller-control") if slots["acquired"] == "FALSE"
-    }
-    there = {str(slots["id"]) for _, _, slots in env.facts("SkillerInterface")}
-    return bool(wanted & there)
+def _can_get_control(env: ClipsEnvironment, skillers: Collection[str]) -> bool:
+    """Whether a Skiller that is asked for control is there.
+
+    It may be there without a fact of its interface: until somebody has control it writes nothing.
+    """
+    controls = (slots for _, _, slots in env.facts("skiller-control"))
+    return any(slots["acquired"] == "FALSE" and str(slots["skiller"]) in skillers for slots in controls)
 
 
 def _may_hold(env: ClipsEnvironment, element: CE) -> bool:

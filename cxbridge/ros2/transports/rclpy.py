@@ -1,0 +1,321 @@
+"""ROS 2 by its own client library, where a ROS 2 environment is sourced: everything, with any RMW.
+
+Messages go through CDR (:mod:`cxbridge.ros2.messages`), so that they are checked as everywhere: topics carry
+it as it is, and rclpy makes objects of it for services.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Mapping
+from importlib import import_module
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Codec, Message
+from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive
+from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge.ros2.topics import check_topic
+
+if TYPE_CHECKING:
+    from cxbridge.ros2.executor import NodeSettings
+
+_PARTS: Final = {
+    "SendGoal": "SendGoalService",
+    "GetResult": "GetResultService",
+    "FeedbackMessage": "FeedbackMessage",
+}
+"""Where an action's Python class keeps its parts (``Impl``), by the ends of their types' names."""
+
+_BATCH: Final = 256
+_NO_MEMBER: Final = "structure_needs_at_least_one_member"
+
+
+class RclpyNode(Node):
+    """A node of rclpy.
+
+    :param name: the node's, e.g. ``cxbridge``.
+    :param definitions: the types that are known; they must be those of the sourced environment.
+    :param domain: the domain; that of ``ROS_DOMAIN_ID`` by default.
+    :raises Ros2Error: when ROS cannot begin.
+    """
+
+    def __init__(self, name: str, definitions: Definitions, domain: int | None = None) -> None:
+        self.name = name
+        self._definitions = definitions
+        self._codec = Codec(definitions)
+        self._rclpy = rclpy = _rclpy()
+        self._context = rclpy.context.Context()
+        try:
+            rclpy.init(
+                args=[],
+                context=self._context,
+                domain_id=domain,
+                signal_handler_options=rclpy.signals.SignalHandlerOptions.NO,
+            )
+            self._node = rclpy.create_node(
+                name,
+                context=self._context,
+                use_global_arguments=False,
+                start_parameter_services=False,  # ours are served by whoever has parameters
+                enable_rosout=False,
+            )
+        except Exception as error:  # noqa: BLE001  rclpy's own have no common class
+            hint = "are ROS_DOMAIN_ID and RMW_IMPLEMENTATION right, and is this RMW installed?"
+            raise Ros2Error(f"rclpy cannot begin: {_one_line(error)}", hint=hint) from None
+        self._executor = rclpy.executors.SingleThreadedExecutor(context=self._context)
+        self._executor.add_node(self._node)
+        self._came = 0
+
+    # --- what a node offers -------------------------------------------------------------------------------
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        """Return a publisher; see the base class."""
+        name = parse_type(message_type)
+        made = self._node.create_publisher(self._class(name), check_topic(topic), self._qos(qos))
+        return _Publisher(
+            made, lambda message: self._codec.encode(name, message), self._ending("publisher", made)
+        )
+
+    def subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    ) -> Callable[[], None]:
+        """Call ``receive`` for each message of a topic; see the base class."""
+        name = parse_type(message_type)
+
+        def take(data: bytes) -> None:
+            self._came += 1
+            receive(self._codec.decode(name, data))
+
+        made = self._node.create_subscription(
+            self._class(name), check_topic(topic), take, self._qos(qos), raw=True
+        )
+        return self._ending("subscription", made)
+
+    def client(self, service: str, service_type: str) -> Client:
+        """Return a client of a service; see the base class."""
+        name = parse_type(service_type, "srv")
+        kind = self._service(name)
+        made = self._node.create_client(
+            kind, check_topic(service), qos_profile=self._qos(PROFILES["services_default"])
+        )
+        request, response = name.derived("Request"), name.derived("Response")
+
+        def encode(message: Mapping[str, Any]) -> Any:
+            return self._to_object(kind.Request, request, message)
+
+        def decode(message: Any) -> Message:
+            self._came += 1
+            return self._from_object(response, message)
+
+        end = self._ending("client", made)
+        return _Client(made, encode, decode, lambda: self._servers(made, service), end)
+
+    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        """Answer the requests of a service when there is an answer; see the base class."""
+        name = parse_type(service_type, "srv")
+        kind = self._service(name)
+        request, response = name.derived("Request"), name.derived("Response")
+
+        def take(message: Any, _response: object) -> _Response:
+            self._came += 1
+            later = _Response(lambda reply: self._to_object(kind.Response, response, reply))
+            answer(self._from_object(request, message), later.reply)
+            return later
+
+        made = self._node.create_service(
+            kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
+        )
+        # rclpy's own way to answer later, a coroutine, keeps its executor busy until the answer is there
+        send = made.send_response
+        made.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
+        return self._ending("service", made)
+
+    def poll(self, timeout_s: float = 0.0) -> bool:
+        """Hand out all that has come; see the base class."""
+        before = self._came
+        self._executor.spin_once(timeout_sec=max(0.0, timeout_s))
+        for _ in range(_BATCH):
+            came = self._came
+            self._executor.spin_once(timeout_sec=0.0)
+            if came == self._came:
+                break
+        return self._came != before
+
+    def close(self) -> None:
+        """Leave the graph."""
+        if self._context.ok():
+            self._executor.shutdown()
+            self._node.destroy_node()
+            self._rclpy.shutdown(context=self._context)
+
+    # --- rclpy --------------------------------------------------------------------------------------------
+
+    def _ending(self, what: str, made: Any) -> Callable[[], None]:
+        """Return what ends something that this node has made; once."""
+        destroy = getattr(self._node, f"destroy_{what}")
+        return lambda: None if not self._context.ok() else destroy(made)
+
+    def _servers(self, client: Any, service: str) -> frozenset[int]:
+        if not self._context.ok() or not client.service_is_ready():
+            return frozenset()
+        found = self._node.get_publishers_info_by_topic(f"rr{service}Reply", no_mangle=True)
+        # an RMW without DDS has no such topics: then all servers are one
+        return frozenset(int.from_bytes(bytes(each.endpoint_gid), "big") for each in found) or frozenset({0})
+
+    def _class(self, name: TypeName) -> Any:
+        """Return the Python class of a message."""
+        self._definitions.fields(name)  # its errors say more
+        found = _member(name)
+        self._compare(name, found)
+        return found
+
+    def _service(self, name: TypeName) -> Any:
+        """Return the Python class of a service."""
+        self._definitions.fields(name.derived("Request"))  # its errors say more
+        found = _member(name)
+        self._compare(name.derived("Request"), found.Request)
+        self._compare(name.derived("Response"), found.Response)
+        return found
+
+    def _compare(self, name: TypeName, found: Any) -> None:
+        """Check that what is sourced is what our definition says: CDR does not tell."""
+        ours = [field for field, _ in self._definitions.fields(name) if field != _NO_MEMBER]
+        theirs = list(found.get_fields_and_field_types())
+        if ours != theirs:
+            hint = "name no older package in 'packages'"
+            wanted = f"{', '.join(theirs) or 'nothing'}, not {', '.join(ours) or 'nothing'}"
+            raise Ros2Error(f"the sourced {name} has the fields {wanted}", hint=hint)
+
+    def _to_object(self, kind: Any, name: TypeName, message: Mapping[str, Any]) -> Any:
+        return self._rclpy.serialization.deserialize_message(self._codec.encode(name, message), kind)
+
+    def _from_object(self, name: TypeName, message: Any) -> Message:
+        return self._codec.decode(name, self._rclpy.serialization.serialize_message(message))
+
+    def _qos(self, profile: QosProfile) -> Any:
+        qos = self._rclpy.qos
+        return qos.QoSProfile(
+            depth=profile.depth,
+            reliability=qos.ReliabilityPolicy[profile.reliability.upper()],
+            durability=qos.DurabilityPolicy[profile.durability.upper()],
+        )
+
+
+def join(name: str, definitions: Definitions, settings: NodeSettings) -> RclpyNode:
+    """Make a node of the settings of a configuration."""
+    return RclpyNode(name, definitions, settings.domain)
+
+
+class _Publisher(Publisher):
+    def __init__(
+        self, publisher: Any, encode: Callable[[Mapping[str, Any]], bytes], end: Callable[[], None]
+    ) -> None:
+        self._publisher, self._encode, self._end = publisher, encode, end
+
+    def publish(self, message: Mapping[str, Any]) -> None:
+        self._publisher.publish(self._encode(message))
+
+    @property
+    def subscriptions(self) -> int:
+        return int(self._publisher.get_subscription_count())
+
+    def close(self) -> None:
+        self._end()
+
+
+class _Client(Client):
+    def __init__(
+        self,
+        client: Any,
+        encode: Callable[[Mapping[str, Any]], Any],
+        decode: Callable[[Any], Message],
+        servers: Callable[[], frozenset[int]],
+        end: Callable[[], None],
+    ) -> None:
+        self._client, self._encode, self._decode = client, encode, decode
+        self._servers, self._end = servers, end
+        self._numbers = count(1)
+        self._waiting: dict[int, Any] = {}
+
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+        number = next(self._numbers)
+        self._waiting[number] = future = self._client.call_async(self._encode(request))
+
+        def answered(answer: Any) -> None:
+            if self._waiting.pop(number, None) is not None:
+                done(self._decode(answer.result()))
+
+        future.add_done_callback(answered)
+        return number
+
+    def forget(self, number: int) -> None:
+        future = self._waiting.pop(number, None)
+        if future is not None:
+            self._client.remove_pending_request(future)
+
+    @property
+    def servers(self) -> frozenset[int]:
+        return self._servers()
+
+    def close(self) -> None:
+        self._waiting.clear()
+        self._end()
+
+
+class _Response:
+    """A response to a request: goes out when it is known, and to whom."""
+
+    def __init__(self, encode: Callable[[Mapping[str, Any]], Any]) -> None:
+        self._encode = encode
+        self._response: Any = None
+        self._send: Callable[[Any], None] | None = None
+
+    def reply(self, response: Mapping[str, Any]) -> None:
+        self._response = self._encode(response)
+        self._go()
+
+    def send_with(self, send: Callable[[Any], None]) -> None:
+        self._send = send
+        self._go()
+
+    def _go(self) -> None:
+        if self._send is not None and self._response is not None:
+            self._send(self._response)
+
+
+def _rclpy() -> Any:
+    """Return the package with all of its modules that are used here."""
+    try:
+        for module in ("context", "executors", "qos", "serialization", "signals"):
+            import_module(f"rclpy.{module}")
+        return import_module("rclpy")
+    except ImportError as error:
+        python = ".".join(map(str, sys.version_info[:2]))
+        raise Ros2Error(
+            f"rclpy is not there: {_one_line(error)}",
+            hint=f"source the setup.bash of a ROS 2 for Python {python}, or take the transport dds",
+        ) from None
+
+
+def _member(name: TypeName) -> Any:
+    """Return the Python class of a message or a service.
+
+    :raises Ros2Error: when it was not built for Python.
+    """
+    action, _, part = name.name.rpartition("_")
+    try:
+        module = import_module(f"{name.package}.{name.kind}")
+        if name.kind == "action":
+            return getattr(getattr(module, action).Impl, _PARTS[part])
+        return getattr(module, name.name)
+    except (ImportError, AttributeError, KeyError) as error:
+        hint = f"source the workspace that the package {name.package} was built in"
+        raise Ros2Error(f"ROS has no {name} for Python: {_one_line(error)}", hint=hint) from None
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(str(error).split()) or type(error).__name__

@@ -1,0 +1,188 @@
+"""The transport rclpy: mistakes, and all that ROS 2 does here once more in a sourced environment."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.errors import ConfigError, Ros2Error
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.transports import has_rclpy
+from cxbridge.ros2.transports.rclpy import RclpyNode
+from tests.ros2.conftest import in_ros, needs_ros
+from tests.support import ROOT
+
+unsourced = pytest.mark.skipif(has_rclpy(), reason="a ROS 2 environment is sourced")
+
+
+def sourced(*command: str, timeout_s: float = 60) -> subprocess.CompletedProcess[str]:
+    """Run our Python in the environment of ROS."""
+    return subprocess.run(
+        in_ros(sys.executable, *command),
+        capture_output=True,
+        text=True,
+        timeout=timeout_s,
+        cwd=ROOT,
+        check=False,
+    )
+
+
+@needs_ros
+def test_it_does_what_every_transport_does(domain: int):
+    done = sourced(
+        *("-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/ros2/test_transport.py"),
+        *("-k", "rclpy and not real and not dds and not rosbridge"),
+        timeout_s=240,
+    )
+    assert done.returncode == 0, done.stdout
+    assert "skipped" not in done.stdout, domain
+    assert done.stdout.count(".") > 10
+
+
+@unsourced
+def test_without_a_sourced_environment_it_says_what_to_do():
+    with pytest.raises(Ros2Error, match="rclpy is not there: ") as caught:
+        RclpyNode("test", Definitions(environment={}))
+    assert re.match(r"source the setup\.bash of a ROS 2 for Python 3", caught.value.hint or "")
+
+
+@unsourced
+def test_by_default_it_is_dds():
+    assert NodeSettings.of({}, Path(), "the robot").transport == "dds"
+    with pytest.raises(ConfigError, match="'reach' goes with the transport dds, not with rclpy"):
+        NodeSettings.of({"transport": "rclpy", "reach": "subnet"}, Path(), "the robot")
+
+
+SETTINGS = """
+    from pathlib import Path
+    from cxbridge.ros2.executor import NodeSettings
+    made = [NodeSettings.of(each, Path(), "x").transport for each in ({}, {"domain": 3}, {"reach": "subnet"})]
+    assert made == ["rclpy", "rclpy", "dds"], made
+"""
+
+FIELDS = """
+    import sys
+    from pathlib import Path
+    from cxbridge.errors import Ros2Error
+    from cxbridge.ros2.definitions import Definitions
+    from cxbridge.ros2.transports.rclpy import RclpyNode
+
+    def error(made):
+        try:
+            made()
+        except Ros2Error as error:
+            return error.message
+        raise AssertionError("no error")
+
+    own = Path(sys.argv[1])
+    with RclpyNode("test", Definitions([own]), 99) as node:
+        changed = error(lambda: node.publisher("/a", "std_msgs/msg/Bool"))
+        assert changed == "the sourced std_msgs/msg/Bool has the fields data, not data, more", changed
+        changed = error(lambda: node.client("/a", "example_interfaces/srv/AddTwoInts"))
+        assert changed.endswith("AddTwoInts_Request has the fields a, b, not a"), changed
+        missing = error(lambda: node.publisher("/a", "own_msgs/msg/Own"))
+        assert missing == "ROS has no own_msgs/msg/Own for Python: No module named 'own_msgs'", missing
+        unknown = error(lambda: node.publisher("/a", "std_msgs/msg/Bol"))
+        assert unknown == "there is no ROS 2 type std_msgs/msg/Bol", unknown
+        wrong = error(lambda: node.publisher("/b", "std_msgs/msg/String").publish({"dat": "x"}))
+        assert "dat" in wrong, wrong
+"""
+
+ENDS = """
+    from cxbridge.ros2.definitions import Definitions
+    from cxbridge.ros2.transports.rclpy import RclpyNode
+
+    node, other = RclpyNode("one", Definitions(), 99), RclpyNode("two", Definitions(), 99)
+    ends = [
+        node.subscribe("/a", "std_msgs/msg/String", print),
+        node.serve("/s", "std_srvs/srv/Trigger", lambda _: {}),
+        node.publisher("/a", "std_msgs/msg/String").close,
+        node.client("/s", "std_srvs/srv/Trigger").close,
+    ]
+    ends[0]()
+    ends[0]()  # once more changes nothing
+    node.close()
+    node.close()
+    for end in ends:
+        end()
+    got = []
+    other.subscribe("/b", "std_msgs/msg/String", got.append)
+    mine = other.publisher("/b", "std_msgs/msg/String")
+    mine.publish({"data": "it lives"})
+    while not got:
+        other.poll(0.1)
+    other.close()
+"""
+
+LATER = """
+    from cxbridge.ros2.definitions import Definitions
+    from cxbridge.ros2.transports.rclpy import RclpyNode
+
+    with RclpyNode("server", Definitions(), 99) as server, RclpyNode("client", Definitions(), 99) as node:
+        waiting, got = [], []
+        server.serve_later("/s", "std_srvs/srv/SetBool", lambda each, reply: waiting.append((each, reply)))
+        client = node.client("/s", "std_srvs/srv/SetBool")
+        while not client.servers:
+            node.poll(0.05)
+        assert len(client.servers) == 1
+        first, forgotten, last = (client.call({"data": flag}, got.append) for flag in (True, False, True))
+        client.forget(forgotten)
+        while len(waiting) < 3:
+            server.poll(0.05)
+        polls = 0
+        import time
+        end = time.monotonic() + 0.5
+        while time.monotonic() < end:
+            server.poll(0.1)
+            polls += 1
+        assert polls < 50, polls  # who answers later does not keep us busy
+        for number, (each, reply) in enumerate(waiting):
+            reply({"success": each["data"], "message": str(number)})
+        while len(got) < 2:
+            node.poll(0.05)
+        assert [each["message"] for each in got] == ["0", "2"], got
+        server.close()
+        end = time.monotonic() + 10
+        while client.servers:
+            assert time.monotonic() < end
+            node.poll(0.05)
+"""
+
+
+@needs_ros
+@pytest.mark.parametrize("script", [SETTINGS, ENDS, LATER], ids=["settings", "ends", "later"])
+def test_in_a_sourced_environment(script: str):
+    done = sourced("-c", textwrap.dedent(script))
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+
+
+@needs_ros
+def test_types_that_are_not_those_of_the_environment(tmp_path: Path):
+    files = {
+        "std_msgs/msg/Bool.msg": "bool data\nbool more\n",
+        "example_interfaces/srv/AddTwoInts.srv": "int64 a\n---\nint64 sum\n",
+        "own_msgs/msg/Own.msg": "bool data\n",
+    }
+    for name, text in files.items():
+        file = tmp_path / name
+        file.parent.mkdir(parents=True)
+        file.write_text(text)
+        package = name.partition("/")[0]
+        (tmp_path / package / "package.xml").write_text(f"<package><name>{package}</name></package>")
+    done = sourced("-c", textwrap.dedent(FIELDS), str(tmp_path))
+    assert (done.returncode, done.stderr) == (0, ""), done.stderr
+
+
+@needs_ros
+def test_a_wrong_rmw_is_one_error():
+    script = "from cxbridge.ros2.transports.rclpy import *; RclpyNode('a', Definitions(), 9999)"
+    done = sourced("-c", script)
+    assert "Ros2Error: rclpy cannot begin: " in done.stderr
