@@ -90,11 +90,18 @@ def is_stuck(agent: Assembly) -> bool:
         return False
     if any(_may_change(agent, kind, name) for kind, name in _read_interfaces(env)):
         return False
+    if not _has_time(agent):
+        return True
     from cxbridge.run.ending.timed_rules import timed_rules  # noqa: PLC0415 - for runs that are stuck
 
     infos = agent.board.list_all()
     skillers = {info.id for info in infos if info.type == "SkillerInterface" and info.has_writer}
     return next(timed_rules(env, skillers), None) is None
+
+
+def _has_time(agent: Assembly) -> bool:
+    """Whether the rules get a fact of the time in each loop."""
+    return agent.config.get_bool(_TIME, default=False)
 
 
 def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
@@ -143,7 +150,7 @@ def waits_for(agent: Assembly, errors: RuleErrors) -> str:
     causes += _failed_rules(agent, errors)
     causes += _empty(agent)
     causes += _unwritten(agent, places)
-    if not agent.config.get_bool(_TIME, default=False):
+    if not _has_time(agent):
         text = "no time passes for the rules: assert-time-each-loop is not true"
         place = agent.config.get(_TIME) if agent.config.exists(_TIME) else None
         causes.append(text + _at(f"{place.file}:{place.line}" if place is not None and place.file else ""))
