@@ -1,15 +1,13 @@
 """ROS 2 over DDS, by the wheel of Eclipse Cyclone DDS: no ROS installation is needed.
 
-Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds, which puts who asks, and
-the number of the request, before the request. (rmw_fastrtps puts them where this wheel cannot write.)
+Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds (:mod:`.dds_services`);
+rmw_fastrtps puts who asks where this wheel cannot write.
 :mod:`cxbridge.ros2.messages` writes and reads CDR; DDS gets bytes.
 """
 
 from __future__ import annotations
 
 import os
-import secrets
-import struct
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -40,20 +38,19 @@ from cyclonedds.util import duration
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec, Message
+from cxbridge.ros2.messages import Codec
 from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive
+from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
+from cxbridge.ros2.transports.dds_services import DdsClient, DdsServer, named
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
 
-_HEADER: Final = struct.Struct("<Qq")
-"""Who asks, and the number of the request."""
-
-_CDR_HEADER: Final = 4
 _BATCH: Final = 256
+_DISCOVERY_S: Final = 0.01
+"""Between two looks whether the reader of a response is found."""
 _NANOSECONDS: Final = 1000
 _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
@@ -76,7 +73,7 @@ class _Reader:
 
     entity: DataReader[Any]
     condition: ReadCondition
-    take: Callable[[bytes], None]
+    take: Callable[[Any], None]
 
 
 class DdsNode(Node):
@@ -112,6 +109,7 @@ class DdsNode(Node):
         self._types: dict[str, type] = {}
         self._readers: dict[int, _Reader] = {}
         self._writers: WeakSet[DataWriter[Any]] = WeakSet()
+        self._servers: list[DdsServer] = []
         self._numbers = 0
         self._graph = self._make_graph()
         self._announce()
@@ -130,51 +128,64 @@ class DdsNode(Node):
         """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
 
-        def take(data: bytes) -> None:
-            receive(self._codec.decode(name, data))
+        def take(sample: Any) -> None:
+            receive(self._codec.decode(name, sample.cdr))
 
-        return self._reader(f"rt{check_topic(topic)}", name, name, qos, take)
+        return self._reader(f"rt{check_topic(topic)}", name, name, qos, take)[1]
 
     def client(self, service: str, service_type: str) -> Client:
         """Return a client of a service; see the base class."""
-        name, qos = parse_type(service_type, "srv"), PROFILES["services_default"]
+        name, whose = parse_type(service_type, "srv"), named("clientid")
         request, response = name.derived("Request"), name.derived("Response")
-        place = check_topic(service)
-        writer = self._writer(f"rq{place}Request", request, name, qos)
-        made = _DdsClient(writer, partial(self._codec.encode, request), partial(self._codec.decode, response))
-        made.end = self._reader(f"rr{place}Reply", response, name, qos, made.take)
+        place, qos = check_topic(service), PROFILES["services_default"]
+        writer = self._writer(f"rq{place}Request", request, name, qos, whose)
+        made = DdsClient(
+            writer,
+            partial(_write, writer),
+            partial(self._codec.encode, request),
+            partial(self._codec.decode, response),
+        )
+        reader, end = self._reader(f"rr{place}Reply", response, name, qos, made.take, whose)
+        made.hears(reader, end)
         return made
 
     def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
-        name, qos = parse_type(service_type, "srv"), PROFILES["services_default"]
+        name, whose = parse_type(service_type, "srv"), named("serviceid")
         request, response = name.derived("Request"), name.derived("Response")
-        place = check_topic(service)
-        writer = self._writer(f"rr{place}Reply", response, name, qos)
+        place, qos = check_topic(service), PROFILES["services_default"]
+        writer = self._writer(f"rr{place}Reply", response, name, qos, whose)
+        made = DdsServer(
+            writer,
+            partial(_write, writer),
+            partial(self._codec.encode, response),
+            partial(self._codec.decode, request),
+            answer,
+        )
+        reader, end = self._reader(f"rq{place}Request", request, name, qos, made.take, whose)
+        made.hears(reader)
+        self._servers.append(made)
 
-        def take(data: bytes) -> None:
-            head = data[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
+        def end_both() -> None:
+            end()
+            if made in self._servers:
+                self._servers.remove(made)
 
-            def reply(message: Mapping[str, Any]) -> None:
-                made = self._codec.encode(response, message)
-                _write(writer, made[:_CDR_HEADER] + head + made[_CDR_HEADER:])
-
-            answer(self._codec.decode(request, _without_header(data)), reply)
-
-        return self._reader(f"rq{place}Request", request, name, qos, take)
+        return end_both
 
     def poll(self, timeout_s: float = 0.0) -> bool:
         """Hand out all that has come; see the base class."""
+        waiting = [server for server in self._servers if server.send()]
         if timeout_s > 0:
-            self._waits.wait(int(timeout_s * MICROSECONDS) * _NANOSECONDS)
+            wait_s = min(timeout_s, _DISCOVERY_S) if waiting else timeout_s
+            self._waits.wait(int(wait_s * MICROSECONDS) * _NANOSECONDS)
         any_came = False
         for number in list(self._readers):
             reader = self._readers.get(number)
             for sample in () if reader is None else reader.entity.take(N=_BATCH):
-                data = getattr(sample, "cdr", None)
-                if data is not None and reader is not None:
+                if reader is not None and hasattr(sample, "cdr"):
                     any_came = True
-                    reader.take(data)
+                    reader.take(sample)
         return any_came
 
     def close(self) -> None:
@@ -194,17 +205,25 @@ class DdsNode(Node):
             known = self._types[name.dds] = _dds_type(name)
         return Topic(self._participant, topic, cast("Any", known), qos=qos)
 
-    def _writer(self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile) -> DataWriter[Any]:
-        qos = self._qos(hashed, profile)
+    def _writer(
+        self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile, whose: str = ""
+    ) -> DataWriter[Any]:
+        qos = self._qos(hashed, profile, whose)
         made: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name, qos), qos=qos)
         self._writers.add(made)
         self._announce()
         return made
 
     def _reader(
-        self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile, take: Callable[[bytes], None]
-    ) -> Callable[[], None]:
-        qos = self._qos(hashed, profile)
+        self,
+        topic: str,
+        name: TypeName,
+        hashed: TypeName,
+        profile: QosProfile,
+        take: Callable[[Any], None],
+        whose: str = "",
+    ) -> tuple[DataReader[Any], Callable[[], None]]:
+        qos = self._qos(hashed, profile, whose)
         reader: DataReader[Any] = DataReader(self._participant, self._topic(topic, name, qos), qos=qos)
         condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waits.attach(condition)
@@ -212,7 +231,7 @@ class DdsNode(Node):
         number = self._numbers
         self._readers[number] = _Reader(reader, condition, take)
         self._announce()
-        return lambda: self._end(number)
+        return reader, lambda: self._end(number)
 
     def _end(self, number: int) -> None:
         reader = self._readers.pop(number, None)
@@ -242,7 +261,9 @@ class DdsNode(Node):
         message = {"gid": gid(self._participant), "node_entities_info_seq": [node]}
         _write(self._graph, self._codec.encode(_GRAPH, message))
 
-    def _qos(self, hashed: TypeName, profile: QosProfile) -> Qos:
+    def _qos(self, hashed: TypeName, profile: QosProfile, whose: str = "") -> Qos:
+        definitions = self._definitions
+        said = f"typehash={definitions.type_hash(hashed)};{whose}" if definitions.has_hashes else whose
         reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
         return Qos(
             reliable if profile.reliability == "reliable" else Policy.Reliability.BestEffort,
@@ -250,11 +271,7 @@ class DdsNode(Node):
             if profile.durability == "transient_local"
             else Policy.Durability.Volatile,
             Policy.History.KeepLast(profile.depth),
-            *(
-                [Policy.Userdata(f"typehash={self._definitions.type_hash(hashed)};".encode())]
-                if self._definitions.has_hashes
-                else []
-            ),
+            *([Policy.Userdata(said.encode())] if said else []),
         )
 
 
@@ -278,58 +295,12 @@ class _DdsPublisher(Publisher):
         del self._writer
 
 
-class _DdsClient(Client):
-    end: Callable[[], None]
-
-    def __init__(
-        self,
-        writer: DataWriter[Any],
-        encode: Callable[[Mapping[str, Any]], bytes],
-        decode: Callable[[bytes], Message],
-    ) -> None:
-        self._writer, self._encode, self._decode = writer, encode, decode
-        self._us = secrets.randbits(64)
-        self._waiting: dict[int, Receive] = {}
-        self._number = 0
-
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
-        made = self._encode(request)
-        self._number += 1
-        self._waiting[self._number] = done
-        head = _HEADER.pack(self._us, self._number)
-        _write(self._writer, made[:_CDR_HEADER] + head + made[_CDR_HEADER:])
-        return self._number
-
-    def forget(self, number: int) -> None:
-        self._waiting.pop(number, None)
-
-    def take(self, data: bytes) -> None:
-        """Get a response, which may be another client's."""
-        if len(data) < _CDR_HEADER + _HEADER.size:
-            return
-        whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
-        done = self._waiting.pop(number, None) if whose == self._us else None
-        if done is not None:
-            done(self._decode(_without_header(data)))
-
-    @property
-    def servers(self) -> frozenset[int]:
-        return frozenset(self._writer.get_matched_subscriptions())
-
-    def close(self) -> None:
-        self.end()
-
-
 def _write(writer: DataWriter[Any], data: bytes) -> None:
     sample = _deserialize(writer.data_type, data)
     try:
         writer.write(sample)
     except DDSException as error:
         raise Ros2Error(f"DDS does not take a message: {error}") from None
-
-
-def _without_header(data: bytes) -> bytes:
-    return data[:_CDR_HEADER] + data[_CDR_HEADER + _HEADER.size :]
 
 
 def _dds_type(name: TypeName) -> type:

@@ -1,0 +1,208 @@
+"""Services over DDS, as rmw_cyclonedds has them: who asks, and a number, come before request and response.
+
+DDS finds writers and readers one by one, so a server may get a request before it has found the reader of the
+response. Both sides name themselves in their user data, by ``clientid`` and ``serviceid``: a client takes a
+server for there when it has found both ends of it, and a server keeps a response until the client's reader is
+found.
+"""
+
+from __future__ import annotations
+
+import re
+import secrets
+import struct
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, Final
+
+from cyclonedds.core import Policy
+
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Receive
+
+if TYPE_CHECKING:
+    from cyclonedds.builtin import DcpsEndpoint
+    from cyclonedds.pub import DataWriter
+    from cyclonedds.sub import DataReader
+
+_HEADER: Final = struct.Struct("<Qq")
+"""Who asks, and the number of the request."""
+
+_CDR_HEADER: Final = 4
+_ID_BYTES: Final = 16
+
+Decode = Callable[[bytes], Message]
+Encode = Callable[[Mapping[str, Any]], bytes]
+
+
+def named(key: str) -> str:
+    """Return what the two ends of a client (``clientid``) or of a server (``serviceid``) report about it."""
+    return f"{key}={secrets.token_bytes(_ID_BYTES).hex('.')};"
+
+
+class _Found:
+    """The endpoints of others that DDS has found, each with what it says whose it is."""
+
+    def __init__(
+        self, key: str, handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
+    ) -> None:
+        self._pattern = re.compile(rf"(?:^|;){key}=([^;]*);")
+        self._handles, self._describe = handles, describe
+        self._owners: dict[int, str] = {}
+
+    @classmethod
+    def readers(cls, key: str, writer: DataWriter[Any]) -> _Found:
+        """Those of a writer's messages."""
+        return cls(key, writer.get_matched_subscriptions, writer.get_matched_subscription_data)
+
+    @classmethod
+    def writers(cls, key: str, reader: DataReader[Any]) -> _Found:
+        """Those of a reader's messages."""
+        return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
+
+    def now(self) -> Mapping[int, str]:
+        """Return whose endpoints are there, by their handles; empty for those that do not say so."""
+        handles = self._handles()
+        known = self._owners
+        self._owners = {each: known[each] if each in known else self._owner(each) for each in handles}
+        return self._owners
+
+    def has(self, owner: str) -> bool:
+        """Return whether an endpoint of an owner is there, or was there a moment ago."""
+        return owner in self._owners.values() or owner in self.now().values()
+
+    def owner(self, handle: int) -> str:
+        """Return whose endpoint this is or was; empty when nobody knows."""
+        return self._owners.get(handle) or self.now().get(handle, "")
+
+    def _owner(self, handle: int) -> str:
+        endpoint = self._describe(handle)
+        policy = None if endpoint is None else endpoint.qos[Policy.Userdata]
+        found = (
+            None if policy is None else self._pattern.search(bytes(policy.data).decode("ascii", "replace"))
+        )
+        return "" if found is None else found[1]
+
+
+class DdsClient(Client):
+    """A client of a service.
+
+    :param writer: writes requests.
+    :param encode: makes the bytes of a request.
+    :param decode: reads those of a response.
+    """
+
+    def __init__(
+        self, writer: DataWriter[Any], write: Callable[[bytes], None], encode: Encode, decode: Decode
+    ) -> None:
+        self._write, self._encode, self._decode = write, encode, decode
+        self._requested = _Found.readers("serviceid", writer)
+        self._responded: _Found | None = None
+        self._end: Callable[[], None] | None = None
+        self._us = secrets.randbits(64)
+        self._waiting: dict[int, Receive] = {}
+        self._number = 0
+
+    def hears(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
+        """Get responses from a reader, which ``end`` ends."""
+        self._responded, self._end = _Found.writers("serviceid", reader), end
+
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+        """Send a request; see the base class."""
+        made = self._encode(request)
+        self._number += 1
+        self._waiting[self._number] = done
+        self._write(_with_header(made, _HEADER.pack(self._us, self._number)))
+        return self._number
+
+    def forget(self, number: int) -> None:
+        """Wait for a response no more; see the base class."""
+        self._waiting.pop(number, None)
+
+    def take(self, sample: Any) -> None:
+        """Get a response, which may be another client's."""
+        data = sample.cdr
+        if len(data) < _CDR_HEADER + _HEADER.size:
+            return
+        whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
+        done = self._waiting.pop(number, None) if whose == self._us else None
+        if done is not None:
+            done(self._decode(_without_header(data)))
+
+    @property
+    def servers(self) -> frozenset[int]:
+        """The servers of which both ends are found; see the base class."""
+        owners = set() if self._responded is None else set(self._responded.now().values())
+        return frozenset(handle for handle, owner in self._requested.now().items() if owner in owners)
+
+    def close(self) -> None:
+        """Call nothing more."""
+        if self._end is not None:
+            self._end()
+
+
+@dataclass(frozen=True, slots=True)
+class _Response:
+    """A response whose reader is not found yet."""
+
+    data: bytes
+    writer: int
+    client: str
+
+
+class DdsServer:
+    """A server of a service.
+
+    :param writer: writes responses.
+    :param write: writes bytes by it.
+    :param encode: makes the bytes of a response.
+    :param decode: reads those of a request.
+    :param answer: answers requests.
+    """
+
+    def __init__(
+        self,
+        writer: DataWriter[Any],
+        write: Callable[[bytes], None],
+        encode: Encode,
+        decode: Decode,
+        answer: AnswerLater,
+    ) -> None:
+        self._write, self._encode, self._decode, self._answer = write, encode, decode, answer
+        self._readers = _Found.readers("clientid", writer)
+        self._writers: _Found | None = None
+        self._kept: list[_Response] = []
+
+    def hears(self, reader: DataReader[Any]) -> None:
+        """Get requests from a reader."""
+        self._writers = _Found.writers("clientid", reader)
+
+    def take(self, sample: Any) -> None:
+        """Get a request."""
+        head = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
+        handle = sample.sample_info.publication_handle
+        client = "" if self._writers is None else self._writers.owner(handle)
+
+        def reply(message: Mapping[str, Any]) -> None:
+            self._kept.append(_Response(_with_header(self._encode(message), head), handle, client))
+            self.send()
+
+        self._answer(self._decode(_without_header(sample.cdr)), reply)
+
+    def send(self) -> bool:
+        """Send the responses whose readers are found; return whether some are left."""
+        kept, self._kept = self._kept, []
+        for each in kept:
+            if not each.client or self._readers.has(each.client):
+                self._write(each.data)
+            elif self._writers is not None and each.writer in self._writers.now():
+                self._kept.append(each)
+        return bool(self._kept)
+
+
+def _with_header(data: bytes, header: bytes) -> bytes:
+    return data[:_CDR_HEADER] + header + data[_CDR_HEADER:]
+
+
+def _without_header(data: bytes) -> bytes:
+    return data[:_CDR_HEADER] + data[_CDR_HEADER + _HEADER.size :]
