@@ -109,6 +109,10 @@ class ActionClient(Closing):
         """Whether there is a server now."""
         return all(each.is_served for each in self._clients)
 
+    def why_unserved(self) -> str:
+        """Return why there is no server, as far as the transport knows; empty when it does not."""
+        return self._send.why_unserved()
+
     @property
     def _clients(self) -> tuple[Client, ...]:
         return self._send, self._get, self._cancel

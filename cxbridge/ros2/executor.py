@@ -14,7 +14,7 @@ from msgspec import Struct
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
 from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
-from cxbridge.ros2.node import Node
+from cxbridge.ros2.node import Node, Report
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports import TRANSPORTS, has_rclpy
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
@@ -93,14 +93,15 @@ class NodeSettings(Struct, frozen=True):
         """
         return Definitions(self.packages, self.distribution, texts=texts)
 
-    def join(self, name: str, definitions: Definitions) -> Node:
+    def join(self, name: str, definitions: Definitions, report: Report | None) -> Node:
         """Join the domain.
 
         :param name: of the node; what ROS does not take in names is replaced.
+        :param report: gets what is wrong with others; None: warnings of Python do.
         :raises Ros2Error: when that is not possible.
         """
         make = resolve_name(TRANSPORTS[self.transport])
-        node: Node = make(re.sub(r"\W", "_", name), definitions, self)
+        node: Node = make(re.sub(r"\W", "_", name), definitions, self, report)
         return node
 
 
@@ -128,7 +129,9 @@ class RosExecutor(SkillExecutor):
 
     def join(self) -> Node:
         """Join the domain; :meth:`close` leaves it."""
-        self._node = node = self.node_settings.join(f"cxbridge_{self.agent}", self._definitions)
+        self._node = node = self.node_settings.join(
+            f"cxbridge_{self.agent}", self._definitions, self.log.warn
+        )
         return node
 
     def idle(self) -> None:

@@ -6,16 +6,22 @@ thread that polls.
 
 from __future__ import annotations
 
+import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.closing import Closing
+from cxbridge.errors import Ros2Error
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.qos import PROFILES, QosProfile
 
 Receive = Callable[[Message], None]
 """Gets a message."""
+
+Report = Callable[[str], None]
+"""Gets what is wrong with others: a broken message, a type or a quality of service that does not fit."""
 
 Failed = Callable[[str], None]
 """Gets the reason why a call has no response."""
@@ -28,6 +34,14 @@ Reply = Callable[[Mapping[str, Any]], None]
 
 AnswerLater = Callable[[Message, Reply], None]
 """Gets a request, and what sends the response, now or later."""
+
+
+class Ros2Warning(UserWarning):
+    """Something is wrong with another node."""
+
+
+def _warn(text: str) -> None:
+    warnings.warn(text, Ros2Warning, stacklevel=4)
 
 
 class Publisher(ABC):
@@ -75,13 +89,42 @@ class Client(ABC):
         """Whether there is a server now."""
         return bool(self.servers)
 
+    def why_unserved(self) -> str:
+        """Return why there is no server, as far as the transport knows; empty when it does not."""
+        return ""
+
     @abstractmethod
     def close(self) -> None:
         """Call nothing more."""
 
 
 class Node(Closing):
-    """A node. Names of topics and services are whole: ``/robot1/odom``."""
+    """A node. Names of topics and services are whole: ``/robot1/odom``.
+
+    :param report: gets what is wrong with others, each kind of it at most once a minute; by default it is a
+        warning of Python, a :class:`Ros2Warning`.
+    """
+
+    def __init__(self, report: Report | None = None) -> None:
+        self._complaints = Complaints(report or _warn)
+
+    def complain(self, kind: str, text: str) -> None:
+        """Report something that is wrong with others.
+
+        :param kind: what problems have in common that count as the same.
+        """
+        self._complaints.add(kind, text)
+
+    def _intact(self, place: str, decode: Callable[[], Message]) -> Message | None:
+        """Return a message that came; None for one that is broken, which is reported.
+
+        :param place: the topic or service that it came on.
+        """
+        try:
+            return decode()
+        except Ros2Error as error:
+            self.complain(f"broken {place}", f"{place}: {error.message}")
+            return None
 
     @abstractmethod
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:

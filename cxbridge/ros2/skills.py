@@ -112,7 +112,10 @@ class RosSkills(RosExecutor):
         since_us = self.clock.now_us()
         while not client.is_served:
             if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
-                raise SkillFailedError(f"nobody serves {known.name} ({known.kind})")
+                why = client.why_unserved()
+                raise SkillFailedError(
+                    f"nobody serves {known.name} ({known.kind}){f': {why}' if why else ''}"
+                )
             self.poll()
             yield
 

@@ -91,7 +91,7 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     _, settings = node_settings(config, _ROS2_CLOCK_TREE, (), folder, "the clock of ROS 2")
 
     def join() -> Node:
-        return settings.join("cxbridge_clock", settings.definitions())
+        return settings.join("cxbridge_clock", settings.definitions(), None)
 
     return SimTimeClock(join)
 

@@ -21,8 +21,11 @@ needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder wit
 
 @pytest.fixture(scope="module")
 def domain() -> Iterator[int]:
-    """Set a DDS domain of this process' own, and keep discovery on this host."""
-    number = 1 + os.getpid() % 100
+    """Set a DDS domain of this process' own, and keep discovery on this host.
+
+    The 17 domains after it are this process', too: ``domain + 3``.
+    """
+    number = 1 + os.getpid() % 12 * 18  # the ports of DDS suffice for 232 domains
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(number))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

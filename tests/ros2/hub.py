@@ -86,7 +86,7 @@ class Side:
         self.performers: list[HubPerformer] = []
         self.nodes: list[Node] = []
         for each in performer_settings(config, [agent.name for agent in settings.agents], Path()).values():
-            node = each.node.join(each.name, each.node.definitions())
+            node = each.node.join(each.name, each.node.definitions(), self.lines.append)
             self.nodes.append(node)
             log = self.bus.logger("performer")
             self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
@@ -225,7 +225,9 @@ class EtherWorld(World):
     def __init__(self, patch: Callable[[type, str, Any], None]) -> None:
         super().__init__(VirtualClock())
         self.ether = Ether()
-        patch(NodeSettings, "join", lambda _settings, name, _definitions: EtherNode(self.ether, name))
+        patch(
+            NodeSettings, "join", lambda _settings, name, _definitions, _report: EtherNode(self.ether, name)
+        )
 
     def stranger(self, protocol: str, name: str = "stranger") -> Stranger:
         """Add somebody who says what the test says."""

@@ -31,14 +31,14 @@ QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
 @contextmanager
 def a_daemon(folder: Path, domain: int, more: str = "") -> Iterator[Daemon]:
     file = folder / "daemon.yaml"
-    file.write_text(f"{QUIET}ros2: {{node: {{name: robot, domain: {domain + 40}{more}}}}}\n")
+    file.write_text(f"{QUIET}ros2: {{node: {{name: robot, domain: {domain + 2}{more}}}}}\n")
     with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
         yield daemon
 
 
 @pytest.fixture
 def node(domain: int) -> Iterator[Node]:
-    with DdsNode("asks", Definitions(environment={}), domain + 40) as node:
+    with DdsNode("asks", Definitions(environment={}), domain + 2) as node:
         yield node
 
 
@@ -115,7 +115,7 @@ def test_its_log_and_its_parameters(node: Node, domain: int, tmp_path: Path):
 )
 def test_mistakes(domain: int, tmp_path: Path, more: str, message: str):
     file = tmp_path / "daemon.yaml"
-    text = f"{QUIET}ros2: {{node: {{domain: {domain + 40}{more}}}}}\n"
+    text = f"{QUIET}ros2: {{node: {{domain: {domain + 2}{more}}}}}\n"
     file.write_text(text)
     with pytest.raises(CxbridgeError, match=message) as caught:
         Daemon(DaemonOptions(config=file), lambda line: None).run()

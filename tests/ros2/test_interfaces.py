@@ -47,7 +47,7 @@ def texts_of(*names: str) -> dict[str, str]:
 @pytest.fixture
 def node(domain: int) -> Iterator[Node]:
     texts = texts_of("BatteryInterface", "SkillerInterface", "SpeechSynthInterface")
-    with DdsNode("peer", Definitions(environment={}, texts=texts), domain + 80) as node:
+    with DdsNode("peer", Definitions(environment={}, texts=texts), domain + 11) as node:
         yield node
 
 
@@ -55,7 +55,7 @@ def node(domain: int) -> Iterator[Node]:
 def a_run(folder: Path, domain: int, topics: str) -> Iterator[Assembly]:
     folder.mkdir(exist_ok=True)
     more = folder / "more.yaml"
-    more.write_text(f"ros2:\n  interfaces:\n{topics}".replace("DOMAIN", f"domain: {domain + 80}"))
+    more.write_text(f"ros2:\n  interfaces:\n{topics}".replace("DOMAIN", f"domain: {domain + 11}"))
     options = RunOptions(
         scenario=write_scenario(folder / "mini"), config=(more,), clock="real", skiller="none"
     )
@@ -264,7 +264,7 @@ def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
 def a_skiller(folder: Path, domain: int) -> Iterator[Daemon]:
     file = folder / "daemon.yaml"
     quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
-    file.write_text(f"{quiet}ros2: {{skiller: {{domain: {domain + 80}}}}}\n")
+    file.write_text(f"{quiet}ros2: {{skiller: {{domain: {domain + 11}}}}}\n")
     with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
         yield daemon
 
@@ -308,12 +308,12 @@ def test_rclpy_reads_interfaces_and_executes_skills(tmp_path: Path, domain: int)
         pytest.skip("no cxbridge_msgs in ROS2_OVERLAY: see docs/ros2.md, 'cxbridge ros2 package'")
     file = tmp_path / "daemon.yaml"
     quiet = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
-    place = f"domain: {domain + 80}"
+    place = f"domain: {domain + 11}"
     topics = f"interfaces: {{skiller: {{interface: SkillerInterface, qos: latched, {place}}}}}"
     file.write_text(f"{quiet}ros2: {{skiller: {{{place}}}, {topics}}}\n")
     with running(DaemonOptions(config=file)):
         done = subprocess.run(
-            with_ros(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 80)),
+            with_ros(str(HERE / "with_rclpy/skiller_user.py"), str(domain + 11)),
             capture_output=True,
             text=True,
             timeout=60,

@@ -57,7 +57,7 @@ class Simulation:
 
 @pytest.fixture
 def simulation(domain: int) -> Iterator[Simulation]:
-    made = Simulation(domain + 70, speed=5)
+    made = Simulation(domain + 9, speed=5)
     yield made
     made.close()
 
@@ -70,7 +70,7 @@ def clock(domain: int) -> Iterator[SimTimeClock]:
 
 
 def a_clock(domain: int, patience_s: float = 20) -> SimTimeClock:
-    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 70), patience_s)
+    return SimTimeClock(lambda: DdsNode("follows", Definitions(environment={}), domain + 9), patience_s)
 
 
 def test_it_goes_as_the_messages_say(simulation: Simulation, clock: SimTimeClock):
@@ -135,9 +135,9 @@ def simulation_of(kind: str, domain: int) -> Iterator[None]:
 def test_a_run_lives_in_simulated_time(tmp_path: Path, domain: int, kind: str):
     scenario = write_scenario(tmp_path / "mini")
     more = tmp_path / "more.yaml"
-    more.write_text(f"ros2: {{clock: {{domain: {domain + 71}}}}}\n")
+    more.write_text(f"ros2: {{clock: {{domain: {domain + 10}}}}}\n")
     command = [sys.executable, "-m", "cxbridge", "run", str(scenario), "--config", str(more)]
-    with simulation_of(kind, domain + 71):
+    with simulation_of(kind, domain + 10):
         done = subprocess.run(
             [*command, "--clock", "ros2", "--json", "--trace", str(tmp_path / "run.mcap")],
             capture_output=True,

@@ -146,7 +146,7 @@ def test_a_goal_that_is_aborted_is_a_failure_that_names_it(peer: str, tmp_path: 
 @pytest.fixture
 def quiet_domain(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Set a domain in which there is nobody."""
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 100))
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 16))
 
 
 @pytest.mark.usefixtures("quiet_domain")

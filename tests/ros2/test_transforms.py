@@ -62,7 +62,7 @@ def a_run(folder: Path, domain: int, settings: str = "frames: all") -> Assembly:
 
 @pytest.fixture
 def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Assembly, TransformBuffer]]:
-    with a_run(tmp_path, domain + 50) as run:
+    with a_run(tmp_path, domain + 3) as run:
         run.start()
         frames = TransformBuffer()
         listener = TransformListener(run.board, frames)
@@ -82,7 +82,7 @@ def turn_until(run: Assembly, sender: Sender | None, done: Any, limit_s: float =
 
 def test_frames_are_joined(buffer, domain: int):
     run, frames = buffer
-    sender = Sender(domain + 50)
+    sender = Sender(domain + 3)
     try:
         turn_until(run, sender, lambda: frames.can_transform("map", "gripper"))
     finally:
@@ -94,7 +94,7 @@ def test_frames_are_joined(buffer, domain: int):
 @needs_ros
 def test_frames_that_rclpy_sends(buffer, domain: int, monkeypatch: pytest.MonkeyPatch):
     run, frames = buffer
-    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 50))
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 3))
     command = with_ros(str(HERE / "with_rclpy/transforms.py"))
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True)
     try:
@@ -109,10 +109,10 @@ def test_frames_that_rclpy_sends(buffer, domain: int, monkeypatch: pytest.Monkey
 
 def test_our_frames_go_to_ros(tmp_path: Path, domain: int):
     got: dict[str, list[Any]] = {"/tf": [], "/tf_static": []}
-    sender = Sender(domain + 50)
+    sender = Sender(domain + 3)
     with (
-        DdsNode("hears", Definitions(environment={}), domain + 50) as node,
-        a_run(tmp_path, domain + 50, "publish: true") as run,
+        DdsNode("hears", Definitions(environment={}), domain + 3) as node,
+        a_run(tmp_path, domain + 3, "publish: true") as run,
     ):
         for topic, messages in got.items():
             node.subscribe(topic, "tf2_msgs/msg/TFMessage", messages.append, PROFILES[topic[1:]])
@@ -140,9 +140,9 @@ def test_our_frames_go_to_ros(tmp_path: Path, domain: int):
 
 
 def test_only_the_frames_that_are_named(tmp_path: Path, domain: int):
-    sender = Sender(domain + 50)
+    sender = Sender(domain + 3)
     try:
-        with a_run(tmp_path, domain + 50, "frames: [base_link]") as run:
+        with a_run(tmp_path, domain + 3, "frames: [base_link]") as run:
             run.start()
             frames = TransformBuffer()
             listener = TransformListener(run.board, frames)
@@ -159,7 +159,7 @@ def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch:
     run, _frames = buffer
     lines: list[str] = []
     run.bus.subscribe(lambda event: lines.append(event.text), LogLine)
-    sender = Sender(domain + 50)
+    sender = Sender(domain + 3)
     try:
         turn_until(
             run, sender, lambda: any("is left out: there are 2 frames already" in each for each in lines)
@@ -170,7 +170,7 @@ def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch:
 
 def test_a_misspelt_setting(tmp_path: Path, domain: int):
     with (
-        a_run(tmp_path, domain + 50, "framse: all") as run,
+        a_run(tmp_path, domain + 3, "framse: all") as run,
         pytest.raises(ConfigError, match="no setting 'framse'") as caught,
     ):
         run.start()

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from importlib import import_module
 from itertools import count
 from typing import TYPE_CHECKING, Any, Final
@@ -16,7 +17,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.messages import Codec, Message
 from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 
@@ -40,10 +41,18 @@ class RclpyNode(Node):
     :param name: the node's, e.g. ``cxbridge``.
     :param definitions: the types that are known; they must be those of the sourced environment.
     :param domain: the domain; that of ``ROS_DOMAIN_ID`` by default.
+    :param report: gets what is wrong with others; see the base class.
     :raises Ros2Error: when ROS cannot begin.
     """
 
-    def __init__(self, name: str, definitions: Definitions, domain: int | None = None) -> None:
+    def __init__(
+        self,
+        name: str,
+        definitions: Definitions,
+        domain: int | None = None,
+        report: Report | None = None,
+    ) -> None:
+        super().__init__(report)
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
@@ -88,7 +97,9 @@ class RclpyNode(Node):
 
         def take(data: bytes) -> None:
             self._came += 1
-            receive(self._codec.decode(name, data))
+            message = self._intact(topic, partial(self._codec.decode, name, data))
+            if message is not None:
+                receive(message)
 
         made = self._node.create_subscription(
             self._class(name), check_topic(topic), take, self._qos(qos), raw=True
@@ -205,9 +216,9 @@ class RclpyNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings) -> RclpyNode:
+def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> RclpyNode:
     """Make a node of the settings of a configuration."""
-    return RclpyNode(name, definitions, settings.domain)
+    return RclpyNode(name, definitions, settings.domain, report)
 
 
 class _Publisher(Publisher):

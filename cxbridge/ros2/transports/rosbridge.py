@@ -28,7 +28,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions, FieldType
 from cxbridge.ros2.messages import Codec, Message
 from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 
@@ -58,7 +58,10 @@ class RosbridgeNode(Node):
     :raises Ros2Error: when nobody is there, or it is none.
     """
 
-    def __init__(self, name: str, definitions: Definitions, url: str = DEFAULT_URL) -> None:
+    def __init__(
+        self, name: str, definitions: Definitions, url: str = DEFAULT_URL, report: Report | None = None
+    ) -> None:
+        super().__init__(report)
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
@@ -180,6 +183,11 @@ class RosbridgeNode(Node):
 
         answer(self._from_json(name.derived("Request"), op.get("args")), reply)
 
+    def _take_status(self, op: _Op) -> None:
+        if op.get("level") in ("error", "warning"):
+            text = str(op.get("msg"))
+            self.complain(f"status {text[:_KIND]}", f"the rosbridge says: {text[:_TEXT]}")
+
     def _take_of_action(self, op: _Op) -> None:
         action = self._actions.get(op.get("action", ""))
         if action is not None:
@@ -198,6 +206,7 @@ class RosbridgeNode(Node):
         "call_service": _take_call,
         "action_feedback": _take_of_action,
         "action_result": _take_of_action,
+        "status": _take_status,
     }
 
     # --- helpers ------------------------------------------------------------------------------------------
@@ -252,10 +261,13 @@ class RosbridgeNode(Node):
         return [self._value(of, each) for each in value] if isinstance(value, list) else []
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings) -> RosbridgeNode:
+def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> RosbridgeNode:
     """Make a node of the settings of a configuration."""
-    return RosbridgeNode(name, definitions, settings.url or DEFAULT_URL)
+    return RosbridgeNode(name, definitions, settings.url or DEFAULT_URL, report)
 
+
+_KIND, _TEXT = 40, 500
+"""Characters of a bridge's complaint by which it counts as the same one, and that are shown."""
 
 _AWAY: Final = "the rosbridge is away"
 _NOTHING: Final = "structure_needs_at_least_one_member"

@@ -38,9 +38,9 @@ class Ros2Performers(Component):
 
     def _serve(self, key: str, settings: PerformerSettings) -> None:
         context = self._context
-        node = settings.node.join(settings.name, settings.node.definitions())
-        self._nodes.append(node)
         log = context.bus.logger(f"performer {key}")
+        node = settings.node.join(settings.name, settings.node.definitions(), log.warn)
+        self._nodes.append(node)
         performer = HubPerformer(settings, self._skills, node, context.clock, log)
         self._performers.append(performer)
         self._refuse_circle(key, settings, performer)

@@ -34,7 +34,11 @@ class Ros2Skiller(Component):
         with placed(context.config, TREE):
             self._skiller = typed(values, "skiller", "Skiller", _WHOSE)
             action = check_topic(settings.namespace + typed(values, "action", "/skiller/execute", _WHOSE))
-            self._node = settings.join(f"cxbridge_skiller_{context.name}", settings.definitions(ACTIONS))
+            self._node = settings.join(
+                f"cxbridge_skiller_{context.name}",
+                settings.definitions(ACTIONS),
+                context.bus.logger("Ros2Skiller").warn,
+            )
         self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock)
 
     def loop(self) -> None:

@@ -46,7 +46,9 @@ class Ros2Transforms(Component):
         self._wanted = None if wanted == _ALL else frozenset(map(str, wanted))
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
-        self._node = node = settings.join(f"cxbridge_tf_{context.name}", settings.definitions())
+        self._node = node = settings.join(
+            f"cxbridge_tf_{context.name}", settings.definitions(), self._log.warn
+        )
         for topic, profile, static in _TOPICS:
             node.subscribe(topic, TRANSFORMS, partial(self._take, static=static), PROFILES[profile])
         self._sender = FrameSender(node, context.board) if sends else None

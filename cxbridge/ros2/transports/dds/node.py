@@ -7,13 +7,11 @@ rmw_fastrtps puts who asks where this wheel cannot write.
 
 from __future__ import annotations
 
-import os
-from collections import Counter
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
-from weakref import WeakSet
 
 from cyclonedds.core import (
     DDSException,
@@ -27,7 +25,7 @@ from cyclonedds.core import (
     ViewState,
     WaitSet,
 )
-from cyclonedds.domain import Domain, DomainParticipant
+from cyclonedds.domain import DomainParticipant
 from cyclonedds.idl import make_idl_struct
 from cyclonedds.idl.types import uint8
 from cyclonedds.pub import DataWriter
@@ -40,15 +38,20 @@ from cxbridge.errors import Ros2Error
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.messages import Codec
 from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Report
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports.dds_services import DdsClient, DdsServer, named
+from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
+from cxbridge.ros2.transports.dds.domain import default_reach, delete, domain_id, enter
+from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, named
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
 
 _BATCH: Final = 256
+_LOOK_S: Final = 1.0
+"""Between two looks at what others have."""
+
 _DISCOVERY_S: Final = 0.01
 """Between two looks whether the reader of a response is found."""
 _NANOSECONDS: Final = 1000
@@ -58,13 +61,6 @@ _ENCLAVE: Final = b"enclave=/;"
 """What the participant of a node reports about itself; without it ROS takes it for a stranger."""
 
 _RESOURCE_WAIT: Final = duration(milliseconds=100)
-_LOCAL: Final = """<CycloneDDS><Domain Id="any">
-<General><AllowMulticast>false</AllowMulticast>
-<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-<Peers><Peer Address="localhost"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
-"""Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,17 +80,25 @@ class DdsNode(Node):
     :param domain: the DDS domain; that of ``ROS_DOMAIN_ID`` by default.
     :param reach: ``localhost``: nodes on this host are found, and find us; ``subnet``: those of the network,
         too; that of ``ROS_AUTOMATIC_DISCOVERY_RANGE`` by default, and ``localhost`` when that is not set.
+    :param report: gets what is wrong with others; see the base class.
     :raises Ros2Error: when DDS cannot begin.
     """
 
     def __init__(
-        self, name: str, definitions: Definitions, domain: int | None = None, reach: str | None = None
+        self,
+        name: str,
+        definitions: Definitions,
+        domain: int | None = None,
+        reach: str | None = None,
+        report: Report | None = None,
     ) -> None:
+        super().__init__(report)
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        number = _domain_id() if domain is None else domain
-        self._leave_domain = _enter_domain(number, reach or _reach())
+        self._number = number = domain_id() if domain is None else domain
+        self._reach = reach or default_reach()
+        self._leave_domain = enter(number, self._reach)
         try:
             self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
         except DDSException as error:
@@ -108,9 +112,11 @@ class DdsNode(Node):
         self._waits.attach(self._never)  # a set of nothing does not wait
         self._types: dict[str, type] = {}
         self._readers: dict[int, _Reader] = {}
-        self._writers: WeakSet[DataWriter[Any]] = WeakSet()
+        self._writers: list[DataWriter[Any]] = []
         self._servers: list[DdsServer] = []
         self._numbers = 0
+        self._discovery = Discovery(self._participant, self.complain)
+        self._looked_s = 0.0
         self._graph = self._make_graph()
         self._announce()
 
@@ -119,8 +125,8 @@ class DdsNode(Node):
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher; see the base class."""
         name = parse_type(message_type)
-        writer = self._writer(f"rt{check_topic(topic)}", name, name, qos)
-        return _DdsPublisher(writer, partial(self._codec.encode, name))
+        writer = self._writer(f"rt{check_topic(topic)}", name, qos)
+        return _DdsPublisher(writer, partial(self._codec.encode, name), partial(self._end_writer, writer))
 
     def subscribe(
         self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
@@ -129,24 +135,32 @@ class DdsNode(Node):
         name = parse_type(message_type)
 
         def take(sample: Any) -> None:
-            receive(self._codec.decode(name, sample.cdr))
+            message = self._intact(topic, partial(self._codec.decode, name, sample.cdr))
+            if message is not None:
+                receive(message)
 
-        return self._reader(f"rt{check_topic(topic)}", name, name, qos, take)[1]
+        return self._reader(f"rt{check_topic(topic)}", name, qos, take)[1]
 
     def client(self, service: str, service_type: str) -> Client:
         """Return a client of a service; see the base class."""
         name, whose = parse_type(service_type, "srv"), named("clientid")
         request, response = name.derived("Request"), name.derived("Response")
         place, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rq{place}Request", request, name, qos, whose)
+        writer = self._writer(f"rq{place}Request", request, qos, whose)
         made = DdsClient(
             writer,
             partial(_write, writer),
             partial(self._codec.encode, request),
             partial(self._codec.decode, response),
+            lambda: self._discovery.why_unserved(f"rq{place}Request", request, self._where),
         )
-        reader, end = self._reader(f"rr{place}Reply", response, name, qos, made.take, whose)
-        made.hears(reader, end)
+        reader, end = self._reader(f"rr{place}Reply", response, qos, made.take, whose)
+
+        def end_both() -> None:
+            end()
+            self._end_writer(writer)
+
+        made.hears(reader, end_both)
         return made
 
     def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
@@ -154,20 +168,21 @@ class DdsNode(Node):
         name, whose = parse_type(service_type, "srv"), named("serviceid")
         request, response = name.derived("Request"), name.derived("Response")
         place, qos = check_topic(service), PROFILES["services_default"]
-        writer = self._writer(f"rr{place}Reply", response, name, qos, whose)
+        writer = self._writer(f"rr{place}Reply", response, qos, whose)
         made = DdsServer(
             writer,
             partial(_write, writer),
             partial(self._codec.encode, response),
-            partial(self._codec.decode, request),
+            lambda data: self._intact(service, partial(self._codec.decode, request, data)),
             answer,
         )
-        reader, end = self._reader(f"rq{place}Request", request, name, qos, made.take, whose)
+        reader, end = self._reader(f"rq{place}Request", request, qos, made.take, whose)
         made.hears(reader)
         self._servers.append(made)
 
         def end_both() -> None:
             end()
+            self._end_writer(writer)
             if made in self._servers:
                 self._servers.remove(made)
 
@@ -179,6 +194,10 @@ class DdsNode(Node):
         if timeout_s > 0:
             wait_s = min(timeout_s, _DISCOVERY_S) if waiting else timeout_s
             self._waits.wait(int(wait_s * MICROSECONDS) * _NANOSECONDS)
+        now_s = time.monotonic()
+        if now_s - self._looked_s > _LOOK_S:
+            self._looked_s = now_s
+            self._discovery.look()
         any_came = False
         for number in list(self._readers):
             reader = self._readers.get(number)
@@ -193,24 +212,26 @@ class DdsNode(Node):
         while self._readers:
             self._end(next(iter(self._readers)))
         for entity in (*self._writers, self._graph, self._waits, self._never, self._participant):
-            _delete(entity)
+            delete(entity)
         self._leave_domain()
 
     # --- DDS ----------------------------------------------------------------------------------------------
 
-    def _topic(self, topic: str, name: TypeName, qos: Qos) -> Topic[Any]:
+    def _topic(self, topic: str, name: TypeName) -> Topic[Any]:
         known = self._types.get(name.dds)
         if known is None:
             self._definitions.fields(name)
             known = self._types[name.dds] = _dds_type(name)
-        return Topic(self._participant, topic, cast("Any", known), qos=qos)
+        try:  # without QoS: those of writers and readers count, and one topic has several of them
+            return Topic(self._participant, topic, cast("Any", known))
+        except DDSException as error:
+            raise Ros2Error(f"DDS does not take {topic} as {name}: {error}") from None
 
-    def _writer(
-        self, topic: str, name: TypeName, hashed: TypeName, profile: QosProfile, whose: str = ""
-    ) -> DataWriter[Any]:
-        qos = self._qos(hashed, profile, whose)
-        made: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name, qos), qos=qos)
-        self._writers.add(made)
+    def _writer(self, topic: str, name: TypeName, profile: QosProfile, whose: str = "") -> DataWriter[Any]:
+        qos = self._qos(name, profile, whose)
+        made: DataWriter[Any] = DataWriter(self._participant, self._topic(topic, name), qos=qos)
+        self._writers.append(made)
+        self._discovery.add(Ours(made, topic, name, self._hash(name)))
         self._announce()
         return made
 
@@ -218,18 +239,18 @@ class DdsNode(Node):
         self,
         topic: str,
         name: TypeName,
-        hashed: TypeName,
         profile: QosProfile,
         take: Callable[[Any], None],
         whose: str = "",
     ) -> tuple[DataReader[Any], Callable[[], None]]:
-        qos = self._qos(hashed, profile, whose)
-        reader: DataReader[Any] = DataReader(self._participant, self._topic(topic, name, qos), qos=qos)
+        qos = self._qos(name, profile, whose)
+        reader: DataReader[Any] = DataReader(self._participant, self._topic(topic, name), qos=qos)
         condition = ReadCondition(reader, SampleState.NotRead | ViewState.Any | InstanceState.Any)
         self._waits.attach(condition)
         self._numbers += 1
         number = self._numbers
         self._readers[number] = _Reader(reader, condition, take)
+        self._discovery.add(Ours(reader, topic, name, self._hash(name)))
         self._announce()
         return reader, lambda: self._end(number)
 
@@ -237,13 +258,30 @@ class DdsNode(Node):
         reader = self._readers.pop(number, None)
         if reader is not None:
             self._waits.detach(reader.condition)
+            self._discovery.remove(reader.entity)
             self._announce()
+
+    def _end_writer(self, writer: DataWriter[Any]) -> None:
+        if writer in self._writers:
+            self._writers.remove(writer)
+            self._discovery.remove(writer)
+            delete(writer)
+            self._announce()
+
+    @property
+    def _where(self) -> str:
+        """The part of the network we are in."""
+        host = " on this host (reach: subnet goes beyond)" if self._reach == "localhost" else ""
+        return f"the domain {self._number}{host}"
+
+    def _hash(self, name: TypeName) -> str:
+        return self._definitions.type_hash(name) if self._definitions.has_hashes else ""
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> DataWriter[Any]:
         qos = self._qos(_GRAPH, PROFILES["latched"])
-        return DataWriter(self._participant, self._topic("ros_discovery_info", _GRAPH, qos), qos=qos)
+        return DataWriter(self._participant, self._topic("ros_discovery_info", _GRAPH), qos=qos)
 
     def _announce(self) -> None:
         """Let others know which readers and writers are this node's: so the node is in the graph of ROS."""
@@ -261,9 +299,9 @@ class DdsNode(Node):
         message = {"gid": gid(self._participant), "node_entities_info_seq": [node]}
         _write(self._graph, self._codec.encode(_GRAPH, message))
 
-    def _qos(self, hashed: TypeName, profile: QosProfile, whose: str = "") -> Qos:
-        definitions = self._definitions
-        said = f"typehash={definitions.type_hash(hashed)};{whose}" if definitions.has_hashes else whose
+    def _qos(self, name: TypeName, profile: QosProfile, whose: str = "") -> Qos:
+        type_hash = self._hash(name)
+        said = f"typehash={type_hash};{whose}" if type_hash else whose
         reliable = Policy.Reliability.Reliable(_RESOURCE_WAIT)
         return Qos(
             reliable if profile.reliability == "reliable" else Policy.Reliability.BestEffort,
@@ -275,14 +313,19 @@ class DdsNode(Node):
         )
 
 
-def join(name: str, definitions: Definitions, settings: NodeSettings) -> DdsNode:
+def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> DdsNode:
     """Make a node of the settings of a configuration."""
-    return DdsNode(name, definitions, settings.domain, settings.reach)
+    return DdsNode(name, definitions, settings.domain, settings.reach, report)
 
 
 class _DdsPublisher(Publisher):
-    def __init__(self, writer: DataWriter[Any], encode: Callable[[Mapping[str, Any]], bytes]) -> None:
-        self._writer, self._encode = writer, encode
+    def __init__(
+        self,
+        writer: DataWriter[Any],
+        encode: Callable[[Mapping[str, Any]], bytes],
+        end: Callable[[], None],
+    ) -> None:
+        self._writer, self._encode, self._end = writer, encode, end
 
     def publish(self, message: Mapping[str, Any]) -> None:
         _write(self._writer, self._encode(message))
@@ -292,7 +335,7 @@ class _DdsPublisher(Publisher):
         return len(self._writer.get_matched_subscriptions())
 
     def close(self) -> None:
-        del self._writer
+        self._end()
 
 
 def _write(writer: DataWriter[Any], data: bytes) -> None:
@@ -318,57 +361,3 @@ def _deserialize(kind: Any, data: bytes, /, *_arguments: object, **_options: obj
     made = object.__new__(kind)
     made.cdr = data
     return made
-
-
-def _domain_id() -> int:
-    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
-    if not text.isdecimal() or int(text) > 232:  # noqa: PLR2004  what DDS' ports allow
-        raise Ros2Error(
-            f"ROS_DOMAIN_ID={text} is no domain", hint="it is a number from 0 to 101 on most systems"
-        )
-    return int(text)
-
-
-def _reach() -> str:
-    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
-        return "localhost"
-    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
-
-
-_domains: dict[int, Domain] = {}
-_nodes: Counter[int] = Counter()
-"""How many nodes of this process are in each: a domain is configured once, and ends with its last node."""
-
-
-def _enter_domain(number: int, reach: str) -> Callable[[], None]:
-    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it.
-
-    :returns: leaves it; only the first call does.
-    """
-    if reach not in ("localhost", "subnet", "off", "system_default"):
-        raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
-    if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
-        return lambda: None
-    if number not in _domains:
-        _domains[number] = Domain(number, _LOCAL)
-    _nodes[number] += 1
-    is_inside = [True]
-
-    def leave() -> None:
-        if is_inside:
-            is_inside.clear()
-            _nodes[number] -= 1
-            if not _nodes[number]:
-                _delete(_domains.pop(number))
-
-    return leave
-
-
-def _delete(entity: Entity) -> None:
-    """End an entity now.
-
-    The wheel ends it when Python lets go of it, but not when the garbage collector does that: its table of
-    entities refers to them weakly, and the collector clears such references first; the wheel takes what is
-    not in its table for ended.
-    """
-    entity.__del__()

@@ -1,9 +1,9 @@
 """Services over DDS, as rmw_cyclonedds has them: who asks, and a number, come before request and response.
 
-DDS finds writers and readers one by one, so a server may get a request before it has found the reader of the
-response. Both sides name themselves in their user data, by ``clientid`` and ``serviceid``: a client takes a
-server for there when it has found both ends of it, and a server keeps a response until the client's reader is
-found.
+DDS finds writers and readers one by one, on each side. What is sent to those that have not found us is lost.
+So both sides name themselves in their user data, ``clientid`` and ``serviceid``: a client takes a server for
+there when it has found both ends of it, and the server has found the writer of requests; and a server keeps a
+response until the client's reader is found.
 """
 
 from __future__ import annotations
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.core import Policy
 
+from cxbridge.errors import Ros2Error
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import AnswerLater, Client, Failed, Receive
 
@@ -32,6 +33,7 @@ _CDR_HEADER: Final = 4
 _ID_BYTES: Final = 16
 
 Decode = Callable[[bytes], Message]
+DecodeOrReport = Callable[[bytes], Message | None]
 Encode = Callable[[Mapping[str, Any]], bytes]
 
 
@@ -90,28 +92,35 @@ class DdsClient(Client):
     :param writer: writes requests.
     :param encode: makes the bytes of a request.
     :param decode: reads those of a response.
+    :param why: says why there is no server.
     """
 
     def __init__(
-        self, writer: DataWriter[Any], write: Callable[[bytes], None], encode: Encode, decode: Decode
+        self,
+        writer: DataWriter[Any],
+        write: Callable[[bytes], None],
+        encode: Encode,
+        decode: Decode,
+        why: Callable[[], str],
     ) -> None:
-        self._write, self._encode, self._decode = write, encode, decode
+        self._write, self._encode, self._decode, self._why = write, encode, decode, why
         self._requested = _Found.readers("serviceid", writer)
+        self._introduction = _Introduction(writer)
         self._responded: _Found | None = None
         self._end: Callable[[], None] | None = None
         self._us = secrets.randbits(64)
-        self._waiting: dict[int, Receive] = {}
+        self._waiting: dict[int, tuple[Receive, Failed | None]] = {}
         self._number = 0
 
     def hears(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
         """Get responses from a reader, which ``end`` ends."""
         self._responded, self._end = _Found.writers("serviceid", reader), end
 
-    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
         """Send a request; see the base class."""
         made = self._encode(request)
         self._number += 1
-        self._waiting[self._number] = done
+        self._waiting[self._number] = done, failed
         self._write(_with_header(made, _HEADER.pack(self._us, self._number)))
         return self._number
 
@@ -125,20 +134,64 @@ class DdsClient(Client):
         if len(data) < _CDR_HEADER + _HEADER.size:
             return
         whose, number = _HEADER.unpack_from(data, _CDR_HEADER)
-        done = self._waiting.pop(number, None) if whose == self._us else None
-        if done is not None:
-            done(self._decode(_without_header(data)))
+        found = self._waiting.pop(number, None) if whose == self._us else None
+        if found is None:
+            return
+        done, failed = found
+        try:
+            response = self._decode(_without_header(data))
+        except Ros2Error as error:
+            if failed is None:
+                raise
+            failed(f"the response is broken: {error.message}")
+            return
+        done(response)
 
     @property
     def servers(self) -> frozenset[int]:
-        """The servers of which both ends are found; see the base class."""
+        """The servers of which both ends are found, and that have found us; see the base class."""
         owners = set() if self._responded is None else set(self._responded.now().values())
-        return frozenset(handle for handle, owner in self._requested.now().items() if owner in owners)
+        whole = frozenset(handle for handle, owner in self._requested.now().items() if owner in owners)
+        return self._introduction.found(whole)
+
+    def why_unserved(self) -> str:
+        """Return why there is no server; see the base class."""
+        return self._why()
 
     def close(self) -> None:
         """Call nothing more."""
         if self._end is not None:
             self._end()
+
+
+class _Introduction:
+    """Finds out which readers have found a writer of ours.
+
+    What they acknowledge they have found. The writer disposes of an instance: readers of ROS skip that, for
+    it is no message.
+
+    :param writer: of messages without a key.
+    """
+
+    def __init__(self, writer: DataWriter[Any]) -> None:
+        self._writer = writer
+        self._asked: frozenset[int] = frozenset()
+        self._found: frozenset[int] = frozenset()
+
+    def found(self, handles: frozenset[int]) -> frozenset[int]:
+        """Return those of some readers that have found the writer."""
+        if not handles <= self._asked:
+            self._asked = handles
+            self._writer.dispose(object.__new__(self._writer.data_type))
+        if not handles <= self._found and self._is_acknowledged():
+            self._found = self._asked
+        return handles & self._found
+
+    def _is_acknowledged(self) -> bool:
+        try:
+            return self._writer.wait_for_acks(0)
+        except AttributeError:  # how cyclonedds 11.0.1 says that the time is over
+            return False
 
 
 @dataclass(frozen=True, slots=True)
@@ -156,7 +209,7 @@ class DdsServer:
     :param writer: writes responses.
     :param write: writes bytes by it.
     :param encode: makes the bytes of a response.
-    :param decode: reads those of a request.
+    :param decode: reads those of a request; reports those that are broken.
     :param answer: answers requests.
     """
 
@@ -165,7 +218,7 @@ class DdsServer:
         writer: DataWriter[Any],
         write: Callable[[bytes], None],
         encode: Encode,
-        decode: Decode,
+        decode: DecodeOrReport,
         answer: AnswerLater,
     ) -> None:
         self._write, self._encode, self._decode, self._answer = write, encode, decode, answer
@@ -180,14 +233,16 @@ class DdsServer:
     def take(self, sample: Any) -> None:
         """Get a request."""
         head = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
-        handle = sample.sample_info.publication_handle
+        handle = _signed(sample.sample_info.publication_handle)
         client = "" if self._writers is None else self._writers.owner(handle)
 
         def reply(message: Mapping[str, Any]) -> None:
             self._kept.append(_Response(_with_header(self._encode(message), head), handle, client))
             self.send()
 
-        self._answer(self._decode(_without_header(sample.cdr)), reply)
+        request = self._decode(_without_header(sample.cdr))
+        if request is not None:
+            self._answer(request, reply)
 
     def send(self) -> bool:
         """Send the responses whose readers are found; return whether some are left."""
@@ -198,6 +253,11 @@ class DdsServer:
             elif self._writers is not None and each.writer in self._writers.now():
                 self._kept.append(each)
         return bool(self._kept)
+
+
+def _signed(handle: int) -> int:
+    """Return a handle as the wheel lists handles; samples have them without a sign."""
+    return handle - 2**64 if handle >= 2**63 else handle
 
 
 def _with_header(data: bytes, header: bytes) -> bytes:

@@ -1,0 +1,205 @@
+"""What DDS has found of others, held against what is ours: types, their hashes, and quality of service.
+
+DDS itself says nothing when a publisher and a subscription do not fit: no message comes, that is all.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING, Any, Final
+
+from cyclonedds.builtin import (
+    BuiltinDataReader,
+    BuiltinTopicDcpsParticipant,
+    BuiltinTopicDcpsPublication,
+    BuiltinTopicDcpsSubscription,
+)
+from cyclonedds.core import InstanceState, Policy
+from cyclonedds.domain import DomainParticipant
+from cyclonedds.pub import DataWriter
+from cyclonedds.sub import DataReader
+from msgspec import Struct
+
+from cxbridge.ros2.names import TypeName
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from cyclonedds.builtin import DcpsEndpoint
+
+_POLICIES: Final = {
+    2: "DURABILITY", 3: "PRESENTATION", 4: "DEADLINE", 5: "LATENCY_BUDGET", 6: "OWNERSHIP", 8: "LIVELINESS",
+    10: "PARTITION", 11: "RELIABILITY", 12: "DESTINATION_ORDER", 23: "DATA_REPRESENTATION",
+}  # fmt: skip
+"""Policies by the numbers that the specification of DDS gives them."""
+
+_BATCH: Final = 1000
+_MOST: Final = 20_000
+"""Endpoints that are kept: others decide how many there are."""
+
+_HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
+_DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
+_PART: Final = re.compile(r"(_(SendGoal|GetResult))?_(Request|Response)$|_FeedbackMessage$")
+_PLACE: Final = re.compile(
+    r"rt(/.*?)(?:/_action/(?:feedback|status))?|r[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
+)
+
+
+class Ours(Struct, frozen=True, eq=False):
+    """A reader or a writer of ours.
+
+    :param topic: its name in DDS, e.g. ``rt/chatter``.
+    :param sent: the type that goes over the wire.
+    :param type_hash: what ours is; empty: the distribution has none.
+    """
+
+    entity: DataReader[Any] | DataWriter[Any]
+    topic: str
+    sent: TypeName
+    type_hash: str
+
+    @property
+    def is_read(self) -> bool:
+        """Whether others write what we read."""
+        return isinstance(self.entity, DataReader)
+
+    @property
+    def peer(self) -> str:
+        """What others have at the other end, in the words of ROS."""
+        if self.topic.startswith("rt/"):
+            return "publisher" if self.is_read else "subscription"
+        return "client" if self.topic.startswith("rq/") == self.is_read else "server"
+
+
+class Discovery:
+    """Knows the readers and writers of others, and complains about those that do not fit ours.
+
+    :param complain: gets a kind of problem, and what is wrong.
+    """
+
+    def __init__(self, participant: DomainParticipant, complain: Callable[[str, str], None]) -> None:
+        self._complain = complain
+        self._us = participant.guid
+        self._participants = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
+        self._readers = {
+            True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
+            False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
+        }
+        """What finds those who write, and those who read."""
+        self._theirs: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
+        self._ours: list[Ours] = []
+        self._incompatible: dict[int, int] = {}
+        self._others: set[Any] = set()
+
+    def add(self, ours: Ours) -> None:
+        """Hold what others have against a new reader or writer of ours."""
+        self._ours.append(ours)
+        for endpoint in self._theirs[ours.is_read].values():
+            self._compare(ours, endpoint)
+
+    def remove(self, entity: object) -> None:
+        """Forget a reader or a writer of ours."""
+        self._ours = [each for each in self._ours if each.entity is not entity]
+        self._incompatible.pop(id(entity), None)
+
+    def look(self) -> None:
+        """Take what was found since, and complain about what does not fit."""
+        for sample in self._take(self._participants):
+            if sample.key != self._us:
+                (self._others.add if _is_alive(sample) else self._others.discard)(sample.key)
+        for writes, reader in self._readers.items():
+            known = self._theirs[writes]
+            for endpoint in self._take(reader):
+                if not _is_alive(endpoint):
+                    known.pop(endpoint.key, None)
+                elif endpoint.participant_key != self._us and len(known) < _MOST:
+                    known[endpoint.key] = endpoint
+                    for ours in self._ours:
+                        if ours.is_read == writes:
+                            self._compare(ours, endpoint)
+        for ours in self._ours:
+            self._look_at_qos(ours)
+
+    @staticmethod
+    def _take(reader: BuiltinDataReader) -> Iterator[Any]:
+        while samples := reader.take(N=_BATCH):
+            yield from samples
+
+    def _compare(self, ours: Ours, endpoint: DcpsEndpoint) -> None:
+        if endpoint.topic_name != ours.topic:
+            return
+        if endpoint.type_name != ours.sent.dds:
+            theirs = _ros_type(endpoint.type_name)
+            text = f"a {ours.peer} there has the type {theirs}, here it is {_whole(ours.sent)}"
+        else:
+            policy = endpoint.qos[Policy.Userdata]
+            found = None if policy is None else _HASH.search(bytes(policy.data))
+            theirs = "" if found is None else found[1].decode()
+            if not theirs or not ours.type_hash or theirs == ours.type_hash:
+                return
+            text = (
+                f"a {ours.peer} there has another {_whole(ours.sent)}, with the hash {theirs}; here it is "
+                f"{ours.type_hash}: name the folder of its package in 'packages'"
+            )
+        name = _name(ours.topic)
+        self._complain(f"type {name} {ours.peer}", f"{name}: {text}")
+
+    def _look_at_qos(self, ours: Ours) -> None:
+        entity = ours.entity
+        status = (
+            entity.get_requested_incompatible_qos_status()  # type: ignore[no-untyped-call]
+            if isinstance(entity, DataReader)
+            else entity.get_offered_incompatible_qos_status()  # type: ignore[no-untyped-call]
+        )
+        count = status.total_count
+        if count > self._incompatible.get(id(entity), 0):
+            self._incompatible[id(entity)] = count
+            policy = _POLICIES.get(status.last_policy_id, f"number {status.last_policy_id}")
+            differs = "offers less than is wanted here" if ours.is_read else "wants more than is offered here"
+            name = _name(ours.topic)
+            self._complain(
+                f"qos {name} {ours.peer}",
+                f"{name}: a {ours.peer} there {differs}, so no message goes: see its QoS policy {policy}",
+            )
+
+    def why_unserved(self, topic: str, sent: TypeName, where: str) -> str:
+        """Return why nobody reads the requests of a service, as far as is known; empty when it is not.
+
+        :param topic: of the requests.
+        :param where: which part of the network we are in.
+        """
+        self.look()
+        if not self._others:
+            return f"there is no other node in {where}"
+        requests = {
+            each.topic_name: each.type_name
+            for each in self._theirs[False].values()
+            if each.topic_name.startswith("rq/")
+        }
+        found = requests.get(topic)
+        if found is not None and found != sent.dds:
+            return f"it is served as {_ros_type(found)}"
+        names = sorted({_name(each) for each in requests} - {_name(topic)})
+        return "" if found else did_you_mean(_name(topic), names, "")
+
+
+def _is_alive(sample: Any) -> bool:
+    return bool(sample.sample_info.instance_state == InstanceState.Alive)
+
+
+def _name(topic: str) -> str:
+    """Return what ROS calls a topic, a service or an action of DDS."""
+    found = _PLACE.fullmatch(topic)
+    return topic if found is None else found[1] or found[2]
+
+
+def _ros_type(name: str) -> str:
+    """Return what ROS calls a type of DDS; that of a service or an action for their parts."""
+    found = _DDS_TYPE.fullmatch(name)
+    return name if found is None else _whole(TypeName(found[1], found[2], found[3]))
+
+
+def _whole(name: TypeName) -> str:
+    return str(
+        TypeName(name.package, name.kind, _PART.sub("", name.name) if name.kind != "msg" else name.name)
+    )

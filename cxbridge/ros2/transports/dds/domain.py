@@ -1,0 +1,80 @@
+"""Domains of DDS: which one the environment names, and how far discovery goes in it."""
+
+from __future__ import annotations
+
+import os
+from collections import Counter
+from collections.abc import Callable
+from typing import Final
+
+from cyclonedds.core import Entity
+from cyclonedds.domain import Domain
+
+from cxbridge.errors import Ros2Error
+
+_LOCAL: Final = """<CycloneDDS><Domain Id="any">
+<General><AllowMulticast>false</AllowMulticast>
+<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>
+<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
+<Peers><Peer Address="localhost"/></Peers></Discovery>
+</Domain></CycloneDDS>"""
+"""Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+
+
+def domain_id() -> int:
+    """Return the domain of ``ROS_DOMAIN_ID``.
+
+    :raises Ros2Error: when it is none.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
+    if not text.isdecimal() or int(text) > 232:  # noqa: PLR2004  what DDS' ports allow
+        raise Ros2Error(
+            f"ROS_DOMAIN_ID={text} is no domain", hint="it is a number from 0 to 101 on most systems"
+        )
+    return int(text)
+
+
+def default_reach() -> str:
+    """Return how far the environment has nodes look for others."""
+    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
+        return "localhost"
+    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
+
+
+_domains: dict[int, Domain] = {}
+_nodes: Counter[int] = Counter()
+"""How many nodes of this process are in each: a domain is configured once, and ends with its last node."""
+
+
+def enter(number: int, reach: str) -> Callable[[], None]:
+    """Configure a domain, once in a process; not when the user's CYCLONEDDS_URI does it.
+
+    :returns: leaves it; only the first call does.
+    """
+    if reach not in ("localhost", "subnet", "off", "system_default"):
+        raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
+    if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
+        return lambda: None
+    if number not in _domains:
+        _domains[number] = Domain(number, _LOCAL)
+    _nodes[number] += 1
+    is_inside = [True]
+
+    def leave() -> None:
+        if is_inside:
+            is_inside.clear()
+            _nodes[number] -= 1
+            if not _nodes[number]:
+                delete(_domains.pop(number))
+
+    return leave
+
+
+def delete(entity: Entity) -> None:
+    """End an entity now.
+
+    The wheel ends it when Python lets go of it, but not when the garbage collector does that: its table of
+    entities refers to them weakly, and the collector clears such references first; the wheel takes what is
+    not in its table for ended.
+    """
+    entity.__del__()

@@ -1,0 +1,143 @@
+"""Nodes that do not fit together: other types, other definitions, other quality of service, other places."""
+
+from __future__ import annotations
+
+import re
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.node import Ros2Warning
+from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.transports.dds import DdsNode
+from tests.ros2.test_transport import poll_until
+
+LATCHED = QosProfile(durability="transient_local")
+LOSSY = QosProfile(reliability="best_effort")
+
+Join = Callable[..., tuple[DdsNode, list[str]]]
+
+
+@pytest.fixture
+def join(domain: int) -> Iterator[Join]:
+    """Make nodes, each with a list of what it reports."""
+    with ExitStack() as nodes:
+
+        def make(*folders: Path, where: int = domain + 12) -> tuple[DdsNode, list[str]]:
+            said: list[str] = []
+            types = Definitions(folders, environment={})
+            return nodes.enter_context(DdsNode("one", types, where, report=said.append)), said
+
+        yield make
+
+
+def a_package(folder: Path, fields: str) -> Path:
+    place = folder / "demo_msgs/msg"
+    place.mkdir(parents=True)
+    (place / "Reading.msg").write_text(fields)
+    return folder
+
+
+def test_another_type_on_the_topic(join: Join):
+    (ours, said), (theirs, they_said) = join(), join()
+    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
+    theirs.publisher("/chatter", "std_msgs/msg/Int32")
+    poll_until(ours, lambda: said)
+    poll_until(theirs, lambda: they_said)
+    assert said == [
+        "/chatter: a publisher there has the type std_msgs/msg/Int32, here it is std_msgs/msg/String"
+    ]
+    assert they_said == [
+        "/chatter: a subscription there has the type std_msgs/msg/String, here it is std_msgs/msg/Int32"
+    ]
+
+
+def test_it_is_found_whoever_was_there_first(join: Join):
+    (ours, said), (theirs, _) = join(), join()
+    theirs.publisher("/chatter", "std_msgs/msg/Int32")
+    poll_until(ours, lambda: any(ours._discovery._theirs.values()))
+    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
+    assert [each.partition(":")[0] for each in said] == ["/chatter"]
+
+
+def test_another_definition_of_the_type(join: Join, tmp_path: Path):
+    ours, said = join(a_package(tmp_path / "new", "float64 value\nstring unit\n"))
+    theirs, _ = join(a_package(tmp_path / "old", "float32 value\nstring unit\n"))
+    ours.subscribe("/reading", "demo_msgs/msg/Reading", lambda _message: None)
+    theirs.publisher("/reading", "demo_msgs/msg/Reading")
+    poll_until(ours, lambda: said)
+    (text,) = said
+    assert text.startswith(
+        "/reading: a publisher there has another demo_msgs/msg/Reading, with the hash RIHS01_"
+    )
+    assert len(set(re.findall("RIHS01_[0-9a-f]{64}", text))) == 2
+    assert text.endswith("name the folder of its package in 'packages'")
+
+
+@pytest.mark.parametrize(
+    ("offered", "wanted", "policy"),
+    [(LOSSY, QosProfile(), "RELIABILITY"), (QosProfile(), LATCHED, "DURABILITY")],
+)
+def test_quality_of_service_that_does_not_fit(
+    join: Join, offered: QosProfile, wanted: QosProfile, policy: str
+):
+    (ours, said), (theirs, they_said) = join(), join()
+    ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None, wanted)
+    theirs.publisher("/chatter", "std_msgs/msg/String", offered)
+    poll_until(ours, lambda: said)
+    poll_until(theirs, lambda: they_said)
+    end = f"so no message goes: see its QoS policy {policy}"
+    assert said == [f"/chatter: a publisher there offers less than is wanted here, {end}"]
+    assert they_said == [f"/chatter: a subscription there wants more than is offered here, {end}"]
+
+
+def test_those_that_fit_say_nothing(join: Join):
+    (ours, said), (theirs, they_said) = join(), join()
+    got: list[Any] = []
+    ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
+    ours.serve("/empty", "std_srvs/srv/Empty", lambda _request: {})
+    sends = theirs.publisher("/chatter", "std_msgs/msg/String", LATCHED)
+    client = theirs.client("/empty", "std_srvs/srv/Empty")
+    poll_until(ours, lambda: sends.subscriptions and client.is_served)
+    for node in (ours, theirs):
+        node._discovery.look()
+    assert said + they_said == []
+
+
+def test_why_nobody_serves(join: Join, domain: int):
+    ours, _ = join()
+    client = ours.client("/beep", "std_srvs/srv/Trigger")
+    here = f"the domain {domain + 12} on this host (reach: subnet goes beyond)"
+    assert client.why_unserved() == f"there is no other node in {here}"
+    theirs, _ = join()
+    end = theirs.serve("/beeep", "std_srvs/srv/Trigger", lambda _request: {})
+    poll_until(ours, client.why_unserved)
+    poll_until(ours, lambda: client.why_unserved() == "did you mean /beeep?")
+    end()
+    theirs.serve("/beep", "std_srvs/srv/SetBool", lambda _request: {})
+    poll_until(ours, lambda: client.why_unserved() == "it is served as std_srvs/srv/SetBool")
+
+
+def test_without_somebody_who_hears_it_is_a_warning(domain: int):
+    with DdsNode("one", Definitions(environment={}), domain + 13) as node:
+        with pytest.warns(Ros2Warning, match="something is wrong"):
+            node.complain("kind", "something is wrong")
+        with warnings.catch_warnings(action="error"):
+            node.complain("kind", "once more within a minute")
+
+
+def test_one_topic_of_a_node_has_several_qualities(join: Join):
+    ours, said = join()
+    got: list[Any] = []
+    ours.subscribe("/chatter", "std_msgs/msg/String", got.append, LOSSY)
+    sends = ours.publisher("/chatter", "std_msgs/msg/String", LATCHED)
+    sends.publish({"data": "x"})
+    poll_until(ours, lambda: got)
+    assert (got, said) == ([{"data": "x"}], [])
