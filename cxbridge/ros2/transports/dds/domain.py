@@ -34,6 +34,19 @@ def domain_id() -> int:
     return int(text)
 
 
+def lacks_security() -> str:
+    """Return what is wrong when the environment wants DDS security; empty when it does not.
+
+    :raises Ros2Error: when it must not go without.
+    """
+    if os.environ.get("ROS_SECURITY_ENABLE", "").lower() != "true":
+        return ""
+    text = "ROS_SECURITY_ENABLE is true, but the wheel of Cyclone DDS is built without DDS security"
+    if os.environ.get("ROS_SECURITY_STRATEGY") == "Enforce":
+        raise Ros2Error(text, hint="take the transport rclpy, in a sourced ROS 2")
+    return f"{text}: all goes unencrypted; the transport rclpy has it, in a sourced ROS 2"
+
+
 def default_reach() -> str:
     """Return how far the environment has nodes look for others."""
     if os.environ.get("ROS_LOCALHOST_ONLY") == "1":

@@ -42,7 +42,7 @@ from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Re
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
-from cxbridge.ros2.transports.dds.domain import default_reach, delete, domain_id, enter
+from cxbridge.ros2.transports.dds.domain import default_reach, delete, domain_id, enter, lacks_security
 from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, named
 
 if TYPE_CHECKING:
@@ -98,6 +98,8 @@ class DdsNode(Node):
         self._codec = Codec(definitions)
         self._number = number = domain_id() if domain is None else domain
         self._reach = reach or default_reach()
+        if lack := lacks_security():
+            self.complain("security", lack)
         self._leave_domain = enter(number, self._reach)
         try:
             self._participant = DomainParticipant(number, qos=Qos(Policy.Userdata(_ENCLAVE)))
