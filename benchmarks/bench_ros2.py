@@ -13,7 +13,12 @@ import os
 import statistics
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from cxbridge.ros2.actions import ActionClient
+    from cxbridge.ros2.node import Node
 
 COUNT = 300
 ROUNDS = 5
@@ -52,7 +57,18 @@ def ours() -> dict[str, float]:
         return {
             "topic": trip(lambda number: there.publish({"data": f"message {number}"})),
             "service": trip(lambda number: add.call({"a": number, "b": 1}, got.append)),
+            "goal": statistics.median(goals(node, count)) * 1e6,
         }
+
+
+def goals(node: Node, count: ActionClient) -> Iterator[float]:
+    """Yield how long each of some goals takes until its result is here, in seconds."""
+    for _ in range(COUNT):
+        started = time.perf_counter()
+        sent = count.send({"order": 1})
+        while not sent.is_over and time.perf_counter() - started < 5:
+            node.poll(0.5)
+        yield time.perf_counter() - started
 
 
 def theirs() -> dict[str, float]:
@@ -61,7 +77,7 @@ def theirs() -> dict[str, float]:
 
     command = with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT))
     found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
-    return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6}
+    return {"topic": found["trip"] * 1e6, "service": found["call"] * 1e6, "goal": found["goal"] * 1e6}
 
 
 def main() -> None:
@@ -78,7 +94,7 @@ def main() -> None:
     finally:
         peer.kill()
         peer.wait()
-    for what in ("topic", "service"):
+    for what in ("topic", "service", "goal"):
         mine = statistics.median(first[what] for first, _ in rounds)
         rival = statistics.median(second[what] for _, second in rounds)
         ratio = statistics.median(first[what] / second[what] for first, second in rounds)

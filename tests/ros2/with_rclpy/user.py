@@ -61,11 +61,18 @@ def send(order, cancel=False):
     }
 
 
+rounds = []
+for _ in range(int(sys.argv[1])):
+    begin = time.perf_counter()
+    send(1)
+    rounds.append(time.perf_counter() - begin)
+
 found = {
     "got": got,
     "sums": sums,
     "trip": sorted(trips)[len(trips) // 2],
     "call": sorted(calls)[len(calls) // 2],
+    "goal": sorted(rounds)[len(rounds) // 2],
     "goals": {
         "done": send(5),
         "rejected": send(-1),

@@ -167,8 +167,8 @@ class DdsClient(Client):
 class _Introduction:
     """Finds out which readers have found a writer of ours.
 
-    What they acknowledge they have found. The writer disposes of an instance: readers of ROS skip that, for
-    it is no message.
+    What they acknowledge they have found. The writer disposes of an instance: readers of ROS skip that,
+    which is not a message.
 
     :param writer: of messages without a key.
     """
