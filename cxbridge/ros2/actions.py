@@ -134,9 +134,12 @@ class ActionClient(Closing):
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
             self._want_result(sent)
 
+        def failed(reason: str) -> None:
+            self._give_up(sent, GoalStatus.ABORTED, reason)
+
         self._goals[number] = sent  # feedback may come before the answer
         try:
-            self._send.call({"goal_id": {"uuid": number}, "goal": goal}, answered)
+            self._send.call({"goal_id": {"uuid": number}, "goal": goal}, answered, failed)
         except Exception:
             del self._goals[number]
             raise
@@ -150,7 +153,13 @@ class ActionClient(Closing):
         now = self._get.servers
         if now - sent.servers and sent.is_accepted:
             self._want_result(sent)
+        elif now and sent.servers.isdisjoint(now) and sent.is_accepted is None:
+            self._give_up(sent, GoalStatus.UNKNOWN, "")  # those that could have accepted it are gone
         sent.servers |= now
+
+    def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
+        if self._goals.pop(sent.number, None) is not None:
+            sent.status, sent.result, sent.reason = status, {}, reason
 
     def _want_result(self, sent: SentGoal) -> None:
         def ended(response: Message) -> None:
@@ -159,8 +168,7 @@ class ActionClient(Closing):
                 sent.result = response["result"]
 
         def failed(reason: str) -> None:
-            if self._goals.pop(sent.number, None) is not None:
-                sent.status, sent.result, sent.reason = GoalStatus.ABORTED, {}, reason
+            self._give_up(sent, GoalStatus.ABORTED, reason)
 
         self._get.call({"goal_id": {"uuid": sent.number}}, ended, failed)
 

@@ -1,0 +1,113 @@
+"""A server of an action goes away in each state of a goal, for good or to come back: the skill ends."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.clock import RealClock
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Reply
+from cxbridge.ros2.qos import PROFILES
+from cxbridge.ros2.transports.dds import DdsNode
+from tests.ros2.hub import Side
+from tests.ros2.peer import PACKAGES
+
+ACTION = "example_interfaces/action/Fibonacci"
+STATES = ("before it answers", "after it has accepted", "while it executes", "while it cancels")
+
+SKILLS = f"""
+skill-board:
+  agents:
+    robot1:
+      executors:
+        ros:
+          class: cxbridge.ros2.skills:RosSkills
+          domain: DOMAIN
+          packages: [{PACKAGES}]
+          skills:
+            count: {{action: {ACTION}, name: /count, goal: {{order: 3}}, patience: 1, timeout: 20}}
+"""
+
+
+class Server:
+    """Serves an action as far as it is asked to."""
+
+    def __init__(self, domain: int, state: str) -> None:
+        self.node = DdsNode("server", Definitions([PACKAGES], environment={}), domain)
+        self.reached = False
+        self._state = state
+        self._goal: bytes = b""
+        self.feedback = self.node.publisher("/count/_action/feedback", f"{ACTION}_FeedbackMessage")
+        self.node.publisher(
+            "/count/_action/status", "action_msgs/msg/GoalStatusArray", PROFILES["action_status"]
+        )
+        services: Mapping[str, tuple[str, Callable[[Message, Reply], None]]] = {
+            "send_goal": (f"{ACTION}_SendGoal", self._accept),
+            "get_result": (f"{ACTION}_GetResult", self._result),
+            "cancel_goal": ("action_msgs/srv/CancelGoal", self._cancel),
+        }
+        for name, (kind, answer) in services.items():
+            self.node.serve_later(f"/count/_action/{name}", kind, answer)
+
+    def _accept(self, request: Message, reply: Reply) -> None:
+        self._goal = request["goal_id"]["uuid"]
+        if self._state == STATES[0]:
+            self.reached = True
+        else:
+            reply({"accepted": True})
+
+    def _result(self, request: Message, reply: Reply) -> None:
+        if request["goal_id"]["uuid"] == self._goal:
+            self.reached = self._state != STATES[3]
+        else:  # of a goal of an earlier life
+            reply({"status": 0})
+
+    def _cancel(self, _request: Message, _reply: Reply) -> None:
+        self.reached = True
+
+    def loop(self) -> None:
+        self.node.poll(0.01)
+        if self._goal and self._state == STATES[2]:
+            self.feedback.publish({"goal_id": {"uuid": self._goal}, "feedback": {"sequence": [0, 1]}})
+
+
+@pytest.fixture
+def side(domain: int) -> Iterator[Side]:
+    side = Side(SKILLS.replace("DOMAIN", str(domain + 17)), RealClock())
+    yield side
+    side.close()
+
+
+def until(done: Callable[[], Any], *loops: Callable[[], None]) -> None:
+    end_s = time.monotonic() + 25
+    while not done():
+        for loop in loops:
+            loop()
+        assert time.monotonic() < end_s
+
+
+@pytest.mark.parametrize("comes_back", [False, True], ids=["for good", "restarted"])
+@pytest.mark.parametrize("state", STATES)
+def test_a_server_goes_away(side: Side, domain: int, state: str, comes_back: bool):
+    server = Server(domain + 17, state)
+    master = side.ask("count")
+    if state == STATES[3]:
+        until(lambda: server._goal, side.loop, server.loop)
+        until(lambda: not server.node.poll(0.2), side.loop)
+        side.service.local_calls.stop(master.number)
+    until(lambda: server.reached, side.loop, server.loop)
+    server.node.close()
+    again = Server(domain + 17, state) if comes_back else None
+    until(lambda: master.is_over, side.loop, *([again.loop] if again else []))
+    assert str(master.state) != "SUCCEEDED"
+    assert "/count" in master.error or state == STATES[3], master.error
+    if again is not None:
+        again.node.close()
+    assert not [line for line in side.lines if "Error" in line]
