@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
+from pkgutil import resolve_name
 
 from cxbridge.clock import RealClock
 from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge.ros2.transports import TRANSPORTS
 
 ABORTED = 13
 PACKAGES = Path(__file__).parent / "packages"
@@ -24,8 +28,18 @@ def count(goal: ServedGoal) -> Execution:
     return {"sequence": numbers}
 
 
+def node_of(transport: str = "dds", url: str = "") -> Node:
+    """Make the peer's node."""
+    settings = {"transport": transport, **({"url": url} if url else {})}
+    make = resolve_name(TRANSPORTS[transport])
+    node: Node = make(
+        "peer", Definitions([PACKAGES], environment={}), NodeSettings.of(settings, Path(), "peer")
+    )
+    return node
+
+
 def main() -> None:
-    node = DdsNode("peer", Definitions([PACKAGES], environment={}))
+    node = node_of(*sys.argv[1:])
     many = QosProfile(depth=100)
     back = node.publisher("/back", "std_msgs/msg/String", many)
     node.subscribe("/there", "std_msgs/msg/String", back.publish, many)
