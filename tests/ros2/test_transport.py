@@ -10,7 +10,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, nullcontext
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -82,15 +82,24 @@ def transport(request: pytest.FixtureRequest) -> str:
 @pytest.fixture(scope="module")
 def router(transport: str) -> Iterator[str]:
     """The URL of a router of Zenoh, where one is needed."""
-    with a_router() if transport == ZENOH else nullcontext("") as url:
+    if transport != ZENOH:
+        yield ""
+        return
+    with a_router() as url, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ZENOH_CONFIG_OVERRIDE", f'connect/endpoints=["{url}"]')  # for nodes of ROS
         yield url
+
+
+def reaches_ros(transport: str) -> bool:
+    """Return whether nodes of the ROS have an RMW that speaks what a transport speaks."""
+    return (transport == ZENOH) == (os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp")
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def peer(request: pytest.FixtureRequest, domain: int, transport: str, router: str) -> Iterator[str]:
     """A node that echoes /there to /back, adds, and counts; its kind."""
-    if transport == ZENOH and request.param != "ours":
-        pytest.skip("there is no rmw_zenoh_cpp")
+    if request.param != "ours" and not reaches_ros(transport):
+        pytest.skip("the nodes of ROS have another RMW")
     process = start(request.param, "peer.py", *([ZENOH, router] if transport == ZENOH else []))
     yield request.param
     stop(process)
@@ -256,8 +265,8 @@ def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
 
 @needs_ros
 def test_rclpy_uses_what_we_serve(peer: str, transport: str):
-    if transport != "dds":
-        pytest.skip("it is the peer on DDS that is used")
+    if transport not in ("dds", ZENOH) or not reaches_ros(transport):
+        pytest.skip("the nodes of ROS have another RMW, or the peer is reached as on DDS")
     done = subprocess.run(
         with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT)),
         capture_output=True,

@@ -26,11 +26,6 @@ _HERE: Final = {
     "scouting/gossip/enabled": True,
 }
 _AWAY: Final = {"mode": "client", "scouting/multicast/enabled": False}
-_BOTH: Final = {
-    "connect/timeout_ms": 0,
-    "connect/exit_on_failure": True,
-    "timestamping/enabled": True,  # what is kept for those who come late has times
-}
 
 
 def open_session(url: str) -> zenoh.Session:
@@ -40,7 +35,7 @@ def open_session(url: str) -> zenoh.Session:
     :raises Ros2Error: when the configuration makes no sense, or there is no router.
     """
     attempts = _attempts()
-    config = _config(url)
+    config = _config(url, is_needed=attempts >= 0)
     reason = ""
     for _ in count() if attempts == 0 else range(max(1, attempts)):
         if reason:
@@ -61,10 +56,19 @@ def open_session(url: str) -> zenoh.Session:
     )
 
 
-def settings_of(url: str) -> dict[str, object]:
-    """Return the configuration without that of the environment, by its keys."""
+def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
+    """Return the configuration without that of the environment, by its keys.
+
+    :param is_needed: whether there is no session without a router; else it is looked for all the time.
+    """
     place = url or ROUTER
-    return {**(_HERE if _is_here(place) else _AWAY), **_BOTH, "connect/endpoints": [place]}
+    return {
+        **(_HERE if _is_here(place) else _AWAY),
+        "connect/endpoints": [place],
+        "connect/timeout_ms": 0,
+        "connect/exit_on_failure": is_needed,
+        "timestamping/enabled": True,  # what is kept for those who come late has times
+    }
 
 
 def overrides_of(text: str) -> Iterator[tuple[str, str]]:
@@ -75,12 +79,14 @@ def overrides_of(text: str) -> Iterator[tuple[str, str]]:
             yield key.strip(), value.strip()
 
 
-def _config(url: str) -> zenoh.Config:
+def _config(url: str, *, is_needed: bool) -> zenoh.Config:
     file = os.environ.get("ZENOH_SESSION_CONFIG_URI", "")
     what = f"ZENOH_SESSION_CONFIG_URI={file}"
     try:
         config = zenoh.Config.from_file(file) if file else zenoh.Config()
-        settings = settings_of(url) if not file else {"connect/endpoints": [url]} if url else {}
+        settings = {"connect/endpoints": [url]} if url else {}
+        if not file:
+            settings = settings_of(url, is_needed=is_needed)
         for key, value in settings.items():
             what = f"'{url}'"
             config.insert_json5(key, json.dumps(value))
@@ -126,4 +132,5 @@ def _is_here(endpoint: str) -> bool:
 
 def _one_line(error: Exception) -> str:
     """Return what Zenoh says, without the places in its sources."""
-    return " ".join(str(error).partition(" at /")[0].split()).rstrip(".! ")
+    text = " ".join(str(error).partition(" at /")[0].split()).rstrip(".! ")
+    return text + "]" * (text.count("[") - text.count("]"))
