@@ -19,6 +19,7 @@ pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
 
 from cxbridge import extras
 from cxbridge.errors import ConfigError, Ros2Error
+from cxbridge.ros2.actions import ActionClient
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.names import parse_type
@@ -456,3 +457,19 @@ def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: p
             there.publish({"data": "x"})
             node.poll(0.1)
         stop(process)
+
+
+@pytest.mark.parametrize("mode", ["peer", "client"])
+def test_a_goal_fails_when_the_robot_is_lost(plain: int, mode: str, monkeypatch: pytest.MonkeyPatch):
+    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}"')
+    with a_router() as url:
+        process = start("ours", "peer.py", "zenoh", url)
+        node = ZenohNode("test", types(), url, plain)
+        with ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci") as client:
+            poll_until(node, lambda: client.is_served, 60)
+            sent = client.send({"order": 10**9})
+            poll_until(node, lambda: sent.feedback, 60)
+            stop(process)
+            poll_until(node, lambda: sent.is_over, 60)
+    with node:
+        assert "has not answered" in sent.reason

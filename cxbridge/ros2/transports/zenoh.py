@@ -162,7 +162,7 @@ class ZenohNode(Node):
         return place_of(check_topic(service), name, self._definitions, is_service=True)
 
     def _announced(self, endpoint: Endpoint, made: Any, source: Source | None = None) -> Callable[[], None]:
-        """Let others know of an endpoint; return what ends it, once."""
+        """Tell others that there is an endpoint; return what ends it, once."""
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:

@@ -84,7 +84,7 @@ def _config(url: str, *, is_needed: bool) -> zenoh.Config:
     what = f"ZENOH_SESSION_CONFIG_URI={file}"
     try:
         config = zenoh.Config.from_file(file) if file else zenoh.Config()
-        settings = {"connect/endpoints": [url]} if url else {}
+        settings: dict[str, object] = {"connect/endpoints": [url]} if url else {}
         if not file:
             settings = settings_of(url, is_needed=is_needed)
         for key, value in settings.items():
