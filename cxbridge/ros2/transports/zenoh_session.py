@@ -117,8 +117,8 @@ def _has_router(session: zenoh.Session) -> bool:
     return True
 
 
-def _endpoints(config: zenoh.Config) -> str:
-    found = json.loads(config.get_json("connect/endpoints"))
+def _endpoints(made: zenoh.Config) -> str:
+    found = json.loads(made.get_json("connect/endpoints"))
     return ", ".join(map(str, found)) if isinstance(found, list) and found else "any place"
 
 
