@@ -14,6 +14,8 @@ from cxbridge.errors import CxbridgeError
 _DEVELOPERS = "dev"
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
+_MODULES = {"eclipse-zenoh": "zenoh"}
+"""The modules of packages that have other names."""
 _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
@@ -64,9 +66,14 @@ def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
     for extra, requirements in extras().items():
         for requirement in requirements:
             name = _NAME.match(requirement)
-            if name is not None and module and name[0].replace("-", "_").lower() == module.lower():
+            if name is not None and module and _module(name[0]) == module.lower():
                 return CxbridgeError(f"the package '{module}' is not there", hint=install_command(extra))
     return None
+
+
+def _module(package: str) -> str:
+    """Return the name of the module that a package has."""
+    return _MODULES.get(package, package.replace("-", "_").lower())
 
 
 def _installed(requirement: str) -> bool:

@@ -26,6 +26,11 @@ WORDS = {
     "ISC": {"ISC License", "ISC License (ISCL)"},
     "BSD-2-Clause": {"BSD License"},
     "Apache-2.0": {"APACHE", "Apache Software License"},
+    "EPL-2.0 OR Apache-2.0": {
+        "Apache Software License",
+        "Eclipse Public License 2.0 (EPL-2.0)",
+        "apache-2.0",
+    },
     "EPL-2.0 OR BSD-3-Clause": {"EPL-2.0, BSD-3-Clause"},
     "GPL-3.0-or-later": {"GPL3+", "GNU General Public License v3 or later (GPLv3+)"},
 }

@@ -26,7 +26,7 @@ OF_NODE: Final = ("packages", "distribution", "transport", "url", "domain", "rea
 TIMEOUT_S: Final = 600.0
 """Seconds that a skill may take."""
 
-_ONLY: Final = {"domain": ("dds", "rclpy"), "reach": ("dds",), "url": ("rosbridge",)}
+_ONLY: Final = {"domain": ("dds", "rclpy", "zenoh"), "reach": ("dds",), "url": ("rosbridge", "zenoh")}
 """The transports that settings go with that not all have."""
 
 S = TypeVar("S")
@@ -39,8 +39,8 @@ class NodeSettings(Struct, frozen=True):
     :param packages: folders with ROS packages.
     :param distribution: whose well-known types are known.
     :param transport: a key of :data:`TRANSPORTS`.
-    :param url: where the bridge is; empty: where it is by default.
-    :param domain: the DDS domain; None: that of the environment.
+    :param url: where the bridge or the router is; empty: where it is by default.
+    :param domain: the number of the domain; None: that of the environment.
     :param reach: how far nodes are looked for; None: as the environment says.
     :param namespace: what comes before all names; empty: nothing does.
     """

@@ -149,6 +149,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "ros2.md": {
         "pip install 'cxbridge[ros2]'": INDEX,
+        "pip install 'cxbridge[ros2-zenoh]'": INDEX,
         "cxbridge trace convert run.mcap run-bag --to rosbag": "is what tests/ros2/bags does",
     },
     "sweep.md": {

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import os
 import shlex
+import socket
 import subprocess
 import sys
+import time
 from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
@@ -66,7 +69,7 @@ def start(kind: str, script: str = "peer.py", *arguments: str) -> subprocess.Pop
     elif kind == "rclpy":
         command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     else:
-        command = [sys.executable, "-m", "tests.ros2.peer"]
+        command = [sys.executable, "-m", "tests.ros2.peer", *arguments]
     process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
@@ -77,6 +80,35 @@ def stop(process: subprocess.Popen[str]) -> None:
     """Kill a peer."""
     process.kill()
     process.communicate()
+
+
+def free_port() -> int:
+    """Return a TCP port of this host that nobody uses."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        return int(free.getsockname()[1])
+
+
+def wait_for_port(port: int) -> None:
+    """Wait until somebody listens."""
+    end_s = time.monotonic() + 60
+    while time.monotonic() < end_s:
+        with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1):
+            return
+        time.sleep(0.1)
+
+
+@contextmanager
+def a_router(port: int = 0) -> Iterator[str]:
+    """Start a router of Zenoh; its URL."""
+    port = port or free_port()
+    command = [sys.executable, "-m", "tests.ros2.router", str(port)]
+    with subprocess.Popen(command, cwd=HERE.parent.parent) as process:
+        try:
+            wait_for_port(port)
+            yield f"tcp/127.0.0.1:{port}"
+        finally:
+            process.kill()
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 
 from cxbridge.clock import RealClock
 from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.transports.dds import DdsNode
 
 ABORTED = 13
 PACKAGES = Path(__file__).parent / "packages"
@@ -24,8 +26,15 @@ def count(goal: ServedGoal) -> Execution:
     return {"sequence": numbers}
 
 
+def node_of(transport: str = "dds", url: str = "") -> Node:
+    """Make the peer's node."""
+    settings = {"transport": transport, **({"url": url} if url else {})}
+    types = Definitions([PACKAGES], environment={})
+    return NodeSettings.of(settings, Path(), "peer").join("peer", types, None)
+
+
 def main() -> None:
-    node = DdsNode("peer", Definitions([PACKAGES], environment={}))
+    node = node_of(*sys.argv[1:])
     many = QosProfile(depth=100)
     back = node.publisher("/back", "std_msgs/msg/String", many)
     node.subscribe("/there", "std_msgs/msg/String", back.publish, many)

@@ -152,8 +152,11 @@ def test_what_a_bridge_should_not_send(script: Script, node: RosbridgeNode, text
     ("values", "message"),
     [
         ({"transport": "dsd"}, "there is no transport 'dsd'"),
-        ({"transport": "rosbridge", "domain": 3}, "'domain' goes with the transport dds or rclpy, not"),
-        ({"url": "ws://robot"}, "'url' goes with the transport rosbridge, not with dds"),
+        (
+            {"transport": "rosbridge", "domain": 3},
+            "'domain' goes with the transport dds or rclpy or zenoh, not",
+        ),
+        ({"url": "ws://robot"}, "'url' goes with the transport rosbridge or zenoh, not with dds"),
     ],
 )
 def test_settings_that_do_not_go_together(values: dict[str, Any], message: str):

@@ -6,18 +6,18 @@ import gc
 import json
 import os
 import shlex
-import socket
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
 import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
 
 from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
 from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
@@ -32,7 +32,8 @@ from cxbridge.ros2.transports.dds.node import _write
 from cxbridge.ros2.transports.dds.services import _Introduction, named
 from cxbridge.ros2.transports.rclpy import RclpyNode
 from cxbridge.ros2.transports.rosbridge import RosbridgeNode
-from tests.ros2.conftest import HERE, needs_ros, with_ros
+from cxbridge.ros2.transports.zenoh import ZenohNode
+from tests.ros2.conftest import HERE, a_router, free_port, needs_ros, start, stop, wait_for_port, with_ros
 from tests.ros2.peer import ABORTED, PACKAGES
 
 COUNT = 200
@@ -46,14 +47,13 @@ ROSBRIDGE = os.environ.get("ROSBRIDGE", "")
 
 REAL = "real rosbridge"
 RCLPY = "by rclpy"
+ZENOH = "zenoh"
 
 
 @contextmanager
 def a_bridge(kind: str) -> Iterator[str]:
     """Start a rosbridge; its URL."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     ours = [sys.executable, "-m", "tests.ros2.bridge"]
     command = [*(ours if kind == "rosbridge" else shlex.split(ROSBRIDGE)), str(port)]
     with subprocess.Popen(command, cwd=HERE.parent.parent, stdout=subprocess.DEVNULL) as process:
@@ -62,14 +62,6 @@ def a_bridge(kind: str) -> Iterator[str]:
             yield f"ws://127.0.0.1:{port}"
         finally:
             process.kill()
-
-
-def wait_for_port(port: int) -> None:
-    end_s = time.monotonic() + 30
-    while time.monotonic() < end_s:
-        with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1):
-            return
-        time.sleep(0.1)
 
 
 @pytest.fixture(
@@ -81,6 +73,7 @@ def wait_for_port(port: int) -> None:
             marks=pytest.mark.skipif(not has_rclpy(), reason="no ROS 2 environment is sourced"),
         ),
         "rosbridge",
+        ZENOH,
         pytest.param(
             REAL,
             marks=pytest.mark.skipif(not ROSBRIDGE, reason="ROSBRIDGE names no command that starts one"),
@@ -92,7 +85,33 @@ def transport(request: pytest.FixtureRequest) -> str:
 
 
 @pytest.fixture(scope="module")
-def node(domain: int, transport: str) -> Iterator[Node]:
+def router(transport: str) -> Iterator[str]:
+    """The URL of a router of Zenoh, where one is needed."""
+    if transport != ZENOH:
+        yield ""
+        return
+    with a_router() as url, pytest.MonkeyPatch.context() as patch:
+        patch.setenv("ZENOH_CONFIG_OVERRIDE", f'connect/endpoints=["{url}"]')  # for nodes of ROS
+        yield url
+
+
+def reaches_ros(transport: str) -> bool:
+    """Return whether nodes of the ROS have an RMW that speaks what a transport speaks."""
+    return (transport == ZENOH) == (os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp")
+
+
+@pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
+def peer(request: pytest.FixtureRequest, domain: int, transport: str, router: str) -> Iterator[str]:
+    """A node that echoes /there to /back, adds, and counts; its kind."""
+    if request.param != "ours" and not reaches_ros(transport):
+        pytest.skip("the nodes of ROS have another RMW")
+    process = start(request.param, "peer.py", *([ZENOH, router] if transport == ZENOH else []))
+    yield request.param
+    stop(process)
+
+
+@pytest.fixture(scope="module")
+def node(domain: int, transport: str, router: str) -> Iterator[Node]:
     types = Definitions([PACKAGES], environment={})
     if transport == "dds":
         with DdsNode("test", types) as node:
@@ -100,6 +119,10 @@ def node(domain: int, transport: str) -> Iterator[Node]:
         return
     if transport == RCLPY:
         with RclpyNode("test", types) as node:
+            yield node
+        return
+    if transport == ZENOH:
+        with ZenohNode("test", types, router) as node:
             yield node
         return
     with a_bridge(transport) as url, RosbridgeNode("test", types, url) as bridged:
@@ -251,7 +274,9 @@ def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
 
 
 @needs_ros
-def test_rclpy_uses_what_we_serve(peer: str):
+def test_rclpy_uses_what_we_serve(peer: str, transport: str):
+    if transport not in ("dds", ZENOH) or not reaches_ros(transport):
+        pytest.skip("the nodes of ROS have another RMW, or the peer is reached as on DDS")
     done = subprocess.run(
         with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT)),
         capture_output=True,

@@ -22,7 +22,7 @@ from cyclonedds.sub import DataReader
 from msgspec import Struct
 
 from cxbridge.ros2.names import TypeName
-from cxbridge.suggestions import did_you_mean
+from cxbridge.ros2.transports.misfits import misfit, why_unserved
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
@@ -33,13 +33,12 @@ _POLICIES: Final = {
 }  # fmt: skip
 """Policies by the numbers that the specification of DDS gives them."""
 
+_OTHER_PARTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _BATCH: Final = 1000
 _MOST: Final = 20_000
 """Endpoints that are kept: others decide how many there are."""
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
-_DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
-_PART: Final = re.compile(r"(_(SendGoal|GetResult))?_(Request|Response)$|_FeedbackMessage$")
 _PLACE: Final = re.compile(
     r"rt(/.*?)(?:/_action/(?:feedback|status))?|r[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
 )
@@ -128,21 +127,12 @@ class Discovery:
     def _compare(self, ours: Ours, endpoint: DcpsEndpoint) -> None:
         if endpoint.topic_name != ours.topic:
             return
-        if endpoint.type_name != ours.sent.dds:
-            theirs = _ros_type(endpoint.type_name)
-            text = f"a {ours.peer} there has the type {theirs}, here it is {_whole(ours.sent)}"
-        else:
-            policy = endpoint.qos[Policy.Userdata]
-            found = None if policy is None else _HASH.search(bytes(policy.data))
-            theirs = "" if found is None else found[1].decode()
-            if not theirs or not ours.type_hash or theirs == ours.type_hash:
-                return
-            text = (
-                f"a {ours.peer} there has another {_whole(ours.sent)}, with the hash {theirs}; here it is "
-                f"{ours.type_hash}: name the folder of its package in 'packages'"
-            )
+        policy = endpoint.qos[Policy.Userdata]
+        found = None if policy is None else _HASH.search(bytes(policy.data))
+        theirs = endpoint.type_name, "" if found is None else found[1].decode()
         name = _name(ours.topic)
-        self._complain(f"type {name} {ours.peer}", f"{name}: {text}")
+        if text := misfit(name, ours.peer, theirs, (ours.sent, ours.type_hash)):
+            self._complain(f"type {name} {ours.peer}", text)
 
     def _look_at_qos(self, ours: Ours) -> None:
         entity = ours.entity
@@ -163,24 +153,18 @@ class Discovery:
             )
 
     def why_unserved(self, topic: str, sent: TypeName, where: str) -> str:
-        """Return why nobody reads the requests of a service, as far as is known; empty when it is not.
+        """Return why nobody reads the requests of a service; see :func:`.misfits.why_unserved`.
 
         :param topic: of the requests.
         :param where: which part of the network we are in.
         """
         self.look()
-        if not self._others:
-            return f"there is no other node in {where}"
-        requests = {
-            each.topic_name: each.type_name
+        served = {
+            _name(each.topic_name): each.type_name
             for each in self._theirs[False].values()
-            if each.topic_name.startswith("rq/")
+            if each.topic_name.startswith("rq/") and not each.topic_name.endswith(_OTHER_PARTS)
         }
-        found = requests.get(topic)
-        if found is not None and found != sent.dds:
-            return f"it is served as {_ros_type(found)}"
-        names = sorted({_name(each) for each in requests} - {_name(topic)})
-        return "" if found else did_you_mean(_name(topic), names, "")
+        return why_unserved(_name(topic), sent, served, "" if self._others else where)
 
 
 def _is_alive(sample: Any) -> bool:
@@ -191,15 +175,3 @@ def _name(topic: str) -> str:
     """Return what ROS calls a topic, a service or an action of DDS."""
     found = _PLACE.fullmatch(topic)
     return topic if found is None else found[1] or found[2]
-
-
-def _ros_type(name: str) -> str:
-    """Return what ROS calls a type of DDS; that of a service or an action for their parts."""
-    found = _DDS_TYPE.fullmatch(name)
-    return name if found is None else _whole(TypeName(found[1], found[2], found[3]))
-
-
-def _whole(name: TypeName) -> str:
-    return str(
-        TypeName(name.package, name.kind, _PART.sub("", name.name) if name.kind != "msg" else name.name)
-    )

@@ -21,19 +21,6 @@ _LOCAL: Final = """<CycloneDDS><Domain Id="any">
 """Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
 
 
-def domain_id() -> int:
-    """Return the domain of ``ROS_DOMAIN_ID``.
-
-    :raises Ros2Error: when it is none.
-    """
-    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
-    if not text.isdecimal() or int(text) > 232:  # noqa: PLR2004  what DDS' ports allow
-        raise Ros2Error(
-            f"ROS_DOMAIN_ID={text} is no domain", hint="it is a number from 0 to 101 on most systems"
-        )
-    return int(text)
-
-
 def lacks_security() -> str:
     """Return what is wrong when the environment wants DDS security; empty when it does not.
 

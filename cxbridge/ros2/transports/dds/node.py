@@ -42,13 +42,15 @@ from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Re
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
-from cxbridge.ros2.transports.dds.domain import default_reach, delete, domain_id, enter, lacks_security
+from cxbridge.ros2.transports.dds.domain import default_reach, delete, enter, lacks_security
 from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, named
+from cxbridge.ros2.transports.environment import domain_id
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
 
 _BATCH: Final = 256
+_MOST_DOMAIN: Final = 232  # the ports of DDS allow no more
 _LOOK_S: Final = 1.0
 """Between two looks at what others have."""
 
@@ -96,7 +98,7 @@ class DdsNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._number = number = domain_id() if domain is None else domain
+        self._number = number = domain_id(_MOST_DOMAIN) if domain is None else domain
         self._reach = reach or default_reach()
         if lack := lacks_security():
             self.complain("security", lack)

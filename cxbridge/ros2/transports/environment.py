@@ -1,0 +1,20 @@
+"""What the environment of ROS says to every transport."""
+
+from __future__ import annotations
+
+import os
+
+from cxbridge.errors import Ros2Error
+
+
+def domain_id(most: int | None = None) -> int:
+    """Return the number of the domain, of ``ROS_DOMAIN_ID``; 0 by default.
+
+    :param most: that the transport can have.
+    :raises Ros2Error: when it is none.
+    """
+    text = os.environ.get("ROS_DOMAIN_ID", "0") or "0"
+    if not (text.isascii() and text.isdecimal()) or (most is not None and int(text) > most):
+        hint = "it is a number from 0 to 101 on most systems" if most is not None else "it is a number"
+        raise Ros2Error(f"ROS_DOMAIN_ID={text} is no domain", hint=hint)
+    return int(text)

@@ -1,0 +1,74 @@
+"""What comes in threads of others, for the thread that polls."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable
+from itertools import count
+from typing import Any
+
+
+class Source:
+    """One of those whom something comes for; made by :meth:`Inbox.source`.
+
+    :param depth: how much is kept: what is oldest is dropped; 0: all is kept.
+    :param deliver: gets what has come.
+    """
+
+    __slots__ = ("deliver", "depth", "is_open", "waiting")
+
+    def __init__(self, deliver: Callable[[Any], None], depth: int) -> None:
+        self.deliver, self.depth = deliver, depth
+        self.is_open = True
+        self.waiting: deque[int] = deque()
+
+
+class Inbox:
+    """Keeps what has come, in its order."""
+
+    def __init__(self) -> None:
+        self._came = threading.Condition()
+        self._items: dict[int, tuple[Source, Any]] = {}
+        self._numbers = count()
+
+    def put(self, source: Source, item: Any) -> None:
+        """Keep something; in any thread."""
+        with self._came:
+            if not source.is_open:
+                return
+            if source.depth and len(source.waiting) >= source.depth:
+                del self._items[source.waiting.popleft()]
+            number = next(self._numbers)
+            source.waiting.append(number)
+            self._items[number] = source, item
+            self._came.notify()
+
+    def end(self, source: Source) -> None:
+        """Keep nothing more for a source, and forget what has come."""
+        with self._came:
+            source.is_open = False
+            while source.waiting:
+                del self._items[source.waiting.popleft()]
+
+    def hand_out(self, timeout_s: float) -> bool:
+        """Deliver what has come, in this thread; wait so long for something. Return whether something had."""
+        with self._came:
+            if timeout_s > 0:
+                self._came.wait_for(lambda: self._items, timeout_s)
+            left = len(self._items)
+        any_came = left > 0
+        while left and (found := self._first()) is not None:
+            source, item = found
+            source.deliver(item)
+            left -= 1
+        return any_came
+
+    def _first(self) -> tuple[Source, Any] | None:
+        with self._came:
+            if not self._items:
+                return None
+            number = next(iter(self._items))
+            source, item = self._items.pop(number)
+            source.waiting.popleft()
+            return source, item

@@ -1,0 +1,396 @@
+"""ROS 2 over Zenoh, for robots with rmw_zenoh_cpp: by the wheel of Eclipse Zenoh, without a ROS installation.
+
+Messages go to keys that have their type in them; a service is a queryable; tokens of liveliness say who is
+there. Zenoh calls in threads of its own: what comes waits until the node is polled.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import count
+from typing import TYPE_CHECKING, Any, Final
+
+import zenoh
+from zenoh import ext
+from zenoh.handlers import Callback
+
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Codec
+from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge.ros2.topics import check_topic
+from cxbridge.ros2.transports.environment import domain_id
+from cxbridge.ros2.transports.inbox import Inbox, Source
+from cxbridge.ros2.transports.misfits import misfit, whole_name
+from cxbridge.ros2.transports.zenoh.graph import Graph
+from cxbridge.ros2.transports.zenoh.names import (
+    NO_HASH,
+    Attachment,
+    Endpoint,
+    Kind,
+    NodeName,
+    Place,
+    attachment_of,
+    place_of,
+    tokens_of,
+)
+from cxbridge.ros2.transports.zenoh.session import open_session
+
+if TYPE_CHECKING:
+    from cxbridge.ros2.executor import NodeSettings
+
+_SERVICES: Final = PROFILES["services_default"]
+_HEARTBEAT_S: Final = 0.5
+_REQUEST_S: Final = 600.0
+_RESULT_S: Final = 1e9  # a goal may take any time
+_PEERS: Final[Mapping[Kind, tuple[Kind, str]]] = {
+    "MP": ("MS", "subscription"),
+    "MS": ("MP", "publisher"),
+    "SS": ("SC", "client"),
+    "SC": ("SS", "server"),
+}
+"""What is at the other end of an endpoint, and the word for it."""
+
+_GET_RESULT: Final = "/_action/get_result"
+
+
+class ZenohNode(Node):
+    """A node of ROS 2 on Zenoh.
+
+    :param name: the node's, e.g. ``cxbridge``.
+    :param definitions: the types that are known.
+    :param url: of the router, e.g. ``tcp/robot:7447``; empty: as the environment says, or this host's.
+    :param domain: the number of the domain; that of ``ROS_DOMAIN_ID`` by default.
+    :param report: gets what is wrong with others; see the base class.
+    :raises Ros2Error: when there is no router.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        definitions: Definitions,
+        url: str = "",
+        domain: int | None = None,
+        report: Report | None = None,
+    ) -> None:
+        super().__init__(report)
+        self._definitions = definitions
+        self._codec = Codec(definitions)
+        self._domain = domain_id() if domain is None else domain
+        self._session = open_session(url)
+        self._name = NodeName(self._domain, str(self._session.zid()), 0, name)
+        self._numbers = count(1)
+        self._inbox = Inbox()
+        self._ends: dict[int, Callable[[], None]] = {}
+        self._ours: dict[int, tuple[Endpoint, TypeName]] = {}
+        self._compared = -1
+        self._graph = Graph()
+        liveliness = self._session.liveliness()
+        self._tokens = liveliness.declare_subscriber(
+            tokens_of(self._domain), _called(self._changed), history=True
+        )
+        self._token = liveliness.declare_token(self._name.token)
+
+    # --- what a node offers -------------------------------------------------------------------------------
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        """Return a publisher; see the base class."""
+        name = parse_type(message_type)
+        endpoint = self._endpoint("MP", place_of(check_topic(topic), name, self._definitions), qos)
+        made = _declared_publisher(self._session, endpoint.place.key(self._domain), qos)
+        end = self._announced(endpoint, name, made)
+        subscriptions = partial(self._graph.at, "MS", endpoint.place)
+        return _Publisher(made, endpoint.gid, partial(self._codec.encode, name), subscriptions, end)
+
+    def subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    ) -> Callable[[], None]:
+        """Call ``receive`` for each message of a topic; see the base class."""
+        name = parse_type(message_type)
+        endpoint = self._endpoint("MS", place_of(check_topic(topic), name, self._definitions), qos)
+
+        def take(sample: zenoh.Sample) -> None:
+            if sample.kind == zenoh.SampleKind.PUT:
+                message = self._intact(topic, lambda: self._codec.decode(name, sample.payload.to_bytes()))
+                if message is not None:
+                    receive(message)
+
+        source = Source(take, max(1, qos.depth))
+        put = _called(partial(self._inbox.put, source))
+        made = _declared_subscriber(self._session, endpoint.place.key(self._domain), put, qos)
+        return self._announced(endpoint, name, made, source)
+
+    def client(self, service: str, service_type: str) -> Client:
+        """Return a client of a service; see the base class."""
+        name = parse_type(service_type, "srv")
+        endpoint = self._endpoint("SC", self._service(service, name), _SERVICES)
+        querier = self._session.declare_querier(
+            endpoint.place.key(self._domain),
+            target=zenoh.QueryTarget.ALL_COMPLETE,
+            consolidation=zenoh.ConsolidationMode.NONE,
+            timeout=_RESULT_S if service.endswith(_GET_RESULT) else _REQUEST_S,
+        )
+        made = _Client(
+            querier,
+            endpoint.gid,
+            partial(self._codec.encode, name.derived("Request")),
+            partial(self._codec.decode, name.derived("Response")),
+            partial(self._graph.at, "SS", endpoint.place),
+            lambda: self._graph.why_unserved(endpoint.place, name, f"the domain {self._domain}"),
+        )
+        source = Source(made.take, 0)
+        made.put = partial(self._inbox.put, source)
+        made.end = self._announced(endpoint, name, querier, source)
+        return made
+
+    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        """Answer the requests of a service when there is an answer; see the base class."""
+        name = parse_type(service_type, "srv")
+        endpoint = self._endpoint("SS", self._service(service, name), _SERVICES)
+        key = endpoint.place.key(self._domain)
+        encode = partial(self._codec.encode, name.derived("Response"))
+
+        def take(query: zenoh.Query) -> None:
+            try:
+                request = self._codec.decode(name.derived("Request"), _bytes(query.payload))
+            except Ros2Error as error:  # anybody may ask anything
+                self.complain(f"broken {service}", f"{service}: {error.message}")
+                query.reply_err(str(error))
+                query.drop()
+                return
+            answer(request, lambda response: _reply(query, key, encode(response)))
+
+        source = Source(take, _SERVICES.depth)
+        made = self._session.declare_queryable(key, _called(partial(self._inbox.put, source)), complete=True)
+        return self._announced(endpoint, name, made, source)
+
+    def poll(self, timeout_s: float = 0.0) -> bool:
+        """Hand out all that has come; see the base class."""
+        if self._compared != self._graph.version:
+            self._compared = self._graph.version
+            for ours, kind in self._ours.values():
+                self._compare(ours, kind)
+        return self._inbox.hand_out(timeout_s)
+
+    def close(self) -> None:
+        """Leave the network."""
+        for end in list(self._ends.values()):
+            end()
+        if not self._session.is_closed():
+            self._session.close()
+
+    # --- Zenoh --------------------------------------------------------------------------------------------
+
+    def _endpoint(self, kind: Kind, place: Place, qos: QosProfile) -> Endpoint:
+        return Endpoint(self._name, next(self._numbers), kind, place, qos)
+
+    def _service(self, service: str, name: TypeName) -> Place:
+        return place_of(check_topic(service), name, self._definitions, is_service=True)
+
+    def _compare(self, ours: Endpoint, kind: TypeName) -> None:
+        """Complain about others who have the name of an endpoint of ours with another type."""
+        wanted, peer = _PEERS[ours.kind]
+        name = whole_name(ours.place.name)
+        for theirs in self._graph.called(wanted, ours.place.name):
+            known = tuple(
+                "" if each == NO_HASH else each for each in (theirs.type_hash, ours.place.type_hash)
+            )
+            if text := misfit(name, peer, (theirs.kind, known[0]), (kind, known[1])):
+                self.complain(f"type {name} {peer}", text)
+
+    def _announced(
+        self, endpoint: Endpoint, name: TypeName, made: Any, source: Source | None = None
+    ) -> Callable[[], None]:
+        """Tell others that there is an endpoint; return what ends it, once."""
+        token = self._session.liveliness().declare_token(endpoint.token)
+
+        def end() -> None:
+            if self._ends.pop(endpoint.number, None) is None:
+                return
+            del self._ours[endpoint.number]
+            if source is not None:
+                self._inbox.end(source)
+            token.undeclare()
+            made.undeclare()
+
+        self._ours[endpoint.number] = endpoint, name
+        self._compare(endpoint, name)
+        self._ends[endpoint.number] = end  # what nobody refers to, Zenoh would end
+        return end
+
+    def _changed(self, sample: zenoh.Sample) -> None:
+        """Note who comes and goes; in a thread of Zenoh."""
+        note = self._graph.come if sample.kind == zenoh.SampleKind.PUT else self._graph.go
+        note(str(sample.key_expr))
+
+
+def join(name: str, definitions: Definitions, settings: NodeSettings, report: Report | None) -> ZenohNode:
+    """Make a node of the settings of a configuration."""
+    return ZenohNode(name, definitions, settings.url, settings.domain, report)
+
+
+class _Publisher(Publisher):
+    def __init__(
+        self,
+        publisher: zenoh.Publisher | ext.AdvancedPublisher,
+        gid: bytes,
+        encode: Callable[[Mapping[str, Any]], bytes],
+        subscriptions: Callable[[], frozenset[int]],
+        end: Callable[[], None],
+    ) -> None:
+        self._publisher, self._gid, self._encode = publisher, gid, encode
+        self._subscriptions, self._end = subscriptions, end
+        self._numbers = count(1)
+
+    def publish(self, message: Mapping[str, Any]) -> None:
+        data = self._encode(message)
+        attachment = bytes(Attachment(next(self._numbers), time.time_ns(), self._gid))
+        try:
+            self._publisher.put(data, attachment=attachment)
+        except zenoh.ZError as error:
+            raise Ros2Error(f"Zenoh does not take a message: {error}") from None
+
+    @property
+    def subscriptions(self) -> int:
+        return len(self._subscriptions())
+
+    def close(self) -> None:
+        self._end()
+
+
+class _Client(Client):
+    put: Callable[[tuple[int, zenoh.Reply | None]], None]
+    end: Callable[[], None]
+
+    def __init__(
+        self,
+        querier: zenoh.Querier,
+        gid: bytes,
+        encode: Callable[[Mapping[str, Any]], bytes],
+        decode: Callable[[bytes], Any],
+        servers: Callable[[], frozenset[int]],
+        why: Callable[[], str],
+    ) -> None:
+        self._querier, self._gid, self._encode, self._decode = querier, gid, encode, decode
+        self._servers, self._why = servers, why
+        self._waiting: dict[int, tuple[Receive, Failed | None]] = {}
+        self._numbers = count(1)
+
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:
+        data = self._encode(request)
+        number = next(self._numbers)
+        self._waiting[number] = done, failed
+        attachment = bytes(Attachment(number, time.time_ns(), self._gid))
+        came: Callback[zenoh.Reply] = Callback(
+            lambda reply: self.put((number, reply)), lambda: self.put((number, None))
+        )
+        try:
+            self._querier.get(came, payload=data, attachment=attachment)
+        except zenoh.ZError as error:
+            del self._waiting[number]
+            raise Ros2Error(f"Zenoh does not take a request: {error}") from None
+        return number
+
+    def forget(self, number: int) -> None:
+        self._waiting.pop(number, None)
+
+    def take(self, came: tuple[int, zenoh.Reply | None]) -> None:
+        """Get a response, an error, or that nothing more will come."""
+        number, reply = came
+        done, failed = self._waiting.pop(number, (None, None))
+        if done is None:
+            return  # there was one already, or nobody waits for it
+        try:
+            response = self._decode(_answered(reply))
+        except Ros2Error as error:
+            if failed is not None:
+                failed(str(error))
+            return
+        done(response)
+
+    @property
+    def servers(self) -> frozenset[int]:
+        return self._servers()
+
+    def why_unserved(self) -> str:
+        return self._why()
+
+    def close(self) -> None:
+        self.end()
+
+
+def _called(call: Callable[[Any], None], drop: Callable[[], None] | None = None) -> Callback[Any]:
+    """Return what calls in a thread of Zenoh's own: what we call there waits for nothing."""
+    return Callback(call, drop, indirect=False)
+
+
+def _declared_publisher(
+    session: zenoh.Session, key: str, qos: QosProfile
+) -> zenoh.Publisher | ext.AdvancedPublisher:
+    reliable = qos.reliability == "reliable"
+    options: Any = {
+        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: nobody makes us wait
+        "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
+    }
+    if qos.durability != "transient_local":
+        return session.declare_publisher(key, **options)
+    if reliable:
+        options["sample_miss_detection"] = ext.MissDetectionConfig(
+            heartbeat=None, sporadic_heartbeat=_HEARTBEAT_S
+        )
+    return ext.declare_advanced_publisher(
+        session,
+        key,
+        cache=ext.CacheConfig(max_samples=max(1, qos.depth)),
+        publisher_detection=True,
+        **options,
+    )
+
+
+def _declared_subscriber(
+    session: zenoh.Session, key: str, put: Callback[zenoh.Sample], qos: QosProfile
+) -> zenoh.Subscriber[None] | ext.AdvancedSubscriber[None]:
+    if qos.durability != "transient_local":
+        return session.declare_subscriber(key, put)
+    history = ext.HistoryConfig(detect_late_publishers=True, max_samples=max(1, qos.depth))
+    recovery = ext.RecoveryConfig(periodic_queries=None, heartbeat=True)
+    return ext.declare_advanced_subscriber(
+        session,
+        key,
+        put,
+        history=history,
+        recovery=recovery if qos.reliability == "reliable" else None,
+        subscriber_detection=True,
+    )
+
+
+def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
+    """Answer a query, once; the client may be gone by then."""
+    given = _bytes(query.attachment)
+    asked = attachment_of(given)
+    sent = given if asked is None else bytes(Attachment(asked.number, time.time_ns(), asked.gid))
+    try:
+        query.reply(key, data, attachment=sent)
+        query.drop()
+    except zenoh.ZError:
+        return
+
+
+def _answered(reply: zenoh.Reply | None) -> bytes:
+    """Return what came as a response.
+
+    :raises Ros2Error: when it is none.
+    """
+    if reply is None:
+        raise Ros2Error("the server has not answered: it is gone, or has taken too long")
+    if reply.err is not None:
+        raise Ros2Error(reply.err.payload.to_bytes().decode(errors="replace"))
+    return b"" if reply.ok is None else reply.ok.payload.to_bytes()
+
+
+def _bytes(data: zenoh.ZBytes | None) -> bytes:
+    return b"" if data is None else data.to_bytes()

@@ -1,0 +1,136 @@
+"""How a session of Zenoh begins: configured as rmw_zenoh_cpp does it."""
+
+from __future__ import annotations
+
+import json
+import os
+import time
+from collections.abc import Iterator
+from ipaddress import ip_address
+from itertools import count
+from typing import Final
+
+import zenoh
+
+from cxbridge.errors import Ros2Error
+
+ROUTER: Final = "tcp/localhost:7447"
+"""Where the router of a host is by default."""
+
+_STEP_S: Final = 1.0
+_LOOK_S: Final = 0.02
+_HERE: Final = {
+    "mode": "peer",
+    "listen/endpoints": ["tcp/localhost:0"],  # nobody from outside reaches it
+    "scouting/multicast/enabled": False,
+    "scouting/gossip/enabled": True,
+}
+_AWAY: Final = {"mode": "client", "scouting/multicast/enabled": False}
+
+
+def open_session(url: str) -> zenoh.Session:
+    """Open a session that reaches a router.
+
+    :param url: of the router, e.g. ``tcp/robot:7447``; empty: as the environment says, or this host's.
+    :raises Ros2Error: when the configuration makes no sense, or there is no router.
+    """
+    attempts = _attempts()
+    config = _config(url, is_needed=attempts >= 0)
+    reason = ""
+    for _ in count() if attempts == 0 else range(max(1, attempts)):
+        if reason:
+            time.sleep(_STEP_S)
+        try:
+            session = zenoh.open(config)
+        except zenoh.ZError as error:
+            reason = _one_line(error)
+            continue
+        if attempts < 0 or _has_router(session):
+            return session
+        session.close()
+        reason = "no connection"
+    raise Ros2Error(
+        f"there is no Zenoh router at {_endpoints(config)}: {reason}",
+        hint="start it on the robot (ros2 run rmw_zenoh_cpp rmw_zenohd); ZENOH_ROUTER_CHECK_ATTEMPTS=N waits"
+        " N seconds for it",
+    )
+
+
+def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
+    """Return the configuration without that of the environment, by its keys.
+
+    :param is_needed: whether there is no session without a router; else it is looked for all the time.
+    """
+    place = url or ROUTER
+    return {
+        **(_HERE if _is_here(place) else _AWAY),
+        "connect/endpoints": [place],
+        "connect/timeout_ms": 0,
+        "connect/exit_on_failure": is_needed,
+        "timestamping/enabled": True,  # what is kept for those who come late has times
+    }
+
+
+def overrides_of(text: str) -> Iterator[tuple[str, str]]:
+    """Yield keys and values of ZENOH_CONFIG_OVERRIDE: ``key=value;key=value``."""
+    for each in text.split(";"):
+        key, _, value = each.partition("=")
+        if key.strip() and value.strip():
+            yield key.strip(), value.strip()
+
+
+def _config(url: str, *, is_needed: bool) -> zenoh.Config:
+    file = os.environ.get("ZENOH_SESSION_CONFIG_URI", "")
+    what = f"ZENOH_SESSION_CONFIG_URI={file}"
+    try:
+        config = zenoh.Config.from_file(file) if file else zenoh.Config()
+        settings: dict[str, object] = {"connect/endpoints": [url]} if url else {}
+        if not file:
+            settings = settings_of(url, is_needed=is_needed)
+        for key, value in settings.items():
+            what = f"'{url}'"
+            config.insert_json5(key, json.dumps(value))
+        for key, text in overrides_of(os.environ.get("ZENOH_CONFIG_OVERRIDE", "")):
+            what = f"ZENOH_CONFIG_OVERRIDE: {key}={text}"
+            config.insert_json5(key, text)
+    except zenoh.ZError as error:
+        hint = "a router's endpoint is e.g. tcp/robot:7447"
+        raise Ros2Error(f"{what} is no configuration of Zenoh: {_one_line(error)}", hint=hint) from None
+    return config
+
+
+def _attempts() -> int:
+    """Return how often a router is looked for; 0: forever, less: not at all."""
+    text = os.environ.get("ZENOH_ROUTER_CHECK_ATTEMPTS", "") or "1"
+    try:
+        return int(text)
+    except ValueError:
+        raise Ros2Error(f"ZENOH_ROUTER_CHECK_ATTEMPTS={text} is no number") from None
+
+
+def _has_router(session: zenoh.Session) -> bool:
+    end_s = time.monotonic() + _STEP_S
+    while not session.info.routers_zid():
+        if time.monotonic() > end_s:
+            return False
+        time.sleep(_LOOK_S)
+    return True
+
+
+def _endpoints(made: zenoh.Config) -> str:
+    found = json.loads(made.get_json("connect/endpoints"))
+    return ", ".join(map(str, found)) if isinstance(found, list) and found else "any place"
+
+
+def _is_here(endpoint: str) -> bool:
+    host = endpoint.partition("/")[2].partition("?")[0].rpartition(":")[0].strip("[]")
+    try:
+        return ip_address(host).is_loopback
+    except ValueError:
+        return host == "localhost"
+
+
+def _one_line(error: Exception) -> str:
+    """Return what Zenoh says, without the places in its sources."""
+    text = " ".join(str(error).partition(" at /")[0].split()).rstrip(".! ")
+    return text + "]" * (text.count("[") - text.count("]"))

@@ -1,0 +1,26 @@
+"""A router of Zenoh, as rmw_zenohd: ``python -m tests.ros2.router PORT``."""
+
+from __future__ import annotations
+
+import json
+import sys
+import threading
+
+import zenoh
+
+
+def main() -> None:
+    config = zenoh.Config()
+    settings = {
+        "mode": "router",
+        "listen/endpoints": [f"tcp/127.0.0.1:{sys.argv[1]}"],
+        "scouting/multicast/enabled": False,
+    }
+    for key, value in settings.items():
+        config.insert_json5(key, json.dumps(value))
+    with zenoh.open(config):
+        threading.Event().wait()
+
+
+if __name__ == "__main__":
+    main()
