@@ -56,9 +56,12 @@ class ExecutiveComponent(Component):
     def configure(self) -> None:
         """Load the core and the agent."""
         self._begun = True
-        for feature in self.context.additions.features:
-            if not init_mentions(self.context.config, self.context.spec, feature.name):
-                self.manager.request(self.executive.env.name, feature.name)
+        names = [feature.name for feature in self.context.additions.features]
+        if self.context.experts.wanted:
+            names.append(self.context.experts.name)
+        for name in names:
+            if not init_mentions(self.context.config, self.context.spec, name):
+                self.manager.request(self.executive.env.name, name)
         self.executive.init()
         if self.context.refresh is not None:
             self.context.refresh.start()
