@@ -22,9 +22,7 @@ from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
 from cxbridge.run.program.additions import NOTHING, Additions
-from cxbridge.run.shared_experts import SharedExperts
-from cxbridge.run.shared_navgraph import SharedNavGraph
-from cxbridge.run.shared_skill_board import SharedSkillBoard
+from cxbridge.run.shared import SharedExperts, SharedNavGraph, SharedSkillBoard
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
 from cxbridge.run.think_rate import make_refresh
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES

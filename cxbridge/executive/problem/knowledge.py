@@ -168,7 +168,7 @@ class ProblemExpert:
             raise PddlError(f"'{name}' is no name")
         domain = self._domain_of()
         if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
-            raise PddlError(f"the domain has no type '{kind}'")
+            raise PddlError(f"the domain has no such type: '{kind}'")
         there = self.instances.get(name)
         if there not in (None, kind):
             raise PddlError(f"'{name}' is a {there} already")

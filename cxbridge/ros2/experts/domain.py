@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from typing import Any, Final, TypeVar
+from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge.executive.pddl.ast import (
@@ -26,8 +26,6 @@ from cxbridge.ros2.experts.answers import Service
 from cxbridge.ros2.experts.nodes import Kind, NodeCodec, param
 from cxbridge.ros2.messages import Message
 from cxbridge.suggestions import did_you_mean
-
-Declared = TypeVar("Declared", bound=ActionSchema | Predicate | Function)
 
 _TIMES: Final = {
     "at_start_requirements": ("at start", "condition"),
@@ -65,7 +63,7 @@ def _actions(
 
 def _action(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     domain = expert.domain
-    action = _named(request["action"], [each for each in domain.actions if not each.durative], "action")
+    action = _action_of(domain, request["action"], durative=False)
     parameters, names = _parameters(domain, action, request["parameters"])
     tree = partial(codec.tree, names=names, types_of=partial(_types_of, domain))
     return {
@@ -80,7 +78,7 @@ def _action(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mappin
 
 def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
     domain, name = expert.domain, request["durative_action"]
-    action = _named(name, [each for each in domain.actions if each.durative], "durative action")
+    action = _action_of(domain, name, durative=True)
     parameters, names = _parameters(domain, action, request["parameters"])
     tree = partial(codec.tree, names=names, types_of=partial(_types_of, domain))
     parts = {"condition": action.condition, "effect": action.effect}
@@ -103,7 +101,8 @@ def _declared(
 
 def _details(expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: Kind) -> Mapping[str, Any]:
     domain, what = expert.domain, kind.name.lower()
-    found = _named(request["expression"], _of(domain, kind), what)
+    known = {each.name: each for each in _of(domain, kind)}
+    found = known[_find(request["expression"], known, what)]
     types = _each_type(found.parameters)
     parameters = [param(f"?{each}{index}", each, subtypes(domain, each)) for index, each in enumerate(types)]
     return {"node": {"node_type": int(kind), "name": found.name, "parameters": parameters}}
@@ -123,8 +122,11 @@ def _of(domain: Domain, kind: Kind) -> Sequence[Predicate | Function]:
 
 
 def _types_of(domain: Domain, name: str) -> tuple[str, ...]:
-    found = [each for each in (*domain.predicates, *domain.functions) if each.name == name]
-    return tuple(_each_type(found[0].parameters)) if found else ()
+    for kind in (Kind.PREDICATE, Kind.FUNCTION):
+        for each in _of(domain, kind):
+            if each.name == name:
+                return tuple(_each_type(each.parameters))
+    return ()
 
 
 def _each_type(parameters: TypedList) -> list[str]:
@@ -142,13 +144,13 @@ def _parameters(
     return parameters, dict(zip(names, called, strict=True))
 
 
-def _named(name: str, found: Iterable[Declared], what: str) -> Declared:
-    """Return what is called so, in capitals or not."""
-    by_name = {each.name: each for each in found}
-    return by_name[_find(name, by_name, what)]
+def _action_of(domain: Domain, name: str, *, durative: bool) -> ActionSchema:
+    known = {each.name: each for each in domain.actions if each.durative is durative}
+    return known[_find(name, known, "durative action" if durative else "action")]
 
 
 def _find(name: str, names: Iterable[str], what: str) -> str:
+    """Return which of the names is meant, in capitals or not."""
     known = [*names]
     matching = [each for each in known if each == name] or [
         each for each in known if each.lower() == name.lower()

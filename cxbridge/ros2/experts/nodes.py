@@ -89,23 +89,39 @@ class NodeCodec:
 
     # ---- from messages
 
-    def formula(self, tree: Mapping[str, Any]) -> Formula:
+    def formula(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
         """Return the formula of a tree.
 
+        :param effects: whether numbers may be changed in it.
         :raises Ros2Error: when it makes no sense.
         """
-        return self._formula(tree["nodes"], 0, 0)
+        return _TreeReader(tree["nodes"], self._signs, is_old=self._is_old, effects=effects).formula()
 
-    def _formula(self, nodes: list[Message], at: int, depth: int) -> Formula:
-        node, kind = self._node(nodes, at, depth)
+
+class _TreeReader:
+    def __init__(
+        self, nodes: list[Message], signs: Mapping[int, str], *, is_old: bool, effects: bool
+    ) -> None:
+        self._nodes = nodes
+        self._signs = signs
+        self._kinds = [*Kind][: Kind.NUMBER + 1] if is_old else [*Kind]
+        self._effects = effects
+
+    def formula(self, at: int = 0, depth: int = 0) -> Formula:
+        """Return the formula that begins at a node."""
+        node, kind = self._node(at, depth)
         if kind is Kind.PREDICATE:
             return Atom(node["name"], tuple(map(_term_of, _names(node))))
         if kind is Kind.EXPRESSION:
-            sign, left, right = self._expression(nodes, node, depth)
+            sign, left, right = self._pair(node["expression_type"], node, depth)
             if sign in _COMPARING:
                 return TermComparison(sign, left, right)
             raise Ros2Error(f"'{sign}' is a number, not a condition")
-        parts = tuple(self._formula(nodes, child, depth + 1) for child in node["children"])
+        if kind is Kind.CHANGE and self._effects:
+            return NumericChange(*self._pair(node["modifier_type"], node, depth))
+        return self._joined(node, kind, tuple(self.formula(each, depth + 1) for each in node["children"]))
+
+    def _joined(self, node: Message, kind: Kind, parts: tuple[Formula, ...]) -> Formula:
         if kind is Kind.AND:
             return And(parts)
         if kind is Kind.OR:
@@ -120,34 +136,32 @@ class NodeCodec:
             return Quantified("exists", groups, parts[0])
         raise Ros2Error(f"a node of the type {node['node_type']} with {len(parts)} children is no condition")
 
-    def _term(self, nodes: list[Message], at: int, depth: int) -> Term:
-        node, kind = self._node(nodes, at, depth)
+    def _term(self, at: int, depth: int) -> Term:
+        node, kind = self._node(at, depth)
         if kind is Kind.NUMBER:
             return Constant(format_number(node["value"]))
         if kind is Kind.FUNCTION:
             return FunctionTerm(node["name"], tuple(map(_term_of, _names(node))))
         if kind is Kind.EXPRESSION:
-            sign, left, right = self._expression(nodes, node, depth)
-            if sign not in _COMPARING:
+            sign, left, right = self._pair(node["expression_type"], node, depth)
+            if sign in _SIGNS and sign not in _COMPARING:
                 return FunctionTerm(sign, (left, right))
         if kind in (Kind.CONSTANT, Kind.PARAMETER):
             return _term_of(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is no number")
 
-    def _expression(self, nodes: list[Message], node: Message, depth: int) -> tuple[str, Term, Term]:
-        sign, children = self._signs.get(node["expression_type"], ""), node["children"]
-        if sign not in _SIGNS or len(children) != _PAIR:
-            number = node["expression_type"]
+    def _pair(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+        sign, children = self._signs.get(number, ""), node["children"]
+        if not sign or len(children) != _PAIR:
             raise Ros2Error(f"an expression of the type {number} with {len(children)} children is none")
-        left, right = (self._term(nodes, child, depth + 1) for child in children)
+        left, right = (self._term(child, depth + 1) for child in children)
         return sign, left, right
 
-    def _node(self, nodes: list[Message], at: int, depth: int) -> tuple[Message, Kind]:
-        if at >= len(nodes) or depth > _MOST_DEEP:
-            raise Ros2Error(f"the tree has no node {at}" if at >= len(nodes) else "the tree has no end")
-        kind = nodes[at]["node_type"]
-        known = list(Kind)[: Kind.NUMBER + 1] if self._is_old else list(Kind)
-        return nodes[at], Kind(kind) if kind in known else Kind.UNKNOWN
+    def _node(self, at: int, depth: int) -> tuple[Message, Kind]:
+        if at >= len(self._nodes) or depth > _MOST_DEEP:
+            raise Ros2Error(f"the tree has no node {at}" if at >= len(self._nodes) else "the tree has no end")
+        kind = self._nodes[at]["node_type"]
+        return self._nodes[at], Kind(kind) if kind in self._kinds else Kind.UNKNOWN
 
 
 class _TreeMaker:
