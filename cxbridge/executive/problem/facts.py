@@ -67,7 +67,7 @@ class FactKnowledge(Knowledge):
         self._assert(FUNCTION, {**_slots(ground), "value": float(value)})
 
     def put_goal(self, formula: str) -> None:
-        """Assert a goal, in place of those that there are."""
+        """Assert a goal, in place of the others."""
         self._retract(GOAL, lambda _slots: True)
         if formula:
             self._assert(GOAL, {"id": Symbol(f"{GOAL}-{next(self._numbers)}"), "formula": formula})

@@ -6,6 +6,7 @@ and its node.
 
 from __future__ import annotations
 
+import re
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -35,6 +36,7 @@ from cxbridge.executive.problem.truth import holds, words_of
 Ground = tuple[str, tuple[str, ...]]
 """The name of a predicate or a function, and its arguments."""
 
+_NAME: Final = re.compile(r"\w[\w.:+-]*")
 _ZERO: Final = Constant("0")
 
 
@@ -164,7 +166,7 @@ class ProblemExpert:
 
         :raises PddlError: when it is there with another type, or there is no such type.
         """
-        if not words_of(name) == [name]:
+        if _NAME.fullmatch(name) is None:
             raise PddlError(f"'{name}' is no name")
         domain = self._domain_of()
         if domain is not None and kind not in (ROOT_TYPE, *names_of(domain.types)):
@@ -196,7 +198,7 @@ class ProblemExpert:
     def add_predicate(self, ground: Ground) -> None:
         """Make something true.
 
-        :raises PddlError: when the domain has no words for it, or an argument is no instance.
+        :raises PddlError: when the domain has no words for it, or an argument is not an instance.
         """
         if ground not in self.knowledge.predicates:
             self.check(_atom(ground))
@@ -205,7 +207,7 @@ class ProblemExpert:
     def remove_predicate(self, ground: Ground) -> None:
         """Make something false.
 
-        :raises PddlError: when the domain has no words for it, or an argument is no instance.
+        :raises PddlError: when the domain has no words for it, or an argument is not an instance.
         """
         self.check(_atom(ground))
         if ground in self.knowledge.predicates:
@@ -214,7 +216,7 @@ class ProblemExpert:
     def add_function(self, ground: Ground, value: float) -> None:
         """Give a function a value.
 
-        :raises PddlError: when the domain has no such function, or an argument is no instance.
+        :raises PddlError: when the domain has no such function, or an argument is not an instance.
         """
         self.check(_comparison(ground))
         self.knowledge.put_function(ground, value)
@@ -231,7 +233,7 @@ class ProblemExpert:
     def remove_function(self, ground: Ground) -> None:
         """Take the value of a function away.
 
-        :raises PddlError: when the domain has no such function, or an argument is no instance.
+        :raises PddlError: when the domain has no such function, or an argument is not an instance.
         """
         self.check(_comparison(ground))
         if ground in self.knowledge.functions:
@@ -262,7 +264,7 @@ class ProblemExpert:
     def set_goal(self, goal: Formula) -> None:
         """Want something.
 
-        :raises PddlError: when the domain has no words for it, or a constant is no instance.
+        :raises PddlError: when the domain has no words for it, or a constant is not an instance.
         """
         self.check(goal)
         self.knowledge.put_goal(format_formula(goal))
@@ -294,7 +296,7 @@ class ProblemExpert:
         return replace(found, name="problem_1")
 
     def add_problem(self, text: str) -> None:
-        """Add what a problem says; its goal comes in place of the one that there is.
+        """Add what a problem says; its goal comes in place of the present one.
 
         :raises PddlError: when it is none of the domain, or an instance is there with another type; nothing
             is added then.

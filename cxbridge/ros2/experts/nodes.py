@@ -134,7 +134,7 @@ class _TreeReader:
                 for each in node["parameters"]
             )
             return Quantified("exists", groups, parts[0])
-        raise Ros2Error(f"a node of the type {node['node_type']} with {len(parts)} children is no condition")
+        raise Ros2Error(f"a node of the type {node['node_type']} with {len(parts)} children is not a condition")
 
     def _term(self, at: int, depth: int) -> Term:
         node, kind = self._node(at, depth)
