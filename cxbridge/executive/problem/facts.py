@@ -64,7 +64,7 @@ class FactKnowledge(Knowledge):
     def put_function(self, ground: Ground, value: float) -> None:
         """Assert the value of a function, in place of what it was."""
         self.drop_function(ground)
-        self._assert(FUNCTION, {**_slots(ground), "value": float(value)})
+        self._assert(FUNCTION, {**_slots(ground), "value": value})
 
     def put_goal(self, formula: str) -> None:
         """Assert a goal, in place of the others."""

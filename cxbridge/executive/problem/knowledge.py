@@ -219,7 +219,7 @@ class ProblemExpert:
         :raises PddlError: when the domain has no such function, or an argument is not an instance.
         """
         self.check(_comparison(ground))
-        self.knowledge.put_function(ground, value)
+        self.knowledge.put_function(ground, float(value))
 
     def update_function(self, ground: Ground, value: float) -> None:
         """Give a function another value.

@@ -86,11 +86,11 @@ def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) 
     return {"durative_action": {"name": name, "parameters": parameters, **trees}}
 
 
-def _at(when: str, formula: Formula | None) -> Formula | None:
-    """Return what a formula says about a time."""
+def _at(when: str, formula: Formula | None) -> Formula:
+    """Return what a formula says about a time; as there, a conjunction of nothing when it says nothing."""
     parts = formula.parts if isinstance(formula, And) else (formula,)
     found = tuple(each.part for each in parts if isinstance(each, Timed) and each.when == when)
-    return And(found) if found else None
+    return And(found)
 
 
 def _declared(

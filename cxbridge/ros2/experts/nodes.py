@@ -134,7 +134,9 @@ class _TreeReader:
                 for each in node["parameters"]
             )
             return Quantified("exists", groups, parts[0])
-        raise Ros2Error(f"a node of the type {node['node_type']} with {len(parts)} children is not a condition")
+        raise Ros2Error(
+            f"a node of the type {node['node_type']} with {len(parts)} children is not a condition"
+        )
 
     def _term(self, at: int, depth: int) -> Term:
         node, kind = self._node(at, depth)

@@ -35,6 +35,8 @@ _OF_DURATIVE: Final = {
     "at_end_effects": "at end does",
 }
 
+_NOTHING: Final = "(and)"
+
 Lines = Iterator[str]
 
 
@@ -181,8 +183,9 @@ class Terminal:
         yield from self._about("does", found["effects"])
 
     def _about(self, what: str, tree: Message) -> Lines:
-        if tree["nodes"]:
-            yield f"{what}: {self._text(tree)}"
+        text = self._text(tree) if tree["nodes"] else _NOTHING
+        if text != _NOTHING:
+            yield f"{what}: {text}"
 
     def _text(self, tree: Message) -> str:
         try:

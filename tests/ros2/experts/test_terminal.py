@@ -84,7 +84,7 @@ REFUSED = {
     "set instance x boat": "no such type",
     "set predicate (flies r2)": "Unknown predicate",
     "set function (= (speed r2) 1)": "Unknown function",
-    "set goal (clean attic)": "Unknown constant attic",
+    "set goal (clean cellar)": "Unknown constant cellar",
     "remove instance r9": "is no instance",
     "remove predicate (flies r2)": "Unknown predicate",
     "remove function speed r2": "Unknown function",
@@ -170,7 +170,7 @@ def test_a_file_of_commands(terminal: Terminal, tmp_path: Path):
     file = tmp_path / "commands"
     file.write_text("set instance attic room\n\nget problem predicates\n")
     assert list(terminal.do(f"source {file}")) == ["(open)", "(at r2 hall)"]
-    assert list(terminal.do(f"source {file} 1"))[0] == "set instance attic room"
+    assert next(terminal.do(f"source {file} 1")) == "set instance attic room"
     file.write_text(f"quit\nsource {file}\n")
     list(terminal.do(f"source {file}"))
     assert terminal.is_over
@@ -206,7 +206,7 @@ def test_nobody_is_there(domain: int):
 
 def program(*words: str, lines: str = "") -> tuple[int, str, str]:
     command = [sys.executable, "-m", "cxbridge", "ros2", "terminal", *words]
-    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120)
+    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120, check=False)
     return done.returncode, done.stdout, done.stderr
 
 
