@@ -41,7 +41,6 @@ class Ros2Experts(Component):
                 )
             if context.paths.ros2cx is not None:
                 raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
-        context.experts.wanted = True
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace
         if context.name:  # one of several agents

@@ -66,7 +66,7 @@ ENVIRONMENT: Final = (
     ComponentEntry(
         "ros2-experts",
         f"{_PACKAGE}.ros2_experts:Ros2Experts",
-        lambda context: bool(context.config.keys("/ros2/experts")),
+        lambda context: bool(context.config.keys(context.experts.section)),
     ),
     ComponentEntry(
         "ros2-interfaces",

@@ -15,10 +15,11 @@ class SharedExperts:
     name: Final = "problem-expert"
     """What the feature is called."""
 
+    section: Final = "/ros2/experts"
+    """The part of the configuration with which an agent has it unasked."""
+
     def __init__(self) -> None:
         self._feature: ProblemExpertFeature | None = None
-        self.wanted = False
-        """Whether the executive shall have the feature, though its initialisation does not name it."""
 
     def feature(self, domain_of: DomainOf) -> ProblemExpertFeature:
         """Return the feature.

@@ -88,10 +88,13 @@ def test_a_goal_is_expanded_with_the_plan(env, loop):
 
 def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
     asked = []
-    service = PlanningService.call
-    monkeypatch.setattr(
-        PlanningService, "call", lambda self, request: asked.append(request) or service(self, request)
-    )
+    call = PlanningService.call
+
+    def note(service, request):
+        asked.append(request)
+        return call(service, request)
+
+    monkeypatch.setattr(PlanningService, "call", note)
     env.load(CORE_DIR / "features" / "problem.clp")
     text = DOMAIN.replace("(:action", "(:functions (weight ?c - cup)) (:action")
     env.call("domain-wipe")

@@ -9,12 +9,14 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
+from cxbridge.check.run import check
 from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge.ros2.experts.names import NODES
+from cxbridge.run import RunOptions
 from tests.ros2.experts.agents import HERE, MEETING, asking, configuration, served
 from tests.ros2.experts.test_services import WHOLE, goal, named, predicate
 from tests.support import ROOT
@@ -111,3 +113,14 @@ def test_without_an_executive(tmp_path: Path):
     )
     with pytest.raises(CxbridgeError, match="the experts need an executive"):
         Daemon(DaemonOptions(config=file), lambda line: None).run()
+
+
+@pytest.mark.parametrize("served_", [True, False])
+def test_the_check_knows_the_facts_of_clients(tmp_path: Path, served_: bool):
+    agent = meeting_that_listens(tmp_path)
+    if served_:
+        with (agent / "scenario.yaml").open("a") as file:
+            file.write("ros2: {experts: {serve: all}}\n")
+    found = [each.message for each in check(RunOptions(scenario=agent))]
+    assert [each for each in found if "problem-goal" not in each] == []
+    assert (found == []) is served_
