@@ -49,6 +49,16 @@ DOMAIN: Final = {
 }
 PLANNER: Final = {"get_plan": "GetPlan", "validate_domain": "ValidateDomain"}
 
+BEFORE_JAZZY: Final = ("humble", "iron")
+"""Distributions whose PlanSys2 knows no derived predicates, and has other numbers for nodes."""
+
+SINCE_JAZZY: Final = (
+    "/domain_expert/get_domain_derived_predicates",
+    "/domain_expert/get_domain_derived_predicate_details",
+    "/planner/validate_domain",
+)
+"""Services that came with Jazzy; the package of those before does not have all their types."""
+
 NODES: Final[Mapping[str, Mapping[str, str]]] = {
     "problem": {f"/problem_expert/{name}": kind for name, kind in PROBLEM.items()},
     "domain": {f"/domain_expert/{name}": kind for name, kind in DOMAIN.items()},
@@ -60,6 +70,16 @@ SERVICES: Final = {
     name: f"{PACKAGE}/srv/{kind}" for services in NODES.values() for name, kind in services.items()
 }
 """All services, with their types."""
+
+
+def services_of(node: str, distribution: str) -> Mapping[str, str]:
+    """Return the services of a node in a distribution, with their types.
+
+    :param node: a key of :data:`NODES`.
+    """
+    left_out = SINCE_JAZZY if distribution in BEFORE_JAZZY else ()
+    return {name: SERVICES[name] for name in NODES[node] if name not in left_out}
+
 
 UPDATE: Final = ("/problem_expert/update_notify", "std_msgs/msg/Empty")
 """The topic that something has changed."""

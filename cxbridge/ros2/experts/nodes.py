@@ -26,6 +26,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_formula, format_term
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.knowledge import Ground
+from cxbridge.ros2.experts.names import BEFORE_JAZZY
 from cxbridge.ros2.messages import Message
 
 
@@ -52,7 +53,6 @@ _SIGNS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
 
 _COMPARING: Final = _SIGNS[:5]
 _CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
-_BEFORE_JAZZY: Final = ("humble", "iron")
 _MOST_DEEP: Final = 200
 _PAIR: Final = 2
 
@@ -67,7 +67,7 @@ class NodeCodec:
     """
 
     def __init__(self, distribution: str) -> None:
-        self._is_old = distribution in _BEFORE_JAZZY
+        self._is_old = distribution in BEFORE_JAZZY
         first = max(Kind) + 1 if not self._is_old else Kind.NUMBER + 1
         self._numbers = {sign: first + index for index, sign in enumerate((*_SIGNS, *_CHANGES))}
         self._signs = {number: sign for sign, number in self._numbers.items()}

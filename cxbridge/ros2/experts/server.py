@@ -12,7 +12,7 @@ from cxbridge.executive.features.problem_expert import ProblemExpertFeature
 from cxbridge.rights import Right, Rights
 from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, Service, answer, knowledge_message
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, NODES, SERVICES, UPDATE
+from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
 from cxbridge.ros2.experts.nodes import NodeCodec
 from cxbridge.ros2.experts.planner import PlanServer
 from cxbridge.ros2.experts.settings import ExpertSettings
@@ -60,8 +60,8 @@ class ExpertServer(Closing):
         self._codec = NodeCodec(settings.node.distribution)
         self._told = -1
         for which in settings.serve:
-            for name in NODES[which]:
-                node.serve_later(check_topic(namespace + name), SERVICES[name], self._answering(which, name))
+            for name, kind in services_of(which, settings.node.distribution).items():
+                node.serve_later(check_topic(namespace + name), kind, self._answering(which, name))
         self._topics = "problem" in settings.serve
         if self._topics:
             latched = QosProfile(durability="transient_local", depth=DEPTH)

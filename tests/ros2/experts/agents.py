@@ -39,8 +39,9 @@ def served(
     folder: Path, domain: int, agent: Path = AGENT, experts: str = "", more: str = ""
 ) -> Iterator[Daemon]:
     """Run a daemon whose world model is served."""
-    serve = "" if "serve:" in experts else "serve: all, "
-    settings = f"{{{serve}distribution: iron, domain: {domain}{experts}}}"
+    standard = {"serve": "serve: all, ", "distribution": "distribution: iron, "}
+    rest = "".join(text for key, text in standard.items() if f"{key}:" not in experts)
+    settings = f"{{{rest}domain: {domain}{experts}}}"
     with running(DaemonOptions(config=configuration(folder, agent, settings, more))) as (daemon, _, _):
         yield daemon
 

@@ -14,7 +14,7 @@ from cxbridge.executive.pddl import parse_formula
 from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge.ros2.experts.client import ExpertClient
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge.ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, UPDATE
+from cxbridge.ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
 from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_node, param
 from cxbridge.ros2.qos import QosProfile
 from tests.ros2.experts.agents import AGENT, MEETING, asking, served
@@ -151,19 +151,38 @@ def test_each_service_is_served_and_asked_here():
     assert WHOLE.keys() - asked == {"exist_problem_function"}
 
 
-@pytest.mark.parametrize("name", RIGHT)
+@pytest.mark.parametrize("name", [name for name in RIGHT if WHOLE[name] not in SINCE_JAZZY])
 def test_right(client: ExpertClient, name: str):
     response = client.ask(WHOLE[name], RIGHT[name], 30)
     assert (response["success"], response["error_info"]) == (True, "")
 
 
-@pytest.mark.parametrize(("name", "request_", "message"), WRONG)
+@pytest.mark.parametrize(
+    ("name", "request_", "message"), [each for each in WRONG if WHOLE[each[0]] not in SINCE_JAZZY]
+)
 def test_wrong(client: ExpertClient, name: str, request_: dict[str, Any], message: str):
     before = state(client)
     response = client.ask(WHOLE[name], request_)
     assert response["success"] is False
     assert message in response["error_info"]
     assert state(client) == before
+
+
+def test_what_came_with_jazzy(domain: int, tmp_path: Path, experts: ExpertClient):
+    clients = [experts.node.client(name, SERVICES[name]) for name in SINCE_JAZZY]
+    experts.wait(lambda: False, 1)
+    assert not any(each.is_served for each in clients)
+    with (
+        served(tmp_path, domain, experts=", distribution: jazzy, namespace: /jazzy") as _,
+        asking(domain, "/jazzy") as client,
+    ):
+        for name in SINCE_JAZZY:
+            last = name.rpartition("/")[2]
+            if last in RIGHT:
+                client.do(name, RIGHT[last])
+        for last, request, message in WRONG:
+            if WHOLE[last] in SINCE_JAZZY:
+                assert message in client.ask(WHOLE[last], request)["error_info"]
 
 
 def state(client: ExpertClient) -> str:
