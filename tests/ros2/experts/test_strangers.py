@@ -312,3 +312,21 @@ def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):
         list(terminal.do("set goal (and (at r2 attic))"))
         (step,) = list(terminal.do("get plan"))
         assert step == "0.000: (move r2 hall attic) [5.000]"
+
+
+def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
+    needs("plansys2_planner", "plansys2_popf_plan_solver")
+    other = domain + 51
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        served(tmp_path, other, experts=", serve: [domain, problem]"),
+        asking(other) as client,
+    ):
+        patch.setenv("ROS_DOMAIN_ID", str(other))
+        with their_node("plansys2_planner", "planner_node"):
+            lead(client, "/planner")
+            terminal = Terminal(client, NodeCodec("iron"))
+            list(terminal.do("set function (= (battery r2) 3)"))
+            list(terminal.do("set goal (and (at r2 dock))"))
+            (step,) = list(terminal.do("get plan"))
+            assert step == "0.000: (move r2 hall dock) [5.000]"
