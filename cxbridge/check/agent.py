@@ -24,7 +24,7 @@ from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.run.agent_context import agent_names, make_agent_context
-from cxbridge.run.components.executive import make_executive
+from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.specs import STAGES
@@ -114,6 +114,8 @@ class Agent(Closing):
             self.manager, self.executive = make_executive(self.context)
             try:
                 self.executive.load_core()
+                for name in unasked_features(self.context):
+                    self._request(name)
                 self._load_files()
             except Exception:
                 self.close()

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus, Logger
     from cxbridge.mainloop import MainLoop
     from cxbridge.operations.operation import OperationContext
+    from cxbridge.rights import Rights
 
 
 class DaemonAccess(Protocol):
@@ -72,3 +73,8 @@ class DaemonContext(RunContext):
 
     settings: DaemonSettings
     daemon: DaemonAccess
+
+    @property
+    def rights(self) -> Rights:
+        """What clients may do."""
+        return self.settings.rights

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 from collections.abc import Generator, Mapping
 from pathlib import Path
@@ -13,7 +14,7 @@ from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
-from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, Definitions
+from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
 from cxbridge.ros2.node import Node, Report
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports import TRANSPORTS, has_rclpy
@@ -77,7 +78,7 @@ class NodeSettings(Struct, frozen=True):
             packages=tuple(
                 folder / str(each) for each in (packages if isinstance(packages, list) else [packages])
             ),
-            distribution=typed(settings, "distribution", DEFAULT_DISTRIBUTION, whose),
+            distribution=typed(settings, "distribution", _default_distribution(), whose),
             transport=transport,
             url=typed(settings, "url", "", whose),
             domain=None if domain < 0 else domain,
@@ -109,6 +110,12 @@ def _default_transport(settings: Mapping[str, Any]) -> str:
     """Return rclpy where a ROS 2 is sourced, for its RMW and its types; DDS elsewhere."""
     wants_another = any(key in settings and "rclpy" not in only for key, only in _ONLY.items())
     return "dds" if wants_another or not has_rclpy() else "rclpy"
+
+
+def _default_distribution() -> str:
+    """Return the distribution of the sourced environment, as far as it is known here; else a usual one."""
+    sourced = os.environ.get("ROS_DISTRO", "")
+    return sourced if sourced in DISTRIBUTIONS else DEFAULT_DISTRIBUTION
 
 
 class RosExecutor(SkillExecutor):

@@ -1,13 +1,14 @@
 """The original's feature ``plansys2``, with our planners in place of PlanSys2's nodes.
 
 PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, and its planner makes
-the plan. Here the first is :class:`ProblemExpert`, the domain is what the environment parsed last, and the
-planning service plans. Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
+the plan. Here the first is :class:`~cxbridge.executive.problem.knowledge.ProblemExpert`, in memory, the
+domain is what the environment parsed last, and the planning service plans.
+Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError, PddlError
@@ -26,22 +27,6 @@ from cxbridge.ros2cx.plansys2_domain import why_refused
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
     from cxbridge.executive.planning import PlanCall, PlanningService, PlanResult, ToldCall
-
-
-@dataclass(slots=True)
-class ProblemExpert:
-    """What PlanSys2's problem expert knows: instances and predicates of a problem.
-
-    As there, what the domain does not have is refused when it is added.
-    """
-
-    instances: dict[str, str] = field(default_factory=dict)
-    predicates: dict[tuple[str, tuple[str, ...]], None] = field(default_factory=dict)
-
-    def clear(self) -> None:
-        """Forget everything."""
-        self.instances.clear()
-        self.predicates.clear()
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,35 +54,30 @@ class _PlanSys2User(PlanningUser):
         self._exact = exact
         self._checked: Domain | None = None
         self._refusal: PddlError | None = None
-        self._problem = ProblemExpert()
+        from cxbridge.executive.problem.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415
+
+        self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
         self._calls: list[tuple[_WantedPlan, PlanCall, ToldCall]] = []
 
     # ---- functions
 
     def add_instance(self, name: str, kind: str) -> None:
-        from cxbridge.executive.pddl import names_of  # noqa: PLC0415
-
-        domain = self.domain
-        known = set() if domain is None else {"object", *names_of(domain.types)}
-        if domain is not None and str(kind) not in known:
-            self._log.error(f"Problem adding instance: {name} - {kind}: the domain has no such type")
-            return
-        self._problem.instances[str(name)] = str(kind)
+        try:
+            self._problem.add_instance(str(name), str(kind))
+        except PddlError as error:
+            self._log.error(f"Problem adding instance: {name} - {kind}: {error.message}")
 
     def add_predicate(self, text: str) -> None:
-        words = str(text).strip().removeprefix("(").removesuffix(")").split()
-        domain = self.domain
-        names = set() if domain is None else {predicate.name for predicate in domain.predicates}
-        if not words or (domain is not None and words[0] not in names):
-            self._log.error(f"Problem adding predicate: {text}: the domain has no such predicate")
-            return
-        unknown = [word for word in words[1:] if word not in self._problem.instances]
-        if unknown:
-            missing = ", ".join(unknown)
-            self._log.error(f"Problem adding predicate: {text}: there is no instance {missing}")
-            return
-        self._problem.predicates[words[0], tuple(words[1:])] = None
+        name, *arguments = str(text).strip().removeprefix("(").removesuffix(")").split() or [""]
+        # a constant of the domain is no instance there, until somebody adds it
+        unknown = [word for word in arguments if word not in self._problem.knowledge.instances]
+        try:
+            if unknown:
+                raise PddlError(f"there is no instance {', '.join(unknown)}")  # noqa: TRY301
+            self._problem.add_predicate((name, tuple(arguments)))
+        except PddlError as error:
+            self._log.error(f"Problem adding predicate: {text}: {error.message}")
 
     def clear(self) -> None:
         self._problem.clear()
@@ -129,7 +109,8 @@ class _PlanSys2User(PlanningUser):
         self._check(domain)
         if self._refusal is not None and self._exact:
             raise self._refusal
-        return list(self._problem.instances.items()), list(self._problem.predicates)
+        knowledge = self._problem.knowledge
+        return list(knowledge.instances.items()), list(knowledge.predicates)
 
     def _check(self, domain: Domain) -> None:
         """See whether PlanSys2 would take the domain; our planners may well do."""

@@ -17,12 +17,12 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.rights import EVERYTHING, Rights
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
 from cxbridge.run.program.additions import NOTHING, Additions
-from cxbridge.run.shared_navgraph import SharedNavGraph
-from cxbridge.run.shared_skill_board import SharedSkillBoard
+from cxbridge.run.shared import SharedExperts, SharedNavGraph, SharedSkillBoard
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
 from cxbridge.run.think_rate import make_refresh
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
@@ -54,6 +54,7 @@ class RunContext:
     :param skill_board: the settings of the skill board; None without one.
     :param skills: the skill board itself.
     :param navgraph: the navigation graph, one for skills and rules.
+    :param experts: the world model as others edit it, one for rules and servers.
     :param pddl_parser: the PDDL domains of the environments, one for rules and planners.
     :param make_planning: makes what plans for the environment of that name; None: planners.
     :param refresh: when the executive thinks; None: in each loop.
@@ -79,11 +80,17 @@ class RunContext:
     skill_board: BoardSettings | None = None
     skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
+    experts: SharedExperts = field(default_factory=SharedExperts)
     pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
     refresh: RefreshTimer | None = None
     waits_for_skiller: bool = True
     additions: Additions = NOTHING
+
+    @property
+    def rights(self) -> Rights:
+        """What clients may do: of a run everything."""
+        return EVERYTHING
 
     @classmethod
     def make(

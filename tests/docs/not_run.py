@@ -15,6 +15,7 @@ MONGODB = "needs a MongoDB"
 ROOT_RIGHTS = "needs root or systemd"
 DOCKER = "needs docker"
 INDEX = "installs from a package index; tests/test_packaging.py does the same with a wheel"
+TERMINAL = "is what tests/ros2/experts/test_terminal.py does"
 HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/run/test_run_rcll.py does the same"
@@ -151,6 +152,9 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "pip install 'cxbridge[ros2]'": INDEX,
         "pip install 'cxbridge[ros2-zenoh]'": INDEX,
         "cxbridge trace convert run.mcap run-bag --to rosbag": "is what tests/ros2/bags does",
+        "cxbridge ros2 terminal": TERMINAL,
+        "cxbridge ros2 terminal get problem predicates": TERMINAL,
+        "cxbridge ros2 terminal < commands.txt": TERMINAL,
     },
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,

@@ -70,7 +70,9 @@ def start(kind: str, script: str = "peer.py", *arguments: str) -> subprocess.Pop
         command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     else:
         command = [sys.executable, "-m", "tests.ros2.peer", *arguments]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent)
+    process = subprocess.Popen(
+        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent
+    )
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
     return process

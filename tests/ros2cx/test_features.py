@@ -134,9 +134,9 @@ def test_no_plan_fails(bench):
     ("function", "arguments", "message"),
     [
         ("psys2-add-domain-instance", ("x", "boat"), "no such type"),
-        ("psys2-add-domain-predicate", ("(flies r2)",), "no such predicate"),
+        ("psys2-add-domain-predicate", ("(flies r2)",), "Unknown predicate: flies"),
         ("psys2-add-domain-predicate", ("(at r3 home)",), "there is no instance r3"),
-        ("psys2-add-domain-predicate", ("()",), "no such predicate"),
+        ("psys2-add-domain-predicate", ("()",), "Unknown predicate: "),
     ],
 )
 def test_what_the_problem_expert_refuses(bench, function, arguments, message):

@@ -1,4 +1,4 @@
-"""``cxbridge ros2``: what machines with ROS 2 get from here."""
+"""``cxbridge ros2``: what machines with ROS 2 get from here, and a prompt for PlanSys2's experts."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ app = typer.Typer(name="ros2", no_args_is_help=True)
 
 @app.callback()
 def _ros2() -> None:
-    """Make packages for machines with ROS 2."""
+    """Make packages for machines with ROS 2, and talk to the experts of PlanSys2."""
 
 
 @app.command()
@@ -45,3 +45,40 @@ def package(
     schemas = [registry.schema(name) for name in names or registry.names()]
     for folder in write_packages(schemas, output):
         say(folder)
+
+
+@app.command()
+def terminal(
+    command: Annotated[
+        list[str] | None,
+        typer.Argument(metavar="[COMMAND...]", help="one command; without: a prompt, or lines from a pipe"),
+    ] = None,
+    transport: Annotated[str, typer.Option(help="dds, rclpy or rosbridge.")] = "",
+    url: Annotated[str, typer.Option(help="The rosbridge.")] = "",
+    domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain.")] = None,
+    reach: Annotated[str, typer.Option(help="localhost or subnet.")] = "",
+    namespace: Annotated[str, typer.Option(help="What comes before all names, e.g. /robot1.")] = "",
+    distribution: Annotated[str, typer.Option(help="Of the experts: humble, iron, jazzy ...")] = "",
+    packages: Annotated[
+        list[Path] | None, typer.Option(metavar="DIR", help="A folder with ROS packages. Repeatable.")
+    ] = None,
+) -> int:
+    """Look at and edit domain and problem with the commands of plansys2_terminal.
+
+    The experts may be those of an agent of cxbridge (ros2: experts:), or PlanSys2's own. The command help
+    lists all commands.
+
+    Exit status: 0 done, 1 the experts refused a command, 2 there is no such command, or nobody answers.
+
+    Example: cxbridge ros2 terminal get problem predicates
+    """
+    from cxbridge.cli.ros2_prompt import Prompt
+
+    given: dict[str, object] = {"transport": transport, "url": url, "domain": domain, "reach": reach}
+    given |= {
+        "namespace": namespace,
+        "distribution": distribution,
+        "packages": list(map(str, packages or ())),
+    }
+    with Prompt({name: value for name, value in given.items() if value not in ("", None, [])}) as prompt:
+        return prompt.run(" ".join(command) if command else None)

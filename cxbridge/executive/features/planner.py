@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.features.planning_base import DomainOf, Known, PlanningFeature, PlanningUser
+from cxbridge.executive.features.planning_base import DomainOf, Known, Numbers, PlanningFeature, PlanningUser
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
 from cxbridge.executive.planning.settings import PlannerSettings
@@ -74,6 +74,13 @@ class _PlannerUser(PlanningUser):
             if slots["name"] in predicates
         ]
         return objects, facts
+
+    def numbers(self, domain: Domain) -> Numbers:
+        """Return the values of the domain's functions."""
+        from cxbridge.executive.problem.facts import numbers_in  # noqa: PLC0415
+
+        functions = {function.name for function in domain.functions}
+        return [each for each in numbers_in(self.env).items() if each[0][0] in functions] if functions else []
 
     # ---- results
 

@@ -26,6 +26,9 @@ MakeService = Callable[[str], "PlanningService"]
 Known = tuple[list[tuple[str, str]], list[tuple[str, tuple[str, ...]]]]
 """Objects with their types, and facts: predicate and values."""
 
+Numbers = list[tuple[tuple[str, tuple[str, ...]], float]]
+"""Values of functions: function and arguments, and the value."""
+
 
 class PlanningUser:
     """An environment that plans.
@@ -57,6 +60,10 @@ class PlanningUser:
     def known(self, domain: Domain) -> Known:
         """Return the objects and facts that a problem begins with."""
 
+    def numbers(self, domain: Domain) -> Numbers:  # noqa: ARG002 - most know none
+        """Return the values of functions that a problem begins with."""
+        return []
+
     @abstractmethod
     def before_run(self) -> None:
         """Assert the plans that are ready."""
@@ -84,7 +91,9 @@ class PlanningUser:
         try:
             if domain is None:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
-            problem = problem_of_facts(domain, *self.known(domain), parse_formula(formula))
+            problem = problem_of_facts(
+                domain, *self.known(domain), parse_formula(formula), numbers=self.numbers(domain)
+            )
         except PddlError as error:
             told.refused(str(error))
             raise

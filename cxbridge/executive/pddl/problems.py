@@ -82,6 +82,7 @@ def problem_of_facts(
     facts: Iterable[tuple[str, Sequence[str]]],
     goal: Formula,
     name: str = "problem",
+    numbers: Iterable[tuple[tuple[str, Sequence[str]], float]] = (),
 ) -> Problem:
     """Return the problem that objects, facts and a goal make, checked against the domain.
 
@@ -90,6 +91,7 @@ def problem_of_facts(
     :param objects: name and type of each; an empty type is ``object``. The domain's constants may be among
         them.
     :param facts: predicate and arguments of each.
+    :param numbers: function and arguments, and the value.
     :raises PddlSemanticError: when something is undeclared, or of another number or type.
     """
     constants = set(names_of(domain.constants))
@@ -105,7 +107,11 @@ def problem_of_facts(
     )
     durative = any(action.durative for action in domain.actions)
     metric = ("minimize", FunctionTerm("total-time", ())) if durative else None
-    problem = Problem(name, domain.name, groups, atoms, goal=goal, metric=metric)
+    values = tuple(
+        (FunctionTerm(function, tuple(map(Constant, arguments))), value)
+        for (function, arguments), value in numbers
+    )
+    problem = Problem(name, domain.name, groups, atoms, values, goal, metric)
     check_problem(domain, problem)
     return problem
 
@@ -141,11 +147,17 @@ def format_problem(problem: Problem) -> str:
     lines = [f"(define (problem {problem.name})", f"  (:domain {problem.domain})"]
     lines += ["  (:objects", *(f"    {format_typed((group,))}" for group in problem.objects), "  )"]
     lines += ["  (:init", *(f"    {format_formula(atom)}" for atom in problem.init)]
-    lines += [f"    (= {format_term(call)} {value:g})" for call, value in problem.numbers]
+    lines += [f"    (= {format_term(call)} {format_number(value)})" for call, value in problem.numbers]
     lines += ["  )", f"  (:goal {format_formula(problem.goal)})"]
     if problem.metric is not None:
         lines.append(f"  (:metric {problem.metric[0]} {format_term(problem.metric[1])})")
     return "\n".join([*lines, ")"]) + "\n"
+
+
+def format_number(value: float) -> str:
+    """Return a number as PDDL, which has no exponents."""
+    text = f"{value:g}"
+    return text if "e" not in text and float(text) == value else f"{value:f}"
 
 
 class _ProblemParser(FormulaParser):

@@ -56,9 +56,8 @@ class ExecutiveComponent(Component):
     def configure(self) -> None:
         """Load the core and the agent."""
         self._begun = True
-        for feature in self.context.additions.features:
-            if not init_mentions(self.context.config, self.context.spec, feature.name):
-                self.manager.request(self.executive.env.name, feature.name)
+        for name in unasked_features(self.context):
+            self.manager.request(self.executive.env.name, name)
         self.executive.init()
         if self.context.refresh is not None:
             self.context.refresh.start()
@@ -102,6 +101,14 @@ class ExecutiveComponent(Component):
         """Unload everything."""
         self.executive.close()
         self.manager.close()
+
+
+def unasked_features(context: RunContext) -> list[str]:
+    """Return the features that an agent gets though its initialisation does not name them."""
+    names = [feature.name for feature in context.additions.features]
+    if context.config.keys(context.experts.section):
+        names.append(context.experts.name)
+    return [name for name in names if not init_mentions(context.config, context.spec, name)]
 
 
 def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:

@@ -64,6 +64,11 @@ ENVIRONMENT: Final = (
         lambda context: bool(context.config.keys("/ros2/performers")),
     ),
     ComponentEntry(
+        "ros2-experts",
+        f"{_PACKAGE}.ros2_experts:Ros2Experts",
+        lambda context: bool(context.config.keys(context.experts.section)),
+    ),
+    ComponentEntry(
         "ros2-interfaces",
         f"{_PACKAGE}.ros2_interfaces:Ros2Interfaces",
         lambda context: bool(context.config.keys("/ros2/interfaces")),

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.executive.feature import Feature
 from cxbridge.run.context import RunContext
-from cxbridge.run.shared_skill_board import SharedSkillBoard
+from cxbridge.run.shared.skill_board import SharedSkillBoard
 
 if TYPE_CHECKING:
     from cxbridge.skiller.board.local_calls import LocalSkillCalls

@@ -14,6 +14,8 @@ from cxbridge.executive.features.planner import PlannerFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
+from cxbridge.executive.pddl.printer import format_term
+from cxbridge.executive.planning.service import PlanningService
 from cxbridge.executive.planning.settings import PlannerSettings
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types cup place) (:constants home - place)
@@ -82,6 +84,31 @@ def test_a_goal_is_expanded_with_the_plan(env, loop):
     assert (action["action-name"], action["param-values"]) == ("carry", ("c1", "home", "shelf"))
     assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
     assert facts(env, "planner-call") == []
+
+
+def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
+    asked = []
+    call = PlanningService.call
+
+    def note(service, request):
+        asked.append(request)
+        return call(service, request)
+
+    monkeypatch.setattr(PlanningService, "call", note)
+    env.load(CORE_DIR / "features" / "problem.clp")
+    text = DOMAIN.replace("(:action", "(:functions (weight ?c - cup)) (:action")
+    env.call("domain-wipe")
+    env.call("parse-pddl-domain", str(clp(text, "domain.pddl")))
+    env.assert_string("(domain-object (name c1) (type cup))")
+    env.assert_string("(domain-fact (name at) (param-values c1 home))")
+    env.assert_string("(problem-function (name weight) (param-values c1) (value 2.5))")
+    env.assert_string("(problem-function (name unknown) (value 1.0))")
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 home)")
+    loop()
+    assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
+    ((term, value),) = asked[0].problem.numbers
+    assert (format_term(term), value) == ("(weight c1)", 2.5)
 
 
 def test_without_a_plan_the_goal_fails(env, loop, log):

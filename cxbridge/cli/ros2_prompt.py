@@ -1,0 +1,94 @@
+"""The prompt of ``cxbridge ros2 terminal``: one command, those of a pipe, or what somebody types."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.cli.command_lines import CommandLines
+from cxbridge.cli.console import complain, say_text
+from cxbridge.clock import RealClock
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.experts.client import ExpertClient, ExpertRefusedError
+from cxbridge.ros2.experts.definitions import TYPES
+from cxbridge.ros2.experts.nodes import NodeCodec
+from cxbridge.ros2.experts.terminal import Terminal
+
+_PROMPT: Final = "> "
+_REFUSED: Final = 1
+_MISTAKE: Final = 2
+
+
+class Prompt(Closing):
+    """Joins the domain, and carries commands out.
+
+    :param settings: of the node.
+    :raises CxbridgeError: when they make no sense, or the domain cannot be joined.
+    """
+
+    def __init__(self, settings: Mapping[str, Any]) -> None:
+        found = NodeSettings.of(settings, Path(), "the terminal")
+        self._node = found.join("cxbridge_terminal", found.definitions(TYPES), _report)
+        client = ExpertClient(self._node, RealClock(), found.namespace)
+        self._terminal = Terminal(client, NodeCodec(found.distribution))
+
+    def run(self, command: str | None) -> int:
+        """Carry out one command, or all that come; return the exit status: that of the worst."""
+        if command is not None:
+            return self._do(command)
+        status = 0
+        for line in self._typed() if sys.stdin is not None and sys.stdin.isatty() else _piped():
+            status = max(status, self._do(line))
+            if self._terminal.is_over:
+                break
+        return status
+
+    def _do(self, line: str) -> int:
+        try:
+            for text in self._terminal.do(line):
+                say_text(text)
+        except ExpertRefusedError as error:
+            complain(error)
+            return _REFUSED
+        except CxbridgeError as error:
+            complain(error)
+            return _MISTAKE
+        return 0
+
+    def _typed(self) -> Iterator[str]:
+        """Yield what somebody types, with history and completion where the terminal has them."""
+        try:
+            import readline
+        except ImportError:
+            pass
+        else:
+            readline.set_completer_delims(" ")
+            readline.set_completer(lambda _text, state: self._complete(readline.get_line_buffer(), state))
+            readline.parse_and_bind("tab: complete")
+        while True:
+            try:
+                yield input(_PROMPT)
+            except EOFError:
+                return
+
+    def _complete(self, line: str, state: int) -> str | None:
+        found = self._terminal.completions(line)
+        return f"{found[state]} " if state < len(found) else None
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._node.close()
+
+
+def _report(text: str) -> None:
+    complain(CxbridgeError(text))
+
+
+def _piped() -> Iterator[str]:
+    lines = CommandLines()
+    while (line := lines.next(lambda: False)) is not None:
+        yield line

@@ -1,0 +1,59 @@
+"""The feature `problem-expert`: the world model as PlanSys2's experts know it. See docs/ros2.md."""
+
+from __future__ import annotations
+
+from itertools import count
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.planning_base import DomainOf
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+
+if TYPE_CHECKING:
+    from cxbridge.executive.problem.knowledge import ProblemExpert
+
+_FILE: Final = CORE_DIR / "features" / "problem.clp"
+_WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-goal")
+
+
+class ProblemExpertFeature(Feature):
+    """Gives the templates ``problem-goal`` and ``problem-function``.
+
+    :param domain_of: returns the domain that an environment parsed last.
+    """
+
+    name = "problem-expert"
+
+    def __init__(self, domain_of: DomainOf) -> None:
+        self._domain_of = domain_of
+        self._goals = count(1)
+        self.env: ClipsEnvironment | None = None
+        """The environment that has it; None while there is none."""
+        self.version = 0
+        """Greater after each change of what is known."""
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the templates."""
+        env.load(_FILE)
+        self.env = env
+        for template in _WATCHED:
+            env.watcher.on_change(template, self._changed)
+        self._changed()
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Know nothing any more."""
+        if env is self.env:
+            self.env = None
+            self._changed()
+
+    def _changed(self) -> None:
+        self.version += 1
+
+    def expert(self, env: ClipsEnvironment) -> ProblemExpert:
+        """Return who answers and edits. The environment's lock must be held while it does."""
+        from cxbridge.executive.problem.domain import domain_of_facts  # noqa: PLC0415 - only who asks pays
+        from cxbridge.executive.problem.facts import FactKnowledge  # noqa: PLC0415
+        from cxbridge.executive.problem.knowledge import ProblemExpert  # noqa: PLC0415
+
+        domain = domain_of_facts(env, self._domain_of(env))
+        return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)

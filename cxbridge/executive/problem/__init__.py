@@ -1,0 +1,1 @@
+"""A planning problem that is edited: what is known of it, where that is kept, what is true."""

@@ -1,0 +1,146 @@
+"""Whether a formula without parameters is true, given what is known."""
+
+from __future__ import annotations
+
+import operator
+import re
+from collections.abc import Callable, Collection, Iterable, Mapping
+from itertools import product
+from typing import Final
+
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Constant,
+    Formula,
+    FunctionTerm,
+    Imply,
+    Not,
+    Or,
+    Quantified,
+    Term,
+    TermComparison,
+    Variable,
+)
+
+Value = str | float | None
+"""An object, a number, or None: a function has no value."""
+
+InstancesOf = Callable[[tuple[str, ...]], Collection[str]]
+"""Returns the instances of some types; of no types: all."""
+
+_COMPARE: Final[Mapping[str, Callable[[float, float], bool]]] = {
+    "=": operator.eq,
+    "<": operator.lt,
+    ">": operator.gt,
+    "<=": operator.le,
+    ">=": operator.ge,
+}
+_COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "+": operator.add,
+    "-": operator.sub,
+    "*": operator.mul,
+    "/": operator.truediv,
+}
+_WORDS: Final = re.compile(r"[^\s()]+")
+_SAME: Final = 1e-9
+
+
+def words_of(text: str) -> list[str]:
+    """Return the words of a text of PDDL."""
+    return _WORDS.findall(text)
+
+
+def holds(
+    formula: Formula,
+    predicates: Collection[tuple[str, tuple[str, ...]]],
+    functions: Mapping[tuple[str, tuple[str, ...]], float],
+    instances_of: InstancesOf,
+) -> bool:
+    """Return whether a formula is true. A comparison with a function that has no value is not."""
+    return _Truth(predicates, functions, instances_of).of(formula, {})
+
+
+class _Truth:
+    def __init__(
+        self,
+        predicates: Collection[tuple[str, tuple[str, ...]]],
+        functions: Mapping[tuple[str, tuple[str, ...]], float],
+        instances_of: InstancesOf,
+    ) -> None:
+        self._predicates = predicates
+        self._functions = functions
+        self._instances_of = instances_of
+
+    def of(self, formula: Formula, bound: Mapping[str, str]) -> bool:
+        match formula:
+            case Atom(predicate=name, arguments=terms):
+                found = (name, self._names(terms, bound)) in self._predicates
+            case And(parts=parts):
+                found = all(self.of(part, bound) for part in parts)
+            case Or(parts=parts):
+                found = any(self.of(part, bound) for part in parts)
+            case Not(part=part):
+                found = not self.of(part, bound)
+            case Imply(condition=first, consequence=second):
+                found = not self.of(first, bound) or self.of(second, bound)
+            case Quantified():
+                found = self._quantified(formula, bound)
+            case TermComparison(operator=sign, left=left, right=right):
+                found = _compare(sign, self._value(left, bound), self._value(right, bound))
+            case _:
+                found = False  # an effect, or a part of a durative action: no condition
+        return found
+
+    def _names(self, terms: Iterable[Term], bound: Mapping[str, str]) -> tuple[str, ...]:
+        return tuple(str(self._value(term, bound)) for term in terms)
+
+    def _quantified(self, formula: Quantified, bound: Mapping[str, str]) -> bool:
+        names = [name for group in formula.variables for name in group.names]
+        each = [self._instances_of(group.types) for group in formula.variables for _ in group.names]
+        some = any if formula.quantifier == "exists" else all
+        return some(
+            self.of(formula.part, {**bound, **dict(zip(names, values, strict=True))})
+            for values in product(*each)
+        )
+
+    def _value(self, term: Term, bound: Mapping[str, str]) -> Value:
+        match term:
+            case Variable(name=name):
+                return bound.get(name)
+            case Constant(name=name):
+                return name
+            case FunctionTerm(function=name, arguments=terms):
+                if name not in _COMPUTE:
+                    return self._functions.get((name, self._names(terms, bound)))
+                numbers = [_number(self._value(each, bound)) for each in terms]
+                return _compute(name, [each for each in numbers if each is not None], len(terms))
+
+
+def _compute(sign: str, numbers: list[float], wanted: int) -> float | None:
+    if len(numbers) != wanted or not numbers:
+        return None
+    if len(numbers) == 1:
+        return -numbers[0] if sign == "-" else None
+    found = numbers[0]
+    for number in numbers[1:]:
+        if sign == "/" and not number:
+            return None
+        found = _COMPUTE[sign](found, number)
+    return found
+
+
+def _compare(sign: str, left: Value, right: Value) -> bool:
+    first, second = _number(left), _number(right)
+    if first is None or second is None:
+        return sign == "=" and left is not None and left == right
+    if sign in ("=", "<=", ">=") and abs(first - second) <= _SAME:
+        return True
+    return _COMPARE[sign](first, second)
+
+
+def _number(value: Value) -> float | None:
+    try:
+        return None if value is None else float(value)
+    except ValueError:
+        return None

@@ -1,0 +1,205 @@
+"""What the services of the problem expert answer, and how they change what is known."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import Any, Final
+
+from msgspec import Struct
+
+from cxbridge.errors import PddlError, Ros2Error
+from cxbridge.executive.pddl.problems import format_problem
+from cxbridge.executive.problem.knowledge import Ground, ProblemExpert
+from cxbridge.executive.problem.truth import words_of
+from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_in, ground_node, param
+from cxbridge.ros2.messages import Message
+
+Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
+"""Does what is asked for, and returns the fields of the response besides ``success``."""
+
+
+class Service(Struct, frozen=True):
+    """A service.
+
+    :param work: does the work.
+    :param failure: what PlanSys2 says when it does not.
+    :param changes: whether it changes something.
+    """
+
+    work: Work
+    failure: str = "Error"
+    changes: bool = False
+
+
+def answer(service: Service, expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    """Return the response to a request."""
+    try:
+        fields = service.work(expert, codec, request) or {}
+    except (PddlError, Ros2Error) as error:
+        return {"success": False, "error_info": f"{service.failure}: {error.message}"}
+    return fields if "exist" in fields else {"success": True, **fields}
+
+
+def shown(ground: Ground) -> str:
+    """Return a predicate or a function as PDDL."""
+    return f"({' '.join((ground[0], *ground[1]))})"
+
+
+def knowledge_message(expert: ProblemExpert) -> Message:
+    """Return all that is known, as plansys2_msgs/msg/Knowledge."""
+    knowledge = expert.knowledge
+    return {
+        "instances": [*knowledge.instances],
+        "predicates": [shown(each) for each in knowledge.predicates],
+        "functions": [shown(each) for each in knowledge.functions],
+        "goal": knowledge.goal,
+    }
+
+
+# ---- problems and goals
+
+
+def _add_problem(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.add_problem(request["problem"])
+
+
+def _get_problem(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+    return {"problem": format_problem(expert.problem())}
+
+
+def _add_goal(expert: ProblemExpert, codec: NodeCodec, request: Message) -> None:
+    if not request["tree"]["nodes"]:
+        raise Ros2Error("Malformed expression")
+    expert.set_goal(codec.formula(request["tree"]))
+
+
+def _get_goal(expert: ProblemExpert, codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+    return {"tree": codec.tree(expert.goal, {})}
+
+
+def _is_satisfied(expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    nodes = request["tree"]["nodes"]
+    return {"satisfied": not nodes or expert.is_satisfied(codec.formula(request["tree"]))}
+
+
+def _remove_goal(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> None:
+    expert.knowledge.put_goal("")
+
+
+def _clear(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> None:
+    expert.clear()
+
+
+# ---- instances
+
+
+def _add_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.add_instance(request["param"]["name"], request["param"]["type"])
+
+
+def _remove_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.remove_instance(request["param"]["name"])
+
+
+def _get_instance(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    kind = expert.instances.get(name := request["instance"])
+    if kind is None:
+        raise Ros2Error(f"there is no '{name}'")
+    return {"instance": param(name, kind)}
+
+
+def _get_instances(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+    return {"instances": [param(name, kind) for name, kind in expert.instances.items()]}
+
+
+# ---- predicates
+
+
+def _add_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.add_predicate(ground_in(request["node"]))
+
+
+def _remove_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.remove_predicate(ground_in(request["node"]))
+
+
+def _exists_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    return {"exist": ground_in(request["node"]) in expert.knowledge.predicates}
+
+
+def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    ground = _written(request["expression"])
+    if ground not in expert.knowledge.predicates:
+        raise Ros2Error(f"{shown(ground)} is not true")
+    return {"node": ground_node(Kind.PREDICATE, ground, expert.instances)}
+
+
+def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+    types = expert.instances
+    return {"states": [ground_node(Kind.PREDICATE, each, types) for each in expert.knowledge.predicates]}
+
+
+# ---- functions
+
+
+def _add_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.add_function(ground_in(request["node"]), request["node"]["value"])
+
+
+def _update_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.update_function(ground_in(request["node"]), request["node"]["value"])
+
+
+def _remove_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> None:
+    expert.remove_function(ground_in(request["node"]))
+
+
+def _exists_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    return {"exist": ground_in(request["node"]) in expert.knowledge.functions}
+
+
+def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+    functions, ground = expert.knowledge.functions, _written(request["expression"])
+    if ground not in functions:
+        raise Ros2Error(f"{shown(ground)} has no value")
+    return {"node": ground_node(Kind.FUNCTION, ground, expert.instances, functions[ground])}
+
+
+def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
+    types, found = expert.instances, expert.knowledge.functions.items()
+    return {"states": [ground_node(Kind.FUNCTION, each, types, value) for each, value in found]}
+
+
+def _written(text: str) -> Ground:
+    """Return what ``(at r1 home)``, or ``(= (distance a b) 3)``, is about."""
+    name, *arguments = words_of(text) or [""]
+    if name == "=" and arguments:
+        name, *arguments = arguments[:-1] or [""]
+    return name, tuple(arguments)
+
+
+PROBLEM_SERVICES: Final[Mapping[str, Service]] = {
+    "add_problem": Service(_add_problem, "Problem not valid", changes=True),
+    "add_problem_goal": Service(_add_goal, "Goal not valid", changes=True),
+    "add_problem_instance": Service(_add_instance, "Instance not valid", changes=True),
+    "add_problem_predicate": Service(_add_predicate, "Predicate not valid", changes=True),
+    "add_problem_function": Service(_add_function, "Function not valid", changes=True),
+    "get_problem": Service(_get_problem, "Problem not valid"),
+    "get_problem_goal": Service(_get_goal, "Goal not valid"),
+    "get_problem_instance": Service(_get_instance, "Instance not found"),
+    "get_problem_instances": Service(_get_instances),
+    "get_problem_predicate": Service(_get_predicate, "Predicate not found"),
+    "get_problem_predicates": Service(_get_predicates),
+    "get_problem_function": Service(_get_function, "Function not found"),
+    "get_problem_functions": Service(_get_functions),
+    "is_problem_goal_satisfied": Service(_is_satisfied, "Goal not valid"),
+    "remove_problem_goal": Service(_remove_goal, "Error clearing goal", changes=True),
+    "clear_problem_knowledge": Service(_clear, "Error clearing knowledge", changes=True),
+    "remove_problem_instance": Service(_remove_instance, "Error removing instance", changes=True),
+    "remove_problem_predicate": Service(_remove_predicate, "Error removing predicate", changes=True),
+    "remove_problem_function": Service(_remove_function, "Error removing function", changes=True),
+    "exist_problem_predicate": Service(_exists_predicate),
+    "exist_problem_function": Service(_exists_function),
+    "update_problem_function": Service(_update_function, "Function not valid", changes=True),
+}
+"""The services of the problem expert, by their last names."""

@@ -1,0 +1,290 @@
+"""Formulas as PlanSys2's messages have them: trees of nodes, with numbers for what a node is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from enum import IntEnum
+from typing import Any, Final
+
+from cxbridge.errors import Ros2Error
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Constant,
+    Formula,
+    FunctionTerm,
+    Imply,
+    Not,
+    NumericChange,
+    Or,
+    Quantified,
+    Term,
+    TermComparison,
+    TypedNames,
+    Variable,
+)
+from cxbridge.executive.pddl.printer import format_formula, format_term
+from cxbridge.executive.pddl.problems import format_number
+from cxbridge.executive.problem.knowledge import Ground
+from cxbridge.ros2.experts.names import BEFORE_JAZZY
+from cxbridge.ros2.messages import Message
+
+
+class Kind(IntEnum):
+    """What a node is; the last three came with Jazzy."""
+
+    UNKNOWN = 0
+    AND = 1
+    OR = 2
+    NOT = 3
+    ACTION = 4
+    PREDICATE = 5
+    FUNCTION = 6
+    EXPRESSION = 7
+    CHANGE = 8
+    NUMBER = 9
+    CONSTANT = 10
+    PARAMETER = 11
+    EXISTS = 12
+
+
+_SIGNS: Final = ("=", ">=", ">", "<=", "<", "*", "/", "+", "-")
+"""The operators, in the order of their numbers."""
+
+_COMPARING: Final = _SIGNS[:5]
+_CHANGES: Final = ("assign", "increase", "decrease", "scale-up", "scale-down")
+_MOST_DEEP: Final = 200
+_PAIR: Final = 2
+
+TypesOf = Callable[[str], tuple[str, ...]]
+"""Returns the types of the parameters of a predicate or a function."""
+
+
+class NodeCodec:
+    """Makes trees of formulas, and formulas of trees.
+
+    :param distribution: whose numbers messages have: they are others from Jazzy on.
+    """
+
+    def __init__(self, distribution: str) -> None:
+        self._is_old = distribution in BEFORE_JAZZY
+        first = max(Kind) + 1 if not self._is_old else Kind.NUMBER + 1
+        self._numbers = {sign: first + index for index, sign in enumerate((*_SIGNS, *_CHANGES))}
+        self._signs = {number: sign for sign, number in self._numbers.items()}
+
+    # ---- to messages
+
+    def tree(
+        self, formula: Formula | None, names: Mapping[str, str], types_of: TypesOf = lambda _name: ()
+    ) -> Message:
+        """Return the tree of a formula; an empty one of none.
+
+        :param names: what stands for variables.
+        :raises Ros2Error: when PlanSys2's messages cannot say it.
+        """
+        nodes: list[Message] = []
+        if formula is not None:
+            _TreeMaker(nodes, names, types_of, self._numbers, is_old=self._is_old).formula(formula)
+        return {"nodes": nodes}
+
+    # ---- from messages
+
+    def formula(self, tree: Mapping[str, Any], *, effects: bool = False) -> Formula:
+        """Return the formula of a tree.
+
+        :param effects: whether numbers may be changed in it.
+        :raises Ros2Error: when it makes no sense.
+        """
+        return _TreeReader(tree["nodes"], self._signs, is_old=self._is_old, effects=effects).formula()
+
+
+class _TreeReader:
+    def __init__(
+        self, nodes: list[Message], signs: Mapping[int, str], *, is_old: bool, effects: bool
+    ) -> None:
+        self._nodes = nodes
+        self._signs = signs
+        self._kinds = [*Kind][: Kind.NUMBER + 1] if is_old else [*Kind]
+        self._effects = effects
+
+    def formula(self, at: int = 0, depth: int = 0) -> Formula:
+        """Return the formula that begins at a node."""
+        node, kind = self._node(at, depth)
+        if kind is Kind.PREDICATE:
+            return Atom(node["name"], tuple(map(_term_of, _names(node))))
+        if kind is Kind.EXPRESSION:
+            sign, left, right = self._pair(node["expression_type"], node, depth)
+            if sign in _COMPARING:
+                return TermComparison(sign, left, right)
+            raise Ros2Error(f"'{sign}' is a number, not a condition")
+        if kind is Kind.CHANGE and self._effects:
+            return NumericChange(*self._pair(node["modifier_type"], node, depth))
+        return self._joined(node, kind, tuple(self.formula(each, depth + 1) for each in node["children"]))
+
+    def _joined(self, node: Message, kind: Kind, parts: tuple[Formula, ...]) -> Formula:
+        if kind is Kind.AND:
+            return And(parts)
+        if kind is Kind.OR:
+            return Or(parts)
+        if kind is Kind.NOT and len(parts) == 1:
+            return Not(parts[0])
+        if kind is Kind.EXISTS and len(parts) == 1:
+            groups = tuple(
+                TypedNames((each["name"].removeprefix("?"),), (each["type"],) if each["type"] else ())
+                for each in node["parameters"]
+            )
+            return Quantified("exists", groups, parts[0])
+        raise Ros2Error(
+            f"a node of the type {node['node_type']} with {len(parts)} children is not a condition"
+        )
+
+    def _term(self, at: int, depth: int) -> Term:
+        node, kind = self._node(at, depth)
+        if kind is Kind.NUMBER:
+            return Constant(format_number(node["value"]))
+        if kind is Kind.FUNCTION:
+            return FunctionTerm(node["name"], tuple(map(_term_of, _names(node))))
+        if kind is Kind.EXPRESSION:
+            sign, left, right = self._pair(node["expression_type"], node, depth)
+            if sign in _SIGNS and sign not in _COMPARING:
+                return FunctionTerm(sign, (left, right))
+        if kind in (Kind.CONSTANT, Kind.PARAMETER):
+            return _term_of(node["name"])
+        raise Ros2Error(f"a node of the type {node['node_type']} is no number")
+
+    def _pair(self, number: int, node: Message, depth: int) -> tuple[str, Term, Term]:
+        sign, children = self._signs.get(number, ""), node["children"]
+        if not sign or len(children) != _PAIR:
+            raise Ros2Error(f"an expression of the type {number} with {len(children)} children is none")
+        left, right = (self._term(child, depth + 1) for child in children)
+        return sign, left, right
+
+    def _node(self, at: int, depth: int) -> tuple[Message, Kind]:
+        if at >= len(self._nodes) or depth > _MOST_DEEP:
+            raise Ros2Error(f"the tree has no node {at}" if at >= len(self._nodes) else "the tree has no end")
+        kind = self._nodes[at]["node_type"]
+        return self._nodes[at], Kind(kind) if kind in self._kinds else Kind.UNKNOWN
+
+
+class _TreeMaker:
+    def __init__(
+        self,
+        nodes: list[Message],
+        names: Mapping[str, str],
+        types_of: TypesOf,
+        numbers: Mapping[str, int],
+        *,
+        is_old: bool,
+    ) -> None:
+        self._nodes = nodes
+        self._names = names
+        self._types_of = types_of
+        self._numbers = numbers
+        self._is_old = is_old
+
+    def _add(self, kind: Kind, **fields: Any) -> Message:
+        node = {"node_type": int(kind), "node_id": len(self._nodes), "children": [], **fields}
+        self._nodes.append(node)
+        return node
+
+    def formula(self, formula: Formula) -> int:
+        """Add the nodes of a formula; return the number of the first."""
+        match formula:
+            case Atom(predicate=name, arguments=terms):
+                number = self._ground(Kind.PREDICATE, name, terms)
+            case And(parts=parts) | Or(parts=parts):
+                number = self._joined(Kind.AND if isinstance(formula, And) else Kind.OR, parts)
+            case Not(part=part):
+                number = self._joined(Kind.NOT, (part,))
+            case Imply(condition=first, consequence=second):
+                number = self._joined(Kind.OR, (Not(first), second))
+            case TermComparison(operator=sign, left=left, right=right):
+                number = self._pair(Kind.EXPRESSION, "expression_type", sign, (left, right))
+            case NumericChange(operator=sign, target=left, amount=right):
+                number = self._pair(Kind.CHANGE, "modifier_type", sign, (left, right))
+            case Quantified(quantifier="exists") if not self._is_old:
+                number = self._exists(formula)
+            case _:
+                raise Ros2Error(f"PlanSys2's messages have no words for {format_formula(formula)}")
+        return number
+
+    def _joined(self, kind: Kind, parts: tuple[Formula, ...]) -> int:
+        node = self._add(kind)
+        node["children"] += [self.formula(part) for part in parts]
+        return int(node["node_id"])
+
+    def _pair(self, kind: Kind, field: str, sign: str, terms: tuple[Term, Term]) -> int:
+        node = self._add(kind, **{field: self._numbers[sign]})
+        node["children"] += [self._term(term) for term in terms]
+        return int(node["node_id"])
+
+    def _exists(self, formula: Quantified) -> int:
+        parameters = [
+            param(f"?{name}", group.types[0] if group.types else "")
+            for group in formula.variables
+            for name in group.names
+        ]
+        node = self._add(Kind.EXISTS, parameters=parameters)
+        node["children"].append(self.formula(formula.part))
+        return int(node["node_id"])
+
+    def _ground(self, kind: Kind, name: str, terms: tuple[Term, ...]) -> int:
+        types = (*self._types_of(name), *[""] * len(terms))
+        parameters = [param(self._name(term), types[index]) for index, term in enumerate(terms)]
+        return int(self._add(kind, name=name, parameters=parameters)["node_id"])
+
+    def _term(self, term: Term) -> int:
+        match term:
+            case FunctionTerm(function=name, arguments=terms):
+                if name not in _SIGNS:
+                    return self._ground(Kind.FUNCTION, name, terms)
+                if len(terms) == _PAIR:
+                    return self._pair(Kind.EXPRESSION, "expression_type", name, (terms[0], terms[1]))
+                raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
+            case Constant(name=text) if (number := _number(text)) is not None:
+                return int(self._add(Kind.NUMBER, value=number)["node_id"])
+            case _ if self._is_old:
+                raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
+            case _:
+                kind = Kind.PARAMETER if isinstance(term, Variable) else Kind.CONSTANT
+                return int(self._add(kind, name=self._name(term))["node_id"])
+
+    def _name(self, term: Term) -> str:
+        if isinstance(term, Variable):
+            return self._names.get(term.name, f"?{term.name}")
+        return format_term(term)
+
+
+def param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Message:
+    """Return a parameter, or an instance."""
+    return {"name": name, "type": kind, "sub_types": subtypes or []}
+
+
+def ground_node(kind: Kind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
+    """Return a node of a predicate or a function.
+
+    :param types: those of the instances.
+    """
+    name, arguments = ground
+    parameters = [param(each, types.get(each, "")) for each in arguments]
+    return {"node_type": int(kind), "name": name, "parameters": parameters, "value": value}
+
+
+def ground_in(node: Message) -> Ground:
+    """Return the predicate or function that a node is about."""
+    return node["name"], tuple(_names(node))
+
+
+def _names(node: Message) -> list[str]:
+    return [each["name"] for each in node["parameters"]]
+
+
+def _term_of(name: str) -> Term:
+    return Variable(name.removeprefix("?")) if name.startswith("?") else Constant(name)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None

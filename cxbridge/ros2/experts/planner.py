@@ -1,0 +1,93 @@
+"""The planner's services: plans for the texts of a domain and a problem, made beside everything else."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.closing import Closing
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Reply
+
+if TYPE_CHECKING:
+    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService
+
+_NOT_FOUND: Final = "Plan not found"
+_STEP_S: Final = 0.001
+"""Seconds from one step to the next, where a plan has no times, as in plans of POPF."""
+
+
+class PlanServer(Closing):
+    """Makes plans.
+
+    :param settings: which planner, and how long it may take.
+    :param make: makes the service that plans, when somebody wants a plan.
+    """
+
+    def __init__(self, settings: PlannerSettings, make: Callable[[], PlanningService]) -> None:
+        self._settings = settings
+        self._make = make
+        self._service: PlanningService | None = None
+        self._calls: list[tuple[PlanCall, Reply]] = []
+
+    def plan(self, request: Message, reply: Reply) -> None:
+        """Make a plan; the response is sent by :meth:`loop`."""
+        from cxbridge.executive.planning import PlanRequest  # noqa: PLC0415 - only who wants plans pays
+
+        try:
+            domain = parse_domain(request["domain"])
+            problem = parse_problem(request["problem"], domain)
+        except PddlError as error:
+            reply({"success": False, "error_info": f"{_NOT_FOUND}: {error}"})
+            return
+        if self._service is None:
+            self._service = self._make()
+        settings = self._settings
+        wanted = PlanRequest(domain, problem, settings.planner, dict(settings.options), settings.timeout)
+        self._calls.append((self._service.call(wanted), reply))
+
+    def validate(self, request: Message, reply: Reply) -> None:
+        """Say whether a text is a domain."""
+        try:
+            parse_domain(request["domain"])
+        except PddlError as error:
+            reply({"success": False, "error_info": f"Domain is not valid: {error}"})
+        else:
+            reply({"success": True})
+
+    def loop(self) -> None:
+        """Send the plans that are ready."""
+        for call, reply in [each for each in self._calls if each[0].result is not None]:
+            self._calls.remove((call, reply))
+            result = call.result
+            assert result is not None
+            if result.status.value == "PLANNED":
+                reply({"success": True, "plan": {"items": _items(result.actions)}})
+            else:
+                reason = result.message or result.status.value
+                reply({"success": False, "error_info": f"{_NOT_FOUND}: {reason}"})
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a plan is being made."""
+        return bool(self._calls)
+
+    def close(self) -> None:
+        """Give up what is being planned."""
+        if self._service is not None:
+            self._service.close()
+        self._calls.clear()
+
+
+def _items(actions: tuple[PlannedAction, ...]) -> list[Mapping[str, Any]]:
+    return [
+        {
+            "time": index * _STEP_S if each.start is None else each.start,
+            "action": f"({' '.join((each.name, *each.arguments))})",
+            "duration": _STEP_S if each.duration is None else each.duration,
+        }
+        for index, each in enumerate(actions)
+    ]

@@ -1,0 +1,124 @@
+"""The nodes of PlanSys2's experts and planner, with the world model of an agent behind them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.closing import Closing
+from cxbridge.events import Logger
+from cxbridge.executive.features.problem_expert import ProblemExpertFeature
+from cxbridge.rights import Right, Rights
+from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, Service, answer, knowledge_message
+from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
+from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
+from cxbridge.ros2.experts.nodes import NodeCodec
+from cxbridge.ros2.experts.planner import PlanServer
+from cxbridge.ros2.experts.settings import ExpertSettings
+from cxbridge.ros2.messages import Message
+from cxbridge.ros2.node import Node, Reply
+from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.topics import check_topic
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+INACTIVE: Final = "Requesting service in non-active state"
+"""What PlanSys2's nodes say before they are configured."""
+
+_SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
+_NOTHING: Final[Mapping[str, Any]] = {}
+
+
+class ExpertServer(Closing):
+    """Serves the world model of an environment: one node, with the names of PlanSys2's three.
+
+    Everything is done in :meth:`loop`, in the thread of the executive, never while rules run.
+
+    :param settings: what is served.
+    :param namespace: what comes before all names.
+    :param node: of ROS 2; it is closed by who made it.
+    :param feature: knows the environment.
+    :param rights: what clients may do.
+    :param planner: makes plans.
+    :param log: gets each change that somebody asks for.
+    """
+
+    def __init__(
+        self,
+        settings: ExpertSettings,
+        namespace: str,
+        node: Node,
+        feature: ProblemExpertFeature,
+        rights: Rights,
+        planner: PlanServer,
+        log: Logger,
+    ) -> None:
+        self._node, self._feature, self._rights, self._log = node, feature, rights, log
+        self._planner = planner
+        self._codec = NodeCodec(settings.node.distribution)
+        self._told = -1
+        for which in settings.serve:
+            for name, kind in services_of(which, settings.node.distribution).items():
+                node.serve_later(check_topic(namespace + name), kind, self._answering(which, name))
+        self._topics = "problem" in settings.serve
+        if self._topics:
+            latched = QosProfile(durability="transient_local", depth=DEPTH)
+            self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=DEPTH))
+            self._knowledge = node.publisher(namespace + KNOWLEDGE[0], KNOWLEDGE[1], latched)
+
+    def _answering(self, which: str, name: str) -> Callable[[Message, Reply], None]:
+        last = name.rpartition("/")[2]
+        if which == "planner":
+            return partial(self._plan, self._planner.plan if last == "get_plan" else self._planner.validate)
+        return partial(self._answer, name, _SERVICES[which][last])
+
+    def _answer(self, name: str, service: Service, request: Message, reply: Reply) -> None:
+        env = self._feature.env
+        refused = self._why_not(name) if service.changes else ""
+        if env is None or refused:
+            failed = {"exist": False} if "/exist_" in name else {"success": False}
+            reply(failed if "exist" in failed else {**failed, "error_info": refused or INACTIVE})
+            return
+        with env.lock:
+            response = answer(service, self._feature.expert(env), self._codec, request)
+        if service.changes:
+            outcome = "done" if response["success"] else response["error_info"]
+            self._log.info(f"{name}: {outcome}")
+        reply(response)
+
+    def _plan(self, work: Callable[[Message, Reply], None], request: Message, reply: Reply) -> None:
+        if refused := self._why_not("planning"):
+            reply({"success": False, "error_info": refused})
+        else:
+            work(request, reply)
+
+    def _why_not(self, what: str) -> str:
+        if self._rights.allow(Right.CONTROL):
+            return ""
+        return f"refused: {what}: {self._rights.why_not(Right.CONTROL)}"
+
+    def loop(self) -> None:
+        """Answer what was asked, send plans that are ready, and tell what has changed."""
+        self._node.poll()
+        self._planner.loop()
+        env = self._feature.env
+        if self._topics and env is not None and self._told != self._feature.version:
+            self._told = self._feature.version
+            self._tell(env)
+
+    def _tell(self, env: ClipsEnvironment) -> None:
+        with env.lock:
+            message = knowledge_message(self._feature.expert(env))
+        self._updates.publish(_NOTHING)
+        self._knowledge.publish(message)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a plan is being made."""
+        return self._planner.is_busy
+
+    def close(self) -> None:
+        """Make no more plans."""
+        self._planner.close()

@@ -1,0 +1,84 @@
+"""The experts of PlanSys2 as a component: its clients see and edit the world model of the agent."""
+
+from __future__ import annotations
+
+import re
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import ConfigError
+from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.experts.definitions import TYPES
+from cxbridge.ros2.experts.planner import PlanServer
+from cxbridge.ros2.experts.server import ExpertServer
+from cxbridge.ros2.experts.settings import TREE, ExpertSettings
+from cxbridge.ros2.trees import placed
+from cxbridge.run.components.component import Component
+from cxbridge.run.context import RunContext
+
+if TYPE_CHECKING:
+    from cxbridge.executive.planning import PlanningService
+
+
+class Ros2Experts(Component):
+    """Serves domain, problem and planner of an agent.
+
+    Also while a daemon is paused: then the world model can be looked at and edited, too.
+
+    :raises CxbridgeError: when the configuration makes no sense, or the domain cannot be joined.
+    """
+
+    hooks = (Hook.THINK,)
+    steady = True
+    description = "The world model for clients of PlanSys2"
+
+    def __init__(self, context: RunContext) -> None:
+        settings = ExpertSettings.of(context.config, context.paths.confdir)
+        with placed(context.config, TREE):
+            if not context.spec:
+                raise ConfigError(
+                    "the experts need an executive", hint="name a spec, or leave ros2/experts out"
+                )
+            if context.paths.ros2cx is not None:
+                raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
+        planning = PlannerSettings.from_config(context.config)
+        namespace = settings.node.namespace
+        if context.name:  # one of several agents
+            namespace += "/" + re.sub(r"\W", "_", context.name)
+        log = context.bus.logger("Ros2Experts")
+        self._node = settings.node.join(
+            f"cxbridge_experts_{context.name}".rstrip("_"), settings.node.definitions(TYPES), log.warn
+        )
+        try:
+            self._server = ExpertServer(
+                settings,
+                namespace,
+                self._node,
+                context.experts.feature(context.pddl_parser.domain_of),
+                context.rights,
+                PlanServer(planning, lambda: _planners(planning)),
+                log,
+            )
+        except Exception:
+            self._node.close()
+            raise
+
+    def loop(self) -> None:
+        """Answer, before the rules run."""
+        self._server.loop()
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it changes nothing: clients may at any time."""
+        return False
+
+    def close(self) -> None:
+        """Leave the domain."""
+        self._server.close()
+        self._node.close()
+
+
+def _planners(settings: PlannerSettings) -> PlanningService:
+    from cxbridge.executive.planning import PlanningService  # noqa: PLC0415 - only who wants plans pays
+
+    return PlanningService(settings.at_once, settings.memory)

@@ -1,0 +1,152 @@
+"""What may become known of a problem, in memory and as facts; what is true; the domain that facts make."""
+
+from __future__ import annotations
+
+from itertools import count
+
+import pytest
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.executive.pddl import format_domain, parse_domain, parse_formula
+from cxbridge.executive.problem.domain import domain_of_facts
+from cxbridge.executive.problem.facts import FactKnowledge
+from cxbridge.executive.problem.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, subtypes
+
+DOMAIN = parse_domain(
+    """(define (domain d) (:requirements :adl :typing :fluents)
+    (:types room hall - place place cup - object) (:constants home - place)
+    (:predicates (at ?c - cup ?p - place) (never)) (:functions (far ?a ?b - place)))"""
+)
+
+
+@pytest.fixture(params=["memory", "facts"])
+def knowledge(request: pytest.FixtureRequest) -> Knowledge:
+    if request.param == "memory":
+        return MemoryKnowledge()
+    env = request.getfixturevalue("env")
+    for file in ("cx/saliences", "cx/plan", "cx/goal", "cx/domain", "features/problem"):
+        assert env.batch(CORE_DIR / f"{file}.clp")
+    return FactKnowledge(env, count(1))
+
+
+@pytest.fixture
+def expert(knowledge: Knowledge) -> ProblemExpert:
+    expert = ProblemExpert(knowledge, lambda: DOMAIN)
+    for name, kind in (("c1", "cup"), ("kitchen", "room"), ("7", "cup")):
+        expert.add_instance(name, kind)
+    expert.add_predicate(("at", ("c1", "kitchen")))
+    expert.add_function(("far", ("home", "kitchen")), 2.5)
+    return expert
+
+
+def test_it_is_kept(expert: ProblemExpert, knowledge: Knowledge):
+    expert.add_instance("c1", "cup")
+    expert.add_predicate(("at", ("c1", "kitchen")))
+    assert dict(knowledge.instances) == {"c1": "cup", "kitchen": "room", "7": "cup"}
+    assert list(knowledge.predicates) == [("at", ("c1", "kitchen"))]
+    assert dict(knowledge.functions) == {("far", ("home", "kitchen")): 2.5}
+    expert.update_function(("far", ("home", "kitchen")), 4)
+    assert dict(knowledge.functions) == {("far", ("home", "kitchen")): 4.0}
+    expert.set_goal(parse_formula("(at 7 home)"))
+    expert.set_goal(parse_formula("(and (at 7 home) (not (never)))"))
+    assert knowledge.goal == "(and (at 7 home) (not (never)))"
+    text = str(expert.problem().init), str(expert.problem().numbers)
+    assert "kitchen" in text[0]
+    assert "4.0" in text[1]
+
+
+def test_it_is_forgotten(expert: ProblemExpert, knowledge: Knowledge):
+    expert.remove_predicate(("at", ("c1", "kitchen")))
+    expert.remove_predicate(("at", ("c1", "kitchen")))
+    assert list(knowledge.predicates) == []
+    expert.remove_function(("far", ("home", "kitchen")))
+    expert.remove_function(("far", ("home", "kitchen")))
+    assert dict(knowledge.functions) == {}
+    expert.clear()
+    assert (dict(knowledge.instances), knowledge.goal) == ({}, "")
+
+
+@pytest.mark.parametrize(
+    ("goal", "left"),
+    [
+        ("(and (at c1 home) (at 7 home))", "(and (at 7 home))"),
+        ("(at c1 home)", ""),
+        ("(or (at c1 home) (at 7 home))", ""),
+        ("(at 7 home)", "(at 7 home)"),
+    ],
+)
+def test_nothing_is_wanted_of_what_is_gone(expert: ProblemExpert, knowledge: Knowledge, goal: str, left: str):
+    expert.set_goal(parse_formula(goal))
+    expert.remove_instance("c1")
+    assert knowledge.goal == left
+    assert list(knowledge.predicates) == []
+    with pytest.raises(PddlError, match="'c1' is no instance"):
+        expert.remove_instance("c1")
+
+
+@pytest.mark.parametrize(
+    ("formula", "true"),
+    [
+        ("(and)", True),
+        ("(exists (?c - cup) (at ?c kitchen))", True),
+        ("(exists (?c - cup ?p - hall) (at ?c ?p))", False),
+        ("(forall (?c - cup) (at ?c kitchen))", False),
+        ("(imply (at 7 kitchen) (never))", True),
+        ("(imply (at c1 kitchen) (never))", False),
+        ("(exists (?p - place) (and (at c1 ?p) (= ?p kitchen)))", True),
+        ("(= (far home kitchen) 2.5)", True),
+        ("(< (far home kitchen) 2.5)", False),
+        ("(>= (* (far home kitchen) 2) 5)", True),
+        ("(> (- (far home kitchen)) 0)", False),
+        ("(= (/ 1 0) 0)", False),
+        ("(= (far kitchen home) 0)", False),
+    ],
+)
+def test_what_is_true(expert: ProblemExpert, formula: str, true: bool):
+    assert expert.is_satisfied(parse_formula(formula)) is true
+
+
+def test_subtypes():
+    assert subtypes(DOMAIN, "place") == ["room", "hall"]
+    assert subtypes(DOMAIN, "object") == ["place", "cup", "room", "hall"]
+    assert subtypes(DOMAIN, "cup") == []
+
+
+def test_without_a_domain_anything_is_taken():
+    expert = ProblemExpert(MemoryKnowledge(), lambda: None)
+    expert.add_instance("x", "anything")
+    expert.add_predicate(("any", ("y",)))
+    with pytest.raises(PddlError, match="there is no domain"):
+        expert.problem()
+
+
+def test_an_agent_without_the_core(env):
+    expert = ProblemExpert(FactKnowledge(env, count(1)), lambda: DOMAIN)
+    with pytest.raises(PddlError, match="no template domain-object"):
+        expert.add_instance("c1", "cup")
+    assert domain_of_facts(env, None) is None
+
+
+def test_a_domain_of_facts_is_that_which_was_parsed(env):
+    """The facts of a domain say the same as its text."""
+    from cxbridge.executive.features.pddl_parser import _assert_rows
+    from cxbridge.executive.pddl import domain_facts
+
+    text = """(define (domain domain) (:requirements :strips :typing :negative-preconditions)
+      (:types room - place place cup - object)
+      (:predicates (at ?c - cup ?p - place) (never))
+      (:action carry :parameters (?c - cup ?a - place ?b - place)
+        :precondition (and (at ?c ?a) (or (not (never)) (not (= ?a ?b))) (not (at ?c home)))
+        :effect (and (at ?c ?b) (not (at ?c ?a)) (at ?c home))))"""
+    parsed = parse_domain(text.replace("(:predicates", "(:constants home - place) (:predicates"))
+    for file in ("saliences", "plan", "goal", "domain"):
+        assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
+    _assert_rows(env, domain_facts(parsed))
+    made = domain_of_facts(env, None)
+    assert made is not None
+    wanted = format_domain(parsed).replace("  (:constants home - place)\n", "")
+    assert format_domain(made) == wanted.replace(
+        "(:types room - place place cup - object)", format_domain(made).splitlines()[2].strip()
+    )
+    assert domain_of_facts(env, parsed) == parsed

@@ -1,0 +1,53 @@
+"""Daemons whose world model is served, and who asks for it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from cxbridge.clock import RealClock
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.experts.client import ExpertClient
+from cxbridge.ros2.experts.definitions import TYPES
+from cxbridge.ros2.transports.dds import DdsNode
+from tests.daemon.test_daemon import running
+from tests.support import ROOT
+
+HERE = Path(__file__).parent
+AGENT = HERE / "agent"
+MEETING = ROOT / "scenarios" / "test-scenario-pddl"
+
+
+def configuration(folder: Path, agent: Path, experts: str, more: str = "") -> Path:
+    """Write a configuration of an agent whose world model is served.
+
+    :param experts: the settings, in braces.
+    :param more: settings of ``cxbridge:``.
+    """
+    text = next(agent.glob("*.yaml")).read_text().replace("clips-dirs: []", f"clips-dirs: ['{agent}']")
+    text += f"\ncxbridge: {{fawkes: {{enable: false}}, zmq: {{endpoints: []}}{more}}}\n"
+    file = folder / "daemon.yaml"
+    file.write_text(f"{text}ros2: {{experts: {experts}}}\n")
+    return file
+
+
+@contextmanager
+def served(
+    folder: Path, domain: int, agent: Path = AGENT, experts: str = "", more: str = ""
+) -> Iterator[Daemon]:
+    """Run a daemon whose world model is served."""
+    standard = {"serve": "serve: all, ", "distribution": "distribution: iron, "}
+    rest = "".join(text for key, text in standard.items() if f"{key}:" not in experts)
+    settings = f"{{{rest}domain: {domain}{experts}}}"
+    with running(DaemonOptions(config=configuration(folder, agent, settings, more))) as (daemon, _, _):
+        yield daemon
+
+
+@contextmanager
+def asking(domain: int, namespace: str = "") -> Iterator[ExpertClient]:
+    """Join as a client."""
+    with DdsNode("asks", Definitions(environment={}, texts=TYPES), domain) as node:
+        yield ExpertClient(node, RealClock(), namespace, patience_s=10.0)

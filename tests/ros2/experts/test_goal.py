@@ -1,0 +1,126 @@
+"""A goal that a client sets is a fact, and the rules of the page pursue it; rights; settings."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.check.run import check
+from cxbridge.clock import RealClock
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
+from cxbridge.ros2.experts.names import NODES
+from cxbridge.run import RunOptions
+from tests.ros2.experts.agents import HERE, MEETING, asking, configuration, served
+from tests.ros2.experts.test_services import WHOLE, goal, named, predicate
+from tests.support import ROOT
+
+WANTED = (HERE / "wanted.clp").read_text()
+
+
+def meeting_that_listens(folder: Path) -> Path:
+    """Copy the scenario, with the rules of the page in place of its own goal."""
+    agent = folder / "agent"
+    shutil.copytree(MEETING, agent)
+    (agent / "meet-goals.clp").write_text(WANTED)
+    return agent
+
+
+def test_the_page_has_the_rules():
+    assert WANTED in (ROOT / "docs" / "ros2.md").read_text()
+
+
+def test_a_goal_is_pursued(domain: int, tmp_path: Path):
+    with served(tmp_path, domain, meeting_that_listens(tmp_path)), asking(domain) as client:
+        clock = RealClock()
+        client.do(WHOLE["add_problem_instance"], named("R2", "name"))
+        wanted = goal("(said R2 GOODBYE)")
+        client.do(WHOLE["add_problem_goal"], wanted)
+        end = clock.now_us() + 60_000_000
+        while not client.do(WHOLE["is_problem_goal_satisfied"], wanted)["satisfied"]:
+            assert clock.now_us() < end
+            client.wait(lambda: False, 0.2)
+        while client.do(WHOLE["get_problem_goal"])["tree"]["nodes"]:
+            assert clock.now_us() < end
+            client.wait(lambda: False, 0.2)
+        found = client.ask(WHOLE["exist_problem_predicate"], predicate("said", "R2", "HELLO"))
+        assert found["exist"] is True
+
+
+def test_who_may_only_look(domain: int, tmp_path: Path):
+    with served(tmp_path, domain, more=", remote-control: false"), asking(domain) as client:
+        before = client.do(WHOLE["get_problem"])["problem"]
+        for name, service in PROBLEM_SERVICES.items():
+            if service.changes:
+                response = client.ask(WHOLE[name])
+                assert response["success"] is False
+                assert response["error_info"].endswith("cxbridge/remote-control of the daemon is off")
+        assert client.ask(WHOLE["get_plan"])["error_info"].startswith("refused: planning")
+        assert client.do(WHOLE["get_problem"])["problem"] == before
+
+
+def test_while_it_is_paused_and_after_a_reset(domain: int, tmp_path: Path):
+    with served(tmp_path, domain) as daemon, asking(domain) as client:
+        client.do(WHOLE["add_problem_instance"], named("attic", "room"))
+        daemon.carry_out("pause")
+        client.wait(lambda: daemon.state == "PAUSED", 10)
+        assert "attic" in client.do(WHOLE["get_problem"])["problem"]
+        daemon.carry_out("reset")
+        client.wait(lambda: "attic" not in client.ask(WHOLE["get_problem"])["problem"], 10)
+        daemon.carry_out("resume")
+        client.wait(lambda: daemon.state == "RUNNING", 10)
+        assert "(at r2 hall)" in client.do(WHOLE["get_problem"])["problem"]
+
+
+def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
+    with served(tmp_path, domain, experts=", serve: [domain]"), asking(domain) as client:
+        assert client.do(WHOLE["get_domain_name"])["name"] == "tour"
+        clients = [
+            client.node.client(name, f"plansys2_msgs/srv/{kind}") for name, kind in NODES["problem"].items()
+        ]
+        client.wait(lambda: False, 1)
+        assert not any(each.is_served for each in clients)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ("{serve: all, sevre: all}", "there is no setting 'sevre'"),
+        ("{serve: executor}", "nobody serves 'executor'"),
+        ("{serve: []}", "nothing is served"),
+        ("{serve: all, transport: pigeon}", "there is no transport 'pigeon'"),
+    ],
+)
+def test_mistakes(tmp_path: Path, settings: str, message: str):
+    with pytest.raises(CxbridgeError, match=message) as caught:
+        Daemon(
+            DaemonOptions(config=configuration(tmp_path, HERE / "agent", settings)), lambda line: None
+        ).run()
+    assert caught.value.line or "nothing is served" in message
+
+
+def test_without_an_executive(tmp_path: Path):
+    file = tmp_path / "daemon.yaml"
+    file.write_text(
+        "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}, executive: false}\n"
+        "ros2: {experts: {serve: all}}\n"
+    )
+    with pytest.raises(CxbridgeError, match="the experts need an executive"):
+        Daemon(DaemonOptions(config=file), lambda line: None).run()
+
+
+@pytest.mark.parametrize("served_", [True, False])
+def test_the_check_knows_the_facts_of_clients(tmp_path: Path, served_: bool):
+    agent = meeting_that_listens(tmp_path)
+    if served_:
+        with (agent / "scenario.yaml").open("a") as file:
+            file.write("ros2: {experts: {serve: all}}\n")
+    found = [each.message for each in check(RunOptions(scenario=agent))]
+    assert [each for each in found if "problem-goal" not in each] == []
+    assert (found == []) is served_

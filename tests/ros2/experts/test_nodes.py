@@ -1,0 +1,119 @@
+"""Formulas as trees of nodes, there and back, with the numbers of each distribution."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from typing import Any
+
+import pytest
+
+pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import Ros2Error
+from cxbridge.executive.pddl import format_formula, parse_formula
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Constant,
+    Formula,
+    FunctionTerm,
+    Not,
+    Or,
+    TermComparison,
+    Variable,
+)
+from cxbridge.ros2.definitions import DISTRIBUTIONS
+from cxbridge.ros2.experts.nodes import NodeCodec
+
+_NAMES = st.sampled_from(["a", "r2", "hall-1", "x_y"])
+_ARGUMENTS = st.lists(st.one_of(_NAMES.map(Constant), _NAMES.map(Variable)), max_size=3).map(tuple)
+_NUMBERS = st.integers(-999, 999).map(lambda number: Constant(str(number)))
+_TERMS = st.recursive(
+    st.one_of(_NUMBERS, st.builds(FunctionTerm, _NAMES, _ARGUMENTS)),
+    lambda terms: st.builds(FunctionTerm, st.sampled_from("+-*/"), st.tuples(terms, terms)),
+    max_leaves=4,
+)
+_FORMULAS = st.recursive(
+    st.one_of(
+        st.builds(Atom, _NAMES, _ARGUMENTS),
+        st.builds(TermComparison, st.sampled_from(["=", "<", ">", "<=", ">="]), _TERMS, _TERMS),
+    ),
+    lambda parts: st.one_of(
+        st.builds(And, st.lists(parts, max_size=3).map(tuple)),
+        st.builds(Or, st.lists(parts, max_size=3).map(tuple)),
+        st.builds(Not, parts),
+    ),
+    max_leaves=8,
+)
+
+
+def whole(tree: dict[str, Any]) -> dict[str, Any]:
+    """Return a tree as it comes over the wire: all fields are there."""
+    empty = {"expression_type": 0, "modifier_type": 0, "name": "", "parameters": [], "value": 0.0}
+    return {"nodes": [{**empty, **each} for each in tree["nodes"]]}
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+@given(formula=_FORMULAS)
+def test_there_and_back(distribution: str, formula: Formula):
+    codec = NodeCodec(distribution)
+    tree = codec.tree(formula, {})
+    assert codec.formula(whole(tree)) == formula
+    assert [each["node_id"] for each in tree["nodes"]] == list(range(len(tree["nodes"])))
+
+
+@pytest.mark.parametrize(
+    ("distribution", "number"), [("humble", 11), ("iron", 11), ("jazzy", 14), ("kilted", 14)]
+)
+def test_numbers(distribution: str, number: int):
+    tree = NodeCodec(distribution).tree(parse_formula("(>= (battery r2) 1)"), {})
+    assert tree["nodes"][0]["expression_type"] == number
+
+
+@pytest.mark.parametrize(
+    "text", ["(exists (?c - cup) (at ?c hall))", "(not (= ?a hall))", "(exists (?c) (at ?c ?p))"]
+)
+def test_what_came_with_jazzy(text: str):
+    tree = NodeCodec("jazzy").tree(parse_formula(text), {})
+    assert format_formula(NodeCodec("jazzy").formula(whole(tree))) == text
+    with pytest.raises(Ros2Error, match="PlanSys2's messages"):
+        NodeCodec("iron").tree(parse_formula(text), {})
+
+
+@pytest.mark.parametrize("distribution", DISTRIBUTIONS)
+@pytest.mark.parametrize("text", ["(forall (?c - cup) (at ?c hall))", "(>= (- (battery r2)) 1)"])
+def test_what_has_no_words(distribution: str, text: str):
+    with pytest.raises(Ros2Error, match="have no words for"):
+        NodeCodec(distribution).tree(parse_formula(text), {})
+
+
+def test_an_implication_is_a_disjunction():
+    codec = NodeCodec("iron")
+    tree = codec.tree(parse_formula("(imply (a) (b))"), {})
+    assert format_formula(codec.formula(whole(tree))) == "(or (not (a)) (b))"
+
+
+@given(
+    nodes=st.lists(
+        st.fixed_dictionaries(
+            {
+                "node_type": st.integers(0, 15),
+                "expression_type": st.integers(0, 30),
+                "modifier_type": st.integers(0, 30),
+                "children": st.lists(st.integers(0, 9), max_size=3),
+                "name": st.text(max_size=5),
+                "parameters": st.lists(
+                    st.fixed_dictionaries({"name": st.text(max_size=3), "type": st.text(max_size=3)})
+                ),
+                "value": st.floats(),
+            }
+        ),
+        max_size=9,
+    )
+)
+def test_any_tree_is_a_formula_or_an_error(nodes: list[dict[str, Any]]):
+    with suppress(Ros2Error):
+        NodeCodec("jazzy").formula({"nodes": nodes}, effects=True)

@@ -1,0 +1,330 @@
+"""Every service of the experts and the planner, with right and with wrong requests, over DDS."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.executive.pddl import parse_formula
+from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
+from cxbridge.ros2.experts.client import ExpertClient
+from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
+from cxbridge.ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
+from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_node, param
+from cxbridge.ros2.qos import QosProfile
+from tests.ros2.experts.agents import AGENT, MEETING, asking, served
+
+CODEC = NodeCodec("iron")
+MEETING_DOMAIN = (MEETING / "domain.pddl").read_text()
+MEETING_PROBLEM = (MEETING / "problem.pddl").read_text()
+
+
+def predicate(*words: str) -> dict[str, Any]:
+    return {"node": ground_node(Kind.PREDICATE, (words[0], words[1:]), {})}
+
+
+def function(value: float, *words: str) -> dict[str, Any]:
+    return {"node": ground_node(Kind.FUNCTION, (words[0], words[1:]), {}, value)}
+
+
+def goal(text: str) -> dict[str, Any]:
+    return {"tree": CODEC.tree(parse_formula(text), {})}
+
+
+def named(name: str, kind: str = "") -> dict[str, Any]:
+    return {"param": param(name, kind)}
+
+
+PROBLEM_TEXT = """
+(define (problem more) (:domain tour)
+  (:objects attic - room r3 - robot)
+  (:init (at r3 attic) (= (battery r3) 7))
+  (:goal (clean attic)))"""
+
+RIGHT = {
+    "add_problem": {"problem": PROBLEM_TEXT},
+    "add_problem_goal": goal("(and (clean hall) (not (at r2 dock)))"),
+    "add_problem_instance": named("cellar", "room"),
+    "add_problem_predicate": predicate("clean", "hall"),
+    "add_problem_function": function(2.5, "battery", "r2"),
+    "get_problem": {},
+    "get_problem_goal": {},
+    "get_problem_instance": {"instance": "r2"},
+    "get_problem_instances": {},
+    "get_problem_predicate": {"expression": "(at r2 hall)"},
+    "get_problem_predicates": {},
+    "get_problem_function": {"expression": "(= (battery r2) 3)"},
+    "get_problem_functions": {},
+    "is_problem_goal_satisfied": goal("(at r2 hall)"),
+    "remove_problem_goal": {},
+    "clear_problem_knowledge": {},
+    "remove_problem_instance": named("r2"),
+    "remove_problem_predicate": predicate("at", "r2", "hall"),
+    "remove_problem_function": function(0, "battery", "r2"),
+    "update_problem_function": function(9, "battery", "r2"),
+    "get_domain": {},
+    "get_domain_name": {},
+    "get_domain_types": {},
+    "get_domain_constants": {"type": "place"},
+    "get_domain_actions": {},
+    "get_domain_action_details": {"action": "sweep"},
+    "get_domain_durative_actions": {},
+    "get_domain_durative_action_details": {"durative_action": "move", "parameters": ["r2", "a", "b"]},
+    "get_domain_predicates": {},
+    "get_domain_predicate_details": {"expression": "AT"},
+    "get_domain_functions": {},
+    "get_domain_function_details": {"expression": "distance"},
+    "get_domain_derived_predicates": {},
+    "get_plan": {"domain": MEETING_DOMAIN, "problem": MEETING_PROBLEM},
+    "validate_domain": {"domain": MEETING_DOMAIN},
+}
+WRONG: tuple[tuple[str, Any, str], ...] = (
+    ("add_problem", {}, "Problem not valid: "),
+    ("add_problem", {"problem": PROBLEM_TEXT.replace("tour", "walk")}, "of the domain walk, not of tour"),
+    ("add_problem", {"problem": PROBLEM_TEXT.replace("r3", "hall")}, "'hall' is a room already"),
+    ("add_problem_goal", {}, "Goal not valid: Malformed expression"),
+    ("add_problem_goal", goal("(clean nowhere)"), "Unknown constant nowhere"),
+    ("add_problem_goal", goal("(clean dock)"), "Type missmatch"),
+    ("add_problem_goal", goal("(>= (speed r2) 1)"), "Unknown function: speed"),
+    ("add_problem_goal", {"tree": {"nodes": [{"node_type": 1, "children": [0]}]}}, "has no end"),
+    ("add_problem_goal", {"tree": {"nodes": [{"node_type": 1, "children": [7]}]}}, "has no node 7"),
+    ("add_problem_goal", {"tree": {"nodes": [{"node_type": 99}]}}, "is not a condition"),
+    ("add_problem_instance", named("x", "boat"), "no such type: 'boat'"),
+    ("add_problem_instance", named("hall", "robot"), "'hall' is a room already"),
+    ("add_problem_instance", named("dock", "robot"), "'dock' is a place already"),
+    ("add_problem_instance", named("a b", "robot"), "'a b' is no name"),
+    ("add_problem_instance", named('"x', "robot"), "is no name"),
+    ("add_problem_predicate", predicate("flies", "r2"), "Unknown predicate: flies"),
+    ("add_problem_predicate", predicate("at", "r2"), "expected 2 but got 1"),
+    ("add_problem_predicate", predicate("at", "hall", "r2"), "Type missmatch"),
+    ("add_problem_predicate", predicate("at", "?r", "hall"), "Unknown constant ?r"),
+    ("add_problem_function", function(1, "speed", "r2"), "Unknown function: speed"),
+    ("add_problem_function", function(1, "battery", "r9"), "Unknown constant r9"),
+    ("get_problem_instance", {"instance": "r9"}, "Instance not found: there is no 'r9'"),
+    ("get_problem_predicate", {"expression": "(clean hall)"}, "Predicate not found: (clean hall)"),
+    ("get_problem_function", {"expression": "(distance dock hall)"}, "Function not found: "),
+    ("is_problem_goal_satisfied", {"tree": {"nodes": [{"node_type": 8}]}}, "is not a condition"),
+    ("remove_problem_instance", named("r9"), "Error removing instance: 'r9' is no instance"),
+    ("remove_problem_instance", named("dock"), "'dock' is a constant of the domain"),
+    ("remove_problem_predicate", predicate("flies"), "Error removing predicate: Unknown predicate"),
+    ("remove_problem_function", function(0, "speed"), "Error removing function: Unknown function"),
+    ("update_problem_function", function(1, "distance", "dock", "hall"), "(distance dock hall) has no value"),
+    ("get_domain_constants", {"type": "boat"}, "Type not found: "),
+    ("get_domain_action_details", {"action": "move"}, "Action not found: the domain has no action 'move'"),
+    ("get_domain_durative_action_details", {"durative_action": "fly"}, "Durative action not found: "),
+    ("get_domain_predicate_details", {"expression": "flies"}, "Predicate not found: "),
+    ("get_domain_function_details", {"expression": "at"}, "Function not found: "),
+    ("get_domain_derived_predicate_details", {"predicate": "near"}, "Derived predicate not found: "),
+    ("get_plan", {}, "Plan not found: "),
+    ("get_plan", {"domain": MEETING_DOMAIN, "problem": "(define"}, "Plan not found: "),
+    ("validate_domain", {"domain": "(define (domain"}, "Domain is not valid: "),
+)
+WHOLE = {name.rpartition("/")[2]: name for name in SERVICES}
+
+
+@pytest.fixture(scope="module")
+def experts(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[ExpertClient]:
+    with served(tmp_path_factory.mktemp("daemon"), domain), asking(domain) as client:
+        yield client
+
+
+@pytest.fixture
+def client(experts: ExpertClient) -> ExpertClient:
+    """The world as the agent has it, and a charged battery."""
+    experts.do(WHOLE["clear_problem_knowledge"])
+    for name, kind in (("r2", "robot"), ("hall", "room")):
+        experts.do(WHOLE["add_problem_instance"], named(name, kind))
+    experts.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
+    experts.do(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+    return experts
+
+
+def test_each_service_is_served_and_asked_here():
+    assert PROBLEM.keys() == PROBLEM_SERVICES.keys()
+    assert DOMAIN.keys() == DOMAIN_SERVICES.keys()
+    asked = RIGHT.keys() | {name for name, _, _ in WRONG} | {"exist_problem_predicate"}
+    assert WHOLE.keys() - asked == {"exist_problem_function"}
+
+
+@pytest.mark.parametrize("name", [name for name in RIGHT if WHOLE[name] not in SINCE_JAZZY])
+def test_right(client: ExpertClient, name: str):
+    response = client.ask(WHOLE[name], RIGHT[name], 30)
+    assert (response["success"], response["error_info"]) == (True, "")
+
+
+@pytest.mark.parametrize(
+    ("name", "request_", "message"), [each for each in WRONG if WHOLE[each[0]] not in SINCE_JAZZY]
+)
+def test_wrong(client: ExpertClient, name: str, request_: dict[str, Any], message: str):
+    before = state(client)
+    response = client.ask(WHOLE[name], request_)
+    assert response["success"] is False
+    assert message in response["error_info"]
+    assert state(client) == before
+
+
+def test_what_came_with_jazzy(domain: int, tmp_path: Path, experts: ExpertClient):
+    clients = [experts.node.client(name, SERVICES[name]) for name in SINCE_JAZZY]
+    experts.wait(lambda: False, 1)
+    assert not any(each.is_served for each in clients)
+    with (
+        served(tmp_path, domain, experts=", distribution: jazzy, namespace: /jazzy") as _,
+        asking(domain, "/jazzy") as client,
+    ):
+        for name in SINCE_JAZZY:
+            last = name.rpartition("/")[2]
+            if last in RIGHT:
+                client.do(name, RIGHT[last])
+        for last, request, message in WRONG:
+            if WHOLE[last] in SINCE_JAZZY:
+                assert message in client.ask(WHOLE[last], request)["error_info"]
+
+
+def state(client: ExpertClient) -> str:
+    return str(client.do(WHOLE["get_problem"])["problem"])
+
+
+def test_what_is_there(client: ExpertClient):
+    assert client.ask(WHOLE["exist_problem_predicate"], predicate("at", "r2", "hall"))["exist"] is True
+    assert client.ask(WHOLE["exist_problem_predicate"], predicate("at", "r2", "dock"))["exist"] is False
+    assert client.ask(WHOLE["exist_problem_function"], function(0, "battery", "r2"))["exist"] is True
+    assert client.ask(WHOLE["exist_problem_function"], function(0, "battery", "hall"))["exist"] is False
+    instances = client.do(WHOLE["get_problem_instances"])["instances"]
+    assert [(each["name"], each["type"]) for each in instances] == [
+        ("dock", "place"),
+        ("r2", "robot"),
+        ("hall", "room"),
+    ]
+    node = client.do(WHOLE["get_problem_function"], {"expression": "(battery r2)"})["node"]
+    assert (node["node_type"], node["value"]) == (6, 3.0)
+    client.do(WHOLE["update_problem_function"], function(9, "battery", "r2"))
+    (node,) = client.do(WHOLE["get_problem_functions"])["states"]
+    assert node["value"] == 9.0
+
+
+def test_what_is_said_of_an_instance_goes_with_it(client: ExpertClient):
+    client.do(WHOLE["add_problem_goal"], goal("(and (clean hall) (at r2 dock))"))
+    client.do(WHOLE["remove_problem_instance"], named("r2"))
+    assert client.do(WHOLE["get_problem_predicates"])["states"] == []
+    assert client.do(WHOLE["get_problem_functions"])["states"] == []
+    assert "(:goal (and (clean hall)))" in state(client)
+    client.do(WHOLE["remove_problem_instance"], named("hall"))
+    assert client.do(WHOLE["get_problem_goal"])["tree"]["nodes"] == []
+
+
+def test_a_problem_is_added_to_what_is_there(client: ExpertClient):
+    client.do(WHOLE["add_problem"], {"problem": PROBLEM_TEXT})
+    text = state(client)
+    for part in (
+        "r2 - robot",
+        "attic - room",
+        "(at r3 attic)",
+        "(= (battery r3) 7)",
+        "(:goal (clean attic))",
+    ):
+        assert part in text
+
+
+@pytest.mark.parametrize(
+    ("text", "satisfied"),
+    [
+        ("(at r2 hall)", True),
+        ("(not (clean hall))", True),
+        ("(or (clean hall) (at r2 hall))", True),
+        ("(and (clean hall) (at r2 hall))", False),
+        ("(>= (battery r2) 3)", True),
+        ("(> (+ (battery r2) 1) 4)", False),
+        ("(= (distance dock hall) 0)", False),  # it has no value
+    ],
+)
+def test_whether_a_goal_is_reached(client: ExpertClient, text: str, satisfied: bool):
+    assert client.do(WHOLE["is_problem_goal_satisfied"], goal(text))["satisfied"] is satisfied
+
+
+def test_the_domain(client: ExpertClient):
+    assert client.do(WHOLE["get_domain_name"])["name"] == "tour"
+    assert client.do(WHOLE["get_domain_types"])["types"] == ["robot", "place", "room", "crate"]
+    assert client.do(WHOLE["get_domain_constants"], {"type": "place"})["constants"] == ["dock"]
+    assert client.do(WHOLE["get_domain_actions"])["actions"] == ["sweep", "fill"]
+    assert client.do(WHOLE["get_domain_durative_actions"])["actions"] == ["move"]
+    states = client.do(WHOLE["get_domain_predicates"])["states"]
+    assert [each["name"] for each in states] == ["at", "clean", "open", "full"]
+    node = client.do(WHOLE["get_domain_predicate_details"], {"expression": "at"})["node"]
+    assert [(each["name"], each["type"], each["sub_types"]) for each in node["parameters"]] == [
+        ("?robot0", "robot", []),
+        ("?place1", "place", ["room"]),
+    ]
+
+
+def test_actions(client: ExpertClient):
+    request = {"action": "sweep", "parameters": ["r2"]}
+    action = client.do(WHOLE["get_domain_action_details"], request)["action"]
+    assert [each["name"] for each in action["parameters"]] == ["r2", "?1"]
+    assert CODEC.formula(action["preconditions"]) == parse_formula("(and (at r2 ?1) (not (clean ?1)))")
+    request = {"durative_action": "move", "parameters": ["r2", "a", "b"]}
+    action = client.do(WHOLE["get_domain_durative_action_details"], request)["durative_action"]
+    assert {
+        field: CODEC.formula(tree)
+        for field, tree in action.items()
+        if field.endswith(("requirements", "effects"))
+    } == {
+        "at_start_requirements": parse_formula("(and (at r2 a))"),
+        "over_all_requirements": parse_formula("(and (open))"),
+        "at_end_requirements": parse_formula("(and)"),
+        "at_start_effects": parse_formula("(and (not (at r2 a)))"),
+        "at_end_effects": parse_formula("(and (at r2 b))"),
+    }
+
+
+def test_an_operator_of_facts(client: ExpertClient):
+    action = client.do(WHOLE["get_domain_action_details"], {"action": "fill"})["action"]
+    assert CODEC.formula(action["preconditions"]) == parse_formula("(not (full ?0))")
+    assert CODEC.formula(action["effects"]) == parse_formula("(and (full ?0))")
+
+
+def test_a_plan(client: ExpertClient):
+    plan = client.do(WHOLE["get_plan"], RIGHT["get_plan"], 30)["plan"]
+    assert [each["action"] for each in plan["items"]] == ["(say-hello PEGGY)", "(say-goodbye PEGGY)"]
+    assert plan["items"][0]["time"] < plan["items"][1]["time"]
+
+
+def test_changes_are_told(client: ExpertClient):
+    told: list[Any] = []
+    known: list[Any] = []
+    ends = [
+        client.node.subscribe(*UPDATE, told.append),
+        client.node.subscribe(*KNOWLEDGE, known.append, QosProfile(durability="transient_local")),
+    ]
+    assert client.wait(lambda: bool(known), 10)  # who comes late hears how things stand
+    client.wait(lambda: False, 1)
+    told.clear()
+    client.do(WHOLE["add_problem_predicate"], predicate("clean", "hall"))
+    assert client.wait(lambda: bool(told) and "(clean hall)" in known[-1]["predicates"], 10)
+    assert known[-1]["instances"] == ["r2", "hall"]
+    assert known[-1]["functions"] == ["(battery r2)"]
+    for end in ends:
+        end()
+
+
+def test_facts_of_the_agent_are_what_is_known(domain: int, tmp_path: Path):
+    with (
+        served(tmp_path, domain, AGENT, ", namespace: /robot7") as daemon,
+        asking(domain, "/robot7") as client,
+    ):
+        assert "(at r2 hall)" in state(client)
+        client.do(WHOLE["remove_problem_predicate"], predicate("at", "r2", "hall"))
+        client.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "dock"))
+        client.do(WHOLE["remove_problem_instance"], named("hall"))
+        assert daemon.executive is not None
+        env = daemon.executive.env
+        assert env is not None
+        with env.lock:
+            facts = [[*map(str, slots["param-values"])] for _, _, slots in env.facts("domain-fact")]
+            kinds = [slots["implied"] for _, _, slots in env.facts("domain-obj-is-of-type")]
+        assert sorted(facts) == [[], ["r2", "dock"]]
+        assert [each for each in kinds if isinstance(each, tuple) and each[0] == "hall"] == []

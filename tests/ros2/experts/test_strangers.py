@@ -1,0 +1,332 @@
+"""PlanSys2's own nodes, messages and terminal: ours in their place, and our prompt with theirs."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+from collections.abc import Iterator
+from contextlib import contextmanager
+from functools import cache, partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.experts.client import ExpertClient, ExpertRefusedError
+from cxbridge.ros2.experts.definitions import TYPES
+from cxbridge.ros2.experts.names import SERVICES
+from cxbridge.ros2.experts.nodes import NodeCodec
+from cxbridge.ros2.experts.terminal import Terminal
+from cxbridge.ros2.lifecycle import ACTIVATE, CONFIGURE, LifecycleClient
+from cxbridge.ros2.names import parse_type
+from tests.ros2.conftest import has_package, in_ros, needs_ros, start, stop
+from tests.ros2.experts.agents import AGENT, asking, served
+from tests.ros2.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate
+from tests.ros2.test_managed import answer
+
+pytestmark = needs_ros
+LATER = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")
+"""Came with Jazzy, or is part of a package of its own."""
+
+OTHERS = (
+    "get_domain_types",  # ours has some that are facts only
+    "get_domain_predicates",
+    "get_domain_actions",
+    "get_plan",
+    "get_domain_constants",
+    "get_domain_derived_predicates",
+    "get_domain_derived_predicate_details",
+    "validate_domain",
+)
+"""Services that Iron's experts do not have, or that answer what only ours knows."""
+
+CRASHES = ("has no end", "has no node 7", "is not a condition")
+"""Trees that end their node."""
+
+DIFFERENT = {
+    ("add_problem_goal", ""): "false: a constant is no instance before a problem was added",
+    ("get_problem_instances", ""): "without constants, until a problem was added",
+    ("add_problem", "'hall' is a room already"): "true: it adds the rest",
+    ("add_problem_instance", "'dock' is a place already"): "true",
+    ("add_problem_instance", "'a b' is no name"): "true: any text is a name",
+    ("add_problem_instance", "is no name"): "true: any text is a name",
+}
+"""Requests that are answered otherwise, and how theirs is."""
+
+
+@cache
+def folder_of(package: str) -> Path:
+    found = subprocess.run(
+        in_ros("printenv", "AMENT_PREFIX_PATH"), stdout=subprocess.PIPE, text=True, check=True
+    )
+    for each in found.stdout.strip().split(os.pathsep):
+        if (Path(each) / "share" / package).is_dir():
+            return Path(each)
+    pytest.skip(f"this ROS 2 has no {package}")
+
+
+def needs(*packages: str) -> None:
+    for package in packages:
+        if not has_package(package):
+            pytest.skip(f"this ROS 2 has no {package}")
+
+
+# ---- messages
+
+
+def test_the_hashes_of_the_types_are_theirs():
+    needs("plansys2_msgs")
+    ours = Definitions(environment={}, texts=TYPES)
+    share = folder_of("plansys2_msgs") / "share" / "plansys2_msgs"
+    checked = 0
+    for name in TYPES:
+        kind = parse_type(name)
+        file = share / kind.kind / f"{kind.name}.json"
+        if not file.is_file():
+            assert kind.name in LATER
+            continue
+        hashes = {
+            each["type_name"]: each["hash_string"] for each in json.loads(file.read_text())["type_hashes"]
+        }
+        assert ours.type_hash(kind) == hashes[name], name
+        checked += 1
+    assert checked == len(TYPES) - len(LATER)
+
+
+# ---- others ask ours
+
+
+class Stranger:
+    """A script of rclpy that asks what it is told to."""
+
+    def __init__(self) -> None:
+        self.process = start("rclpy", "experts.py")
+
+    def ask(self, service: str, request: Any) -> Any:
+        process = self.process
+        assert process.stdin is not None
+        assert process.stdout is not None
+        process.stdin.write(json.dumps([service, SERVICES[service], request]) + "\n")
+        process.stdin.flush()
+        return json.loads(process.stdout.readline())
+
+
+@pytest.fixture
+def stranger(domain: int) -> Iterator[Stranger]:
+    needs("plansys2_msgs", "rosidl_runtime_py")
+    found = Stranger()
+    yield found
+    stop(found.process)
+
+
+def test_rclpy_asks_ours(stranger: Stranger, domain: int, tmp_path: Path):
+    with served(tmp_path, domain):
+        stranger.ask(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+        for name, request in RIGHT.items():
+            if name not in OTHERS:
+                again = ((named("r2", "robot")), named("hall", "room"))
+                for each in again:
+                    stranger.ask(WHOLE["add_problem_instance"], each)
+                stranger.ask(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
+                stranger.ask(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+                response = stranger.ask(WHOLE[name], request)
+                assert (name, response["success"], response["error_info"]) == (name, True, "")
+        for name, request, message in WRONG:
+            if name not in OTHERS:
+                response = stranger.ask(WHOLE[name], request)
+                assert (response["success"], message in response["error_info"] or name) == (False, True), name
+
+
+TYPED = """\
+get model types
+get model actions
+get model action sweep
+set instance attic room
+set predicate (clean attic)
+set function (= (battery r2) 3)
+set goal (and (clean hall) (clean attic))
+get problem instances
+get problem predicates
+get problem functions
+get problem goal
+set instance x boat
+remove predicate (clean attic)
+remove instance attic
+get problem goal
+quit
+"""
+
+
+def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
+    needs("plansys2_terminal")
+    program = folder_of("plansys2_terminal") / "lib" / "plansys2_terminal" / "plansys2_terminal"
+    with served(tmp_path, domain) as daemon:
+        done = subprocess.run(
+            in_ros(str(program)),
+            input=TYPED,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+        said = done.stdout
+        assert "Types: 4" in said
+        assert "sweep (action)" in said
+        assert "move (durative action)" in said
+        assert "Preconditions: (and (at ?0 ?1)(not (clean ?1)))" in said
+        assert "attic\troom" in said
+        assert "(clean attic)" in said
+        assert "Functions: 1" in said
+        assert "Goal: (and (clean hall)(clean attic))" in said
+        assert "Could not add the instance [x]" in said
+        assert "Goal: (and (clean hall))" in said
+        assert daemon.executive is not None
+        env = daemon.executive.env
+        assert env is not None
+        with env.lock:
+            formulas = [str(formula) for (formula,) in env.columns("problem-goal", "formula")]
+        assert formulas == ["(and (clean hall))"]
+
+
+# ---- ours ask others
+
+
+@contextmanager
+def their_node(package: str, program: str, *parameters: str) -> Iterator[None]:
+    command = [str(folder_of(package) / "lib" / package / program), "--ros-args"]
+    for each in parameters:
+        command += ["-p", each]
+    with subprocess.Popen(in_ros(*command), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+        yield
+        process.kill()
+
+
+def lead(client: ExpertClient, name: str) -> None:
+    """Bring a managed node to life."""
+    node = LifecycleClient(client.node, name)
+    assert client.wait(lambda: node.is_served, 20)
+    for change in (CONFIGURE, ACTIVATE):
+        assert answer(client.node, partial(node.change, change)) is True
+
+
+@pytest.fixture(scope="module")
+def theirs(domain: int) -> Iterator[ExpertClient]:
+    """Their experts, with the domain of our agent."""
+    needs("plansys2_problem_expert", "plansys2_domain_expert")
+    model = f"model_file:={AGENT / 'domain.pddl'}"
+    with (
+        their_node("plansys2_problem_expert", "problem_expert_node", model),
+        their_node("plansys2_domain_expert", "domain_expert_node", model),
+        asking(domain) as client,
+    ):
+        for name in ("/problem_expert", "/domain_expert"):
+            lead(client, name)
+        yield client
+
+
+def refill(client: ExpertClient) -> None:
+    client.do(WHOLE["clear_problem_knowledge"])
+    for name, kind in (("r2", "robot"), ("hall", "room")):
+        client.do(WHOLE["add_problem_instance"], named(name, kind))
+    client.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "hall"))
+    client.do(WHOLE["add_problem_function"], function(3, "battery", "r2"))
+
+
+def plain(value: Any) -> Any:
+    """Return a response without what theirs leaves out, or has in another order."""
+    if isinstance(value, dict):
+        left_out = ("error_info", "problem", "domain", "type", "node_type", "negate")
+        return {name: plain(each) for name, each in value.items() if name not in left_out}
+    return [plain(each) for each in value] if isinstance(value, list) else value
+
+
+def test_each_answer_is_theirs(theirs: ExpertClient, domain: int, tmp_path: Path):
+    """Right and wrong requests to both: success, and what is answered."""
+    asked = [(name, request, "") for name, request in RIGHT.items()] + [*WRONG]
+    different = {}
+    with served(tmp_path, domain + 3), asking(domain + 3) as ours:
+        for name, request, message in asked:
+            if name in OTHERS or message in CRASHES:
+                continue
+            refill(theirs)
+            refill(ours)
+            there, here = theirs.ask(WHOLE[name], request, 20), ours.ask(WHOLE[name], request, 20)
+            if there["success"] != here["success"] or (there["success"] and plain(there) != plain(here)):
+                different[name, message] = (there, here)
+    assert different.keys() == DIFFERENT.keys(), different
+
+
+def test_their_texts_are_read_here(theirs: ExpertClient):
+    refill(theirs)
+    domain = parse_domain(theirs.do(WHOLE["get_domain"])["domain"])
+    problem = parse_problem(theirs.do(WHOLE["get_problem"])["problem"], domain)
+    assert [names.names for names in problem.objects] == [("r2",), ("hall",)]
+
+
+def test_our_prompt_asks_theirs(theirs: ExpertClient):
+    terminal = Terminal(theirs, NodeCodec("iron"))
+
+    def said(line: str) -> list[str]:
+        return list(terminal.do(line))
+
+    theirs.do(WHOLE["clear_problem_knowledge"])
+    assert said("get model types") == ["robot", "place", "room"]
+    assert said("get model actions") == ["sweep", "move (durative)"]
+    assert said("get model predicate at") == ["(at ?robot0 - robot ?place1 - place)"]
+    assert said("get model action sweep") == [
+        "(sweep ?0 - robot ?1 - room)",
+        "needs: (and (at ?0 ?1) (not (clean ?1)))",
+        "does: (clean ?1)",
+    ]
+    for line in ("set instance r2 robot", "set instance hall room", "set predicate (at r2 hall)"):
+        assert said(line) == []
+    said("set function (= (battery r2) 3)")
+    said("set goal (and (clean hall) (not (at r2 hall)) (>= (battery r2) 2))")
+    assert said("get problem instances") == ["r2 - robot", "hall - room"]
+    assert said("get problem predicates") == ["(at r2 hall)"]
+    assert said("get problem functions") == ["(= (battery r2) 3)"]
+    assert said("get problem goal") == ["(and (clean hall) (not (at r2 hall)) (>= (battery r2) 2))"]
+    for line in ("set instance x boat", "set predicate (at r2 attic)", "remove instance attic"):
+        with pytest.raises(ExpertRefusedError):
+            said(line)
+    said("remove instance hall")
+    assert said("get problem goal") == ["(and (>= (battery r2) 2))"]
+    said("remove goal")
+    assert said("get problem goal") == ["no goal"]
+
+
+def test_their_planner_plans_for_our_prompt(theirs: ExpertClient):
+    needs("plansys2_planner", "plansys2_popf_plan_solver")
+    terminal = Terminal(theirs, NodeCodec("iron"))
+    refill(theirs)
+    with their_node("plansys2_planner", "planner_node"):
+        lead(theirs, "/planner")
+        theirs.do(WHOLE["add_problem_instance"], named("attic", "room"))
+        theirs.do(WHOLE["add_problem_predicate"], predicate("open"))
+        list(terminal.do("set goal (and (at r2 attic))"))
+        (step,) = list(terminal.do("get plan"))
+        assert step == "0.000: (move r2 hall attic) [5.000]"
+
+
+def test_their_planner_reads_our_texts(domain: int, tmp_path: Path):
+    needs("plansys2_planner", "plansys2_popf_plan_solver")
+    other = domain + 10
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        served(tmp_path, other, experts=", serve: [domain, problem]"),
+        asking(other) as client,
+    ):
+        patch.setenv("ROS_DOMAIN_ID", str(other))
+        with their_node("plansys2_planner", "planner_node"):
+            lead(client, "/planner")
+            terminal = Terminal(client, NodeCodec("iron"))
+            list(terminal.do("set function (= (battery r2) 3)"))
+            list(terminal.do("set goal (and (at r2 dock))"))
+            (step,) = list(terminal.do("get plan"))
+            assert step == "0.000: (move r2 hall dock) [5.000]"

@@ -1,0 +1,237 @@
+"""The commands of the prompt, each with right and wrong words; how they come; exit statuses."""
+
+from __future__ import annotations
+
+import os
+import pty
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.ros2.experts.client import ExpertRefusedError
+from cxbridge.ros2.experts.nodes import NodeCodec
+from cxbridge.ros2.experts.terminal import HELP, Terminal, UsageError
+from tests.ros2.experts.agents import asking, served
+from tests.support import ROOT
+
+RESET = (
+    "remove instance r2",
+    "remove instance hall",
+    "set instance r2 robot",
+    "set instance hall room",
+    "set predicate (at r2 hall)",
+    "set function (= (battery r2) 3)",
+    "set goal (and (clean hall) (not (at r2 dock)))",
+)
+RIGHT = {
+    "get domain": ["(define (domain tour)"],
+    "get model types": ["robot", "place", "room", "crate"],
+    "get model predicates": ["at", "clean", "open", "full"],
+    "get model functions": ["distance", "battery"],
+    "get model actions": ["sweep", "fill", "move (durative)"],
+    "get model predicate at": ["(at ?robot0 - robot ?place1 - place)"],
+    "get model function battery": ["(battery ?robot0 - robot)"],
+    "get model action sweep": [
+        "(sweep ?0 - robot ?1 - room)",
+        "needs: (and (at ?0 ?1) (not (clean ?1)))",
+        "does: (clean ?1)",
+    ],
+    "get model action Move": [
+        "(Move ?0 - robot ?1 - place ?2 - place)",
+        "at start needs: (and (at ?0 ?1))",
+        "over all needs: (and (open))",
+        "at start does: (and (not (at ?0 ?1)))",
+        "at end does: (and (at ?0 ?2))",
+    ],
+    "get domain types": ["robot", "place", "room", "crate"],
+    "get domain predicates": ["at", "clean", "open", "full"],
+    "get domain functions": ["distance", "battery"],
+    "get domain actions": ["sweep", "fill", "move (durative)"],
+    "get domain predicate open": ["(open)"],
+    "get domain function distance": ["(distance ?place0 - place ?place1 - place)"],
+    "get domain action fill": ["(fill ?0 - crate)", "needs: (not (full ?0))", "does: (and (full ?0))"],
+    "get problem": ["(define (problem problem_1)"],
+    "get problem instances": ["dock - place", "r2 - robot", "hall - room"],
+    "get problem predicates": ["(open)", "(at r2 hall)"],
+    "get problem functions": ["(= (battery r2) 3)"],
+    "get problem goal": ["(and (clean hall) (not (at r2 dock)))"],
+    "set instance attic  room": [],
+    "set predicate (clean hall)": [],
+    "set function (= (distance hall dock) 2.5)": [],
+    "set goal (or (clean hall) (>= (battery r2) 2))": [],
+    "remove instance hall": [],
+    "remove predicate (at r2 hall)": [],
+    "remove function (battery r2)": [],
+    "remove function battery r2": [],
+    "remove goal": [],
+    "check actors": [],
+    "help set": [line for line in HELP if line.startswith("set ")],
+    "?": [*HELP],
+    "quit": [],
+    "": [],
+}
+REFUSED = {
+    "get model predicate flies": "Predicate not found",
+    "get model function speed": "Function not found",
+    "get model action fly": "Action not found",
+    "get plan": "Plan not found",  # no planner here takes durative actions
+    "set instance x boat": "no such type",
+    "set predicate (flies r2)": "Unknown predicate",
+    "set function (= (speed r2) 1)": "Unknown function",
+    "set goal (clean cellar)": "Unknown constant cellar",
+    "remove instance r9": "is no instance",
+    "remove predicate (flies r2)": "Unknown predicate",
+    "remove function speed r2": "Unknown function",
+}
+USAGE = {
+    "frob": "there is no command 'frob'",
+    "get": "there is no command 'get'",
+    "get everything": "there is no command 'get everything'",
+    "get domain now": "takes nothing more",
+    "get model types now": "takes nothing more",
+    "get model action": "one name is wanted, not 0",
+    "get problem goal now": "takes nothing more",
+    "get plan now": "takes nothing more",
+    "set instance r2": "a name and a type",
+    "set predicate": "there is no formula",
+    "set predicate r2": "a formula is expected",
+    "set predicate (not (at r2 hall))": "is no predicate",
+    "set function (battery r2)": "is no value of a function",
+    "set goal (and": "never closed",
+    "remove instance": "one name is wanted, not 0",
+    "remove goal now": "takes nothing more",
+    "check actors now": "takes nothing more",
+    "run": "plans are not run from here",
+    "source": "it takes a file",
+    "source nowhere.txt": "cannot read nowhere.txt",
+    "source a b": "it takes a file",
+    "help frob": "there is no command 'frob'",
+    "quit now": "takes nothing more",
+}
+
+
+@pytest.fixture(scope="module")
+def terminals(domain: int, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Terminal]:
+    with served(tmp_path_factory.mktemp("daemon"), domain), asking(domain) as client:
+        yield Terminal(client, NodeCodec("iron"))
+
+
+@pytest.fixture
+def terminal(terminals: Terminal) -> Terminal:
+    for line in RESET:
+        try:
+            list(terminals.do(line))
+        except ExpertRefusedError:
+            assert line.startswith("remove")
+    terminals.is_over = False
+    return terminals
+
+
+def of(command: str, lines: dict[str, object]) -> bool:
+    return any(f"{line} ".startswith(f"{command} ") for line in lines)
+
+
+def test_each_command_is_here_and_on_the_page(terminals: Terminal):
+    whole: dict[str, object] = {**RIGHT, **REFUSED, **USAGE}
+    assert [command for command in terminals.commands if not of(command, whole)] == []
+    page = (ROOT / "docs" / "ros2.md").read_text()
+    words = {word for command in terminals.commands for word in command.split()} - {"?"}
+    assert {word for word in words if word not in page} == set()
+
+
+@pytest.mark.parametrize("line", RIGHT)
+def test_right(terminal: Terminal, line: str):
+    said = list(terminal.do(line))
+    if line in ("get domain", "get problem"):
+        assert said[0].splitlines()[:1] == RIGHT[line]
+    else:
+        assert said == RIGHT[line]
+
+
+@pytest.mark.parametrize("line", REFUSED)
+def test_refused(terminal: Terminal, line: str):
+    with pytest.raises(ExpertRefusedError, match=REFUSED[line]):
+        list(terminal.do(line))
+
+
+@pytest.mark.parametrize("line", USAGE)
+def test_usage(terminal: Terminal, line: str):
+    with pytest.raises(UsageError, match=USAGE[line]):
+        list(terminal.do(line))
+
+
+def test_a_file_of_commands(terminal: Terminal, tmp_path: Path):
+    file = tmp_path / "commands"
+    file.write_text("set instance attic room\n\nget problem predicates\n")
+    assert list(terminal.do(f"source {file}")) == ["(open)", "(at r2 hall)"]
+    assert next(terminal.do(f"source {file} 1")) == "set instance attic room"
+    file.write_text(f"quit\nsource {file}\n")
+    list(terminal.do(f"source {file}"))
+    assert terminal.is_over
+    file.write_text(f"source {file}\n")
+    terminal.is_over = False
+    with pytest.raises(UsageError, match="names no other"):
+        list(terminal.do(f"source {file}"))
+
+
+def test_completion(terminals: Terminal):
+    assert terminals.completions("") == [
+        "?",
+        "check",
+        "get",
+        "help",
+        "quit",
+        "remove",
+        "run",
+        "set",
+        "source",
+    ]
+    assert terminals.completions("get p") == ["plan", "problem"]
+    assert terminals.completions("get problem ") == ["functions", "goal", "instances", "predicates"]
+    assert terminals.completions("set instance r") == []
+
+
+def test_nobody_is_there(domain: int):
+    with asking(domain + 4) as client:
+        client._patience_s = 0.2
+        with pytest.raises(CxbridgeError, match="nobody serves /domain_expert/get_domain"):
+            list(Terminal(client, NodeCodec("iron")).do("get domain"))
+
+
+def program(*words: str, lines: str = "") -> tuple[int, str, str]:
+    command = [sys.executable, "-m", "cxbridge", "ros2", "terminal", *words]
+    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120, check=False)
+    return done.returncode, done.stdout, done.stderr
+
+
+def test_the_program(terminal: Terminal, domain: int):
+    node = ("--domain", str(domain), "--transport", "dds")
+    assert program(*node, "get", "model", "types")[:2] == (0, "robot\nplace\nroom\ncrate\n")
+    status, said, complaint = program(*node, "set", "instance", "x", "boat")
+    assert (status, said) == (1, "")
+    assert "Instance not valid: the domain has no such type: 'boat'" in complaint
+    assert program(*node, "frob")[0] == 2
+    lines = "set predicate (clean hall)\nset predicate (clean dock)\nget problem predicates\nquit\nfrob\n"
+    status, said, _ = program(*node, lines=lines)
+    assert (status, said) == (1, "(open)\n(at r2 hall)\n(clean hall)\n")
+    assert program("--transport", "pigeon", "get", "domain")[0] == 2
+
+
+def test_what_is_typed(terminal: Terminal, domain: int):
+    master, slave = pty.openpty()
+    command = [sys.executable, "-m", "cxbridge", "ros2", "terminal", "--domain", str(domain)]
+    with subprocess.Popen(
+        command, stdin=slave, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        os.write(master, b"get model types\nquit\n")
+        said, _ = process.communicate(timeout=120)
+    assert process.returncode == 0
+    assert "robot\nplace\nroom\ncrate\n" in said
+    os.close(master)
+    os.close(slave)
