@@ -29,7 +29,7 @@ from cxbridge.ros2.transports import has_rclpy
 from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.ros2.transports.dds.domain import _domains
 from cxbridge.ros2.transports.dds.node import _write
-from cxbridge.ros2.transports.dds.services import _Introduction, named
+from cxbridge.ros2.transports.dds.services import _Introduction, matched, named
 from cxbridge.ros2.transports.rclpy import RclpyNode
 from cxbridge.ros2.transports.rosbridge import RosbridgeNode
 from cxbridge.ros2.transports.zenoh import ZenohNode
@@ -364,3 +364,16 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
         poll_until(server, lambda: not server._servers[0]._readers.now())
         replies[0]({"sum": 3})
         poll_until(server, lambda: not server._servers[0]._kept)
+
+
+def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
+    """The wheel asks for a number, then for so many handles, and fails when one came in between."""
+    answers: list[list[int] | None] = [None, [1, 2]]
+
+    def handles() -> list[int]:
+        answer = answers.pop(0)
+        if answer is None:
+            raise IndexError("invalid index")
+        return answer
+
+    assert matched(handles) == [1, 2]

@@ -39,7 +39,7 @@ class Peer(Node):
         feedback, result = Fibonacci.Feedback(), Fibonacci.Result()
         numbers = [0, 1]
         while len(numbers) <= goal.request.order and not goal.is_cancel_requested:
-            numbers.append(numbers[-1] + numbers[-2])
+            numbers.append((numbers[-1] + numbers[-2]) % 2**31)  # an int32
             feedback.sequence = numbers
             goal.publish_feedback(feedback)
             time.sleep(0.02)

@@ -43,7 +43,7 @@ from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
 from cxbridge.ros2.transports.dds.domain import default_reach, delete, enter, lacks_security
-from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, named
+from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, matched, named
 from cxbridge.ros2.transports.environment import domain_id
 
 if TYPE_CHECKING:
@@ -336,7 +336,7 @@ class _DdsPublisher(Publisher):
 
     @property
     def subscriptions(self) -> int:
-        return len(self._writer.get_matched_subscriptions())
+        return len(matched(self._writer.get_matched_subscriptions))
 
     def close(self) -> None:
         self._end()

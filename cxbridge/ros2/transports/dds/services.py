@@ -12,6 +12,7 @@ import re
 import secrets
 import struct
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Final
 
@@ -64,7 +65,7 @@ class _Found:
 
     def now(self) -> Mapping[int, str]:
         """Return whose endpoints are there, by their handles; empty for those that do not say so."""
-        handles = self._handles()
+        handles = matched(self._handles)
         known = self._owners
         self._owners = {each: known[each] if each in known else self._owner(each) for each in handles}
         return self._owners
@@ -253,6 +254,16 @@ class DdsServer:
             elif self._writers is not None and each.writer in self._writers.now():
                 self._kept.append(each)
         return bool(self._kept)
+
+
+def matched(handles: Callable[[], list[int]]) -> list[int]:
+    """Return the endpoints of others that DDS has found.
+
+    The wheel asks twice, for their number and for their handles, and fails when one came in between.
+    """
+    while True:
+        with suppress(IndexError):
+            return handles()
 
 
 def _signed(handle: int) -> int:
