@@ -22,6 +22,8 @@ from cxbridge.suggestions import did_you_mean
 Message = dict[str, Any]
 """A message as plain values."""
 
+_ENDIANNESS: Final = (b"\0\0", b"\0\1")
+_HEADER: Final = 4
 _PLACEHOLDER: Final = "structure_needs_at_least_one_member"
 _BYTES: Final = ("uint8", "byte")
 _INTEGERS: Final = {
@@ -53,16 +55,25 @@ class Codec:
         return bytes(self._store.serialize_cdr(made, str(name)))
 
     def decode(self, name: TypeName, data: bytes | memoryview) -> Message:
-        """Return a message that came as CDR.
+        """Return a message that came as CDR. What comes after it is ignored: some RMWs send too much.
 
         :raises Ros2Error: when the bytes are no message of this type.
         """
         self._definitions.fields(name)
         try:
-            made = self._store.deserialize_cdr(data, str(name))
-        except Exception as error:  # noqa: BLE001  generated code fails in many ways for bytes that are none
-            raise Ros2Error(f"{len(data)} bytes are no {name}: {type(error).__name__}") from None
+            made = self._read(name, data)
+        except Exception:  # noqa: BLE001  generated code fails in many ways for bytes that are none
+            raise Ros2Error(f"{len(data)} bytes are not a {name}") from None
         return self._plain(name, made)
+
+    def _read(self, name: TypeName, data: bytes | memoryview) -> Any:
+        """Read a message as rosbags does, which takes no more than three bytes after it."""
+        if bytes(data[:2]) not in _ENDIANNESS:
+            raise ValueError("no plain CDR")
+        definition = self._store.get_msgdef(str(name))
+        read = definition.deserialize_cdr_le if data[1] else definition.deserialize_cdr_be
+        made, _end = read(data[_HEADER:], 0, definition.cls, self._store)
+        return made
 
     # --- to ROS -------------------------------------------------------------------------------------------
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import subprocess
 from contextlib import suppress
 from typing import Any
@@ -96,8 +97,17 @@ def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRe
     known = [(case, answer) for case, answer in zip(cases, answers, strict=True) if answer is not None]
     assert len(known) > 100, request.node.name
     for (name, ours), real in known:
-        # rclpy may end a message with zeros
-        assert real.rstrip("0") == ours.rstrip("0"), name
+        read = [CODEC.decode(parse_type(name), bytes.fromhex(each)) for each in (ours, real)]
+        assert read[0] == read[1], name
+        if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", ""):  # it pads with what is in its memory
+            assert real.rstrip("0") == ours.rstrip("0"), name  # rclpy may end a message with zeros
+
+
+def test_what_comes_after_a_message_is_ignored():
+    """As rclpy does with Fast DDS, which counts the alignment of arrays that are empty."""
+    name = parse_type("std_msgs/msg/Float64MultiArray")
+    real = bytes.fromhex("0001000000000000000000000000000079000000")
+    assert CODEC.decode(name, real) == CODEC.decode(name, CODEC.encode(name, {}))
 
 
 @pytest.mark.parametrize("level", [0, 127, 128, 255])

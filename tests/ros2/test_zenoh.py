@@ -381,9 +381,9 @@ def test_a_request_that_is_none_is_an_error(two: tuple[Node, Node]):
     reasons: list[str] = []
     poll_both(two, lambda: client.is_served)
     client.call({}, nobody, reasons.append)
-    with pytest.warns(Ros2Warning, match="/add: 4 bytes are no example_interfaces/srv/AddTwoInts_Request"):
+    with pytest.warns(Ros2Warning, match="/add: 4 bytes are not a example_interfaces/srv/AddTwoInts_Request"):
         poll_both(two, lambda: reasons)
-    assert "4 bytes are no example_interfaces/srv/AddTwoInts_Request" in reasons[0]
+    assert "4 bytes are not a example_interfaces/srv/AddTwoInts_Request" in reasons[0]
 
 
 def test_a_request_whose_server_goes_fails(two: tuple[Node, Node]):
@@ -513,7 +513,7 @@ def test_bytes_that_are_no_message_are_reported(plain: int):
         publisher = ours.publisher("/chatter", "std_msgs/msg/String")
         ours._session.put(f"{plain}/chatter/{CHATTER.kind}/{STRING}", b"\0\1\0\0\xff\xff\xff\xff")
         poll_until(ours, lambda: said)
-        assert said == ["/chatter: 8 bytes are no std_msgs/msg/String: SerdeError"]
+        assert said == ["/chatter: 8 bytes are not a std_msgs/msg/String"]
         publisher.publish({"data": "fine"})
         poll_until(ours, lambda: got)
         assert got == [{"data": "fine"}]

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import os
+from typing import Final
 
 from cxbridge.errors import Ros2Error
+
+MOST_DDS_DOMAIN: Final = 232
+"""The ports of DDS allow no more domains."""
 
 
 def domain_id(most: int | None = None) -> int:

@@ -20,6 +20,7 @@ from cxbridge.ros2.names import TypeName, parse_type
 from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
+from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
@@ -57,6 +58,9 @@ class RclpyNode(Node):
         self._definitions = definitions
         self._codec = Codec(definitions)
         self._rclpy = rclpy = _rclpy()
+        if domain is not None and domain > MOST_DDS_DOMAIN and "zenoh" not in _rmw(rclpy):
+            # some RMWs end the process then
+            raise Ros2Error(f"there is no domain {domain}: the last of {_rmw(rclpy)} is {MOST_DDS_DOMAIN}")
         self._context = rclpy.context.Context()
         try:
             rclpy.init(
@@ -301,7 +305,7 @@ class _Response:
 def _rclpy() -> Any:
     """Return the package with all of its modules that are used here."""
     try:
-        for module in ("context", "executors", "qos", "serialization", "signals"):
+        for module in ("context", "executors", "qos", "serialization", "signals", "utilities"):
             import_module(f"rclpy.{module}")
         return import_module("rclpy")
     except ImportError as error:
@@ -310,6 +314,11 @@ def _rclpy() -> Any:
             f"rclpy is not there: {_one_line(error)}",
             hint=f"source the setup.bash of a ROS 2 for Python {python}, or take the transport dds",
         ) from None
+
+
+def _rmw(rclpy: Any) -> str:
+    """Return which RMW there is."""
+    return str(rclpy.utilities.get_rmw_implementation_identifier())
 
 
 def _member(name: TypeName) -> Any:

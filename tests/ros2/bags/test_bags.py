@@ -176,7 +176,7 @@ def test_a_message_that_is_none_is_told(tmp_path: Path):
     run = open_run(tmp_path / "bag")
     assert [getattr(each, "text", "") for each in run] == ["fine"]
     (note,) = run.notes
-    assert note.startswith("/rosout at 1000000000 ns: 7 bytes are no rcl_interfaces/msg/Log")
+    assert note.startswith("/rosout at 1000000000 ns: 7 bytes are not a rcl_interfaces/msg/Log")
 
 
 @pytest.mark.parametrize("storage", [StoragePlugin.MCAP, StoragePlugin.SQLITE3])

@@ -44,13 +44,12 @@ from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
 from cxbridge.ros2.transports.dds.domain import default_reach, delete, enter, lacks_security
 from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, matched, named
-from cxbridge.ros2.transports.environment import domain_id
+from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN, domain_id
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
 
 _BATCH: Final = 256
-_MOST_DOMAIN: Final = 232  # the ports of DDS allow no more
 _LOOK_S: Final = 1.0
 """Between two looks at what others have."""
 
@@ -98,7 +97,7 @@ class DdsNode(Node):
         self.name = name
         self._definitions = definitions
         self._codec = Codec(definitions)
-        self._number = number = domain_id(_MOST_DOMAIN) if domain is None else domain
+        self._number = number = domain_id(MOST_DDS_DOMAIN) if domain is None else domain
         self._reach = reach or default_reach()
         if lack := lacks_security():
             self.complain("security", lack)
