@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +22,7 @@ from cxbridge.ros2.node import Ros2Warning
 from cxbridge.ros2.qos import QosProfile
 from cxbridge.ros2.transports.dds import DdsNode
 from tests.ros2.test_transport import poll_until
+from tests.support import ROOT
 
 LATCHED = QosProfile(durability="transient_local")
 LOSSY = QosProfile(reliability="best_effort")
@@ -28,12 +33,14 @@ Join = Callable[..., tuple[DdsNode, list[str]]]
 @pytest.fixture
 def join(domain: int) -> Iterator[Join]:
     """Make nodes, each with a list of what it reports."""
+    numbers = count()
     with ExitStack() as nodes:
 
-        def make(*folders: Path, where: int = domain + 12) -> tuple[DdsNode, list[str]]:
+        def make(*folders: Path, reach: str = "localhost", **names: str) -> tuple[DdsNode, list[str]]:
             said: list[str] = []
-            types = Definitions(folders, environment={})
-            return nodes.enter_context(DdsNode("one", types, where, report=said.append)), said
+            name = names.get("name", f"node{next(numbers)}")
+            node = DdsNode(name, Definitions(folders, environment={}), domain + 12, reach, said.append)
+            return nodes.enter_context(node), said
 
         yield make
 
@@ -141,3 +148,49 @@ def test_one_topic_of_a_node_has_several_qualities(join: Join):
     sends.publish({"data": "x"})
     poll_until(ours, lambda: got)
     assert (got, said) == ([{"data": "x"}], [])
+
+
+def test_two_nodes_of_the_same_name(join: Join):
+    (ours, said), (theirs, they_said) = join(name="same"), join(name="same")
+    poll_until(ours, lambda: ours._discovery._has_namesake)
+    assert said == []  # nobody asks them for anything
+    for node in (ours, theirs):
+        node.serve("/same/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
+    other, others_said = join(name="other")
+    other.serve("/other/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
+    poll_until(ours, lambda: said)
+    poll_until(theirs, lambda: they_said)
+    assert said == they_said == ["another node is called /same, too: their parameters and lives mix"]
+    assert others_said == []
+
+
+HEARD = """
+import sys, time
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.transports.dds import DdsNode
+
+with DdsNode("far", Definitions(environment={}), int(sys.argv[1])) as node:
+    heard = []
+    node.subscribe("/chatter", "std_msgs/msg/String", heard.append)
+    end = time.monotonic() + float(sys.argv[2])
+    while not heard and time.monotonic() < end:
+        node.poll(0.1)
+    print(len(heard))
+"""
+
+
+@pytest.mark.parametrize(("reach", "seconds", "hears"), [("off", 3, "0"), ("localhost", 30, "1")])
+def test_without_discovery_nobody_is_found(
+    domain: int, monkeypatch: pytest.MonkeyPatch, reach: str, seconds: int, hears: str
+):
+    monkeypatch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", reach.upper())
+    with DdsNode("near", Definitions(environment={}), domain + 16) as node:
+        says = node.publisher("/chatter", "std_msgs/msg/String")
+        command = [sys.executable, "-c", HEARD, str(domain + 16), str(seconds)]
+        environment = {**os.environ, "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST"}
+        with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, text=True, cwd=ROOT) as other:
+            while other.poll() is None:
+                says.publish({"data": "x"})
+                node.poll(0.05)
+            assert other.stdout is not None
+            assert other.stdout.read().strip() == hears

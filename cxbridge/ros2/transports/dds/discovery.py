@@ -6,7 +6,7 @@ DDS itself says nothing when a publisher and a subscription do not fit: no messa
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.builtin import (
@@ -73,11 +73,22 @@ class Ours(Struct, frozen=True, eq=False):
 class Discovery:
     """Knows the readers and writers of others, and complains about those that do not fit ours.
 
+    :param graph: reads what others report about their nodes.
+    :param nodes: returns the full names in such a report.
+    :param name: the full name of our node.
     :param complain: gets a kind of problem, and what is wrong.
     """
 
-    def __init__(self, participant: DomainParticipant, complain: Callable[[str, str], None]) -> None:
+    def __init__(
+        self,
+        participant: DomainParticipant,
+        graph: DataReader[Any],
+        nodes: Callable[[bytes], Iterable[str]],
+        name: str,
+        complain: Callable[[str, str], None],
+    ) -> None:
         self._complain = complain
+        self._graph, self._nodes, self._name = graph, nodes, name
         self._us = participant.guid
         self._participants = BuiltinDataReader(participant, BuiltinTopicDcpsParticipant)
         self._readers = {
@@ -89,6 +100,7 @@ class Discovery:
         self._ours: list[Ours] = []
         self._incompatible: dict[int, int] = {}
         self._others: set[Any] = set()
+        self._has_namesake = False
 
     def add(self, ours: Ours) -> None:
         """Hold what others have against a new reader or writer of ours."""
@@ -103,9 +115,7 @@ class Discovery:
 
     def look(self) -> None:
         """Take what was found since, and complain about what does not fit."""
-        for sample in self._take(self._participants):
-            if sample.key != self._us:
-                (self._others.add if _is_alive(sample) else self._others.discard)(sample.key)
+        self._look_at_nodes()
         for writes, reader in self._readers.items():
             known = self._theirs[writes]
             for endpoint in self._take(reader):
@@ -119,8 +129,21 @@ class Discovery:
         for ours in self._ours:
             self._look_at_qos(ours)
 
+    def _look_at_nodes(self) -> None:
+        for sample in self._take(self._participants):
+            if sample.key != self._us:
+                (self._others.add if _is_alive(sample) else self._others.discard)(sample.key)
+        for sample in self._take(self._graph):
+            if hasattr(sample, "cdr") and self._name in self._nodes(sample.cdr):
+                self._has_namesake = True
+        # only services below the name suffer: those of parameters and of the lifecycle
+        if self._has_namesake and any(each.topic.startswith(f"rq{self._name}/") for each in self._ours):
+            self._complain(
+                "name", f"another node is called {self._name}, too: their parameters and lives mix"
+            )
+
     @staticmethod
-    def _take(reader: BuiltinDataReader) -> Iterator[Any]:
+    def _take(reader: DataReader[Any]) -> Iterator[Any]:
         while samples := reader.take(N=_BATCH):
             yield from samples
 

@@ -12,13 +12,16 @@ from cyclonedds.domain import Domain
 
 from cxbridge.errors import Ros2Error
 
-_LOCAL: Final = """<CycloneDDS><Domain Id="any">
-<General><AllowMulticast>false</AllowMulticast>
-<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>
-<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>
-<Peers><Peer Address="localhost"/></Peers></Discovery>
-</Domain></CycloneDDS>"""
-"""Discovery stays on this host: as ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST does."""
+_DISCOVERY: Final = {
+    "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
+    "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"
+    '<Peers><Peer Address="localhost"/></Peers>',
+    "off": f"<ParticipantIndex>none</ParticipantIndex><Tag>cxbridge_{os.getpid()}</Tag>",
+}
+"""How Cyclone DDS looks for others, by the ranges that go no further than this host."""
+
+_RANGES: Final = (*_DISCOVERY, "subnet", "system_default")
+"""The values of ROS_AUTOMATIC_DISCOVERY_RANGE."""
 
 
 def lacks_security() -> str:
@@ -51,12 +54,12 @@ def enter(number: int, reach: str) -> Callable[[], None]:
 
     :returns: leaves it; only the first call does.
     """
-    if reach not in ("localhost", "subnet", "off", "system_default"):
+    if reach not in _RANGES:
         raise Ros2Error(f"'{reach}' is no range of discovery", hint="write localhost or subnet")
-    if os.environ.get("CYCLONEDDS_URI") or reach in ("subnet", "system_default"):
+    if os.environ.get("CYCLONEDDS_URI") or reach not in _DISCOVERY:
         return lambda: None
     if number not in _domains:
-        _domains[number] = Domain(number, _LOCAL)
+        _domains[number] = Domain(number, _on_this_host(reach))
     _nodes[number] += 1
     is_inside = [True]
 
@@ -68,6 +71,15 @@ def enter(number: int, reach: str) -> Callable[[], None]:
                 delete(_domains.pop(number))
 
     return leave
+
+
+def _on_this_host(reach: str) -> str:
+    """Return the configuration of a domain that stays on this host."""
+    return (
+        '<CycloneDDS><Domain Id="any"><General><AllowMulticast>false</AllowMulticast>'
+        '<Interfaces><NetworkInterface address="127.0.0.1" multicast="false"/></Interfaces></General>'
+        f"<Discovery>{_DISCOVERY[reach]}</Discovery></Domain></CycloneDDS>"
+    )
 
 
 def delete(entity: Entity) -> None:

@@ -8,7 +8,7 @@ rmw_fastrtps puts who asks where this wheel cannot write.
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, cast
@@ -57,6 +57,7 @@ _DISCOVERY_S: Final = 0.01
 """Between two looks whether the reader of a response is found."""
 _NANOSECONDS: Final = 1000
 _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
+_REPORTS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
 _ENCLAVE: Final = b"enclave=/;"
 """What the participant of a node reports about itself; without it ROS takes it for a stranger."""
@@ -118,9 +119,9 @@ class DdsNode(Node):
         self._writers: list[DataWriter[Any]] = []
         self._servers: list[DdsServer] = []
         self._numbers = 0
-        self._discovery = Discovery(self._participant, self.complain)
+        self._graph, graph = self._make_graph()
+        self._discovery = Discovery(self._participant, graph, self._nodes_in, f"/{name}", self.complain)
         self._looked_s = 0.0
-        self._graph = self._make_graph()
         self._announce()
 
     # --- what a node offers -------------------------------------------------------------------------------
@@ -282,9 +283,18 @@ class DdsNode(Node):
 
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
-    def _make_graph(self) -> DataWriter[Any]:
-        qos = self._qos(_GRAPH, PROFILES["latched"])
-        return DataWriter(self._participant, self._topic("ros_discovery_info", _GRAPH), qos=qos)
+    def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
+        """Return what tells others of our node, and what hears of theirs."""
+        topic = self._topic("ros_discovery_info", _GRAPH)
+        told = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
+        heard = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
+        return told, DataReader(self._participant, topic, qos=heard)
+
+    def _nodes_in(self, report: bytes) -> Iterable[str]:
+        """Return the full names of the nodes that a participant reports."""
+        message = self._intact("ros_discovery_info", partial(self._codec.decode, _GRAPH, report))
+        nodes = () if message is None else message["node_entities_info_seq"]
+        return [f"{each['node_namespace'].rstrip('/')}/{each['node_name']}" for each in nodes]
 
     def _announce(self) -> None:
         """Let others know which readers and writers are this node's: so the node is in the graph of ROS."""
