@@ -158,6 +158,7 @@ ELSEWHERE = {
     ("skill executor", "settings"): "tests/cli/test_skill_board.py",
     ("game", "referee"): "tests/rcll/test_remote.py",
     ("game", "simtest"): "tests/rcll/test_team.py",
+    ("ros2 terminal", "command"): "tests/ros2/experts/test_terminal.py",
 }
 
 

@@ -25,7 +25,14 @@ _MESSAGES: Final = {
     "Derived": "Node predicate, Tree preconditions",
     "PlanItem": "float32 time, string action, float32 duration",
     "Plan": "PlanItem[] items",
+    "ActionExecutionInfo": "int8 status, builtin_interfaces/Time start_stamp,"
+    " builtin_interfaces/Time status_stamp, string action_full_name, string action, string[] arguments,"
+    " builtin_interfaces/Duration duration, float32 completion, string message_status",
 }
+EXECUTE_PLAN: Final = f"{PACKAGE}/action/ExecutePlan"
+"""The action of PlanSys2's executor."""
+
+_INFOS: Final = "ActionExecutionInfo[] action_execution_status"
 _SERVICES: Final = {
     "AddProblem": ("string problem", _DONE),
     "AddProblemGoal": ("Tree tree", _DONE),
@@ -62,6 +69,7 @@ def _lines(fields: str) -> str:
 
 
 TYPES: Final[Mapping[str, str]] = {
+    EXECUTE_PLAN: f"Plan plan\n---\nbool success\n{_INFOS}\n---\n{_INFOS}",
     **{f"{PACKAGE}/msg/{name}": _lines(fields) for name, fields in _MESSAGES.items()},
     **{
         f"{PACKAGE}/srv/{name}": f"{_lines(request)}\n---\n{_lines(response)}"

@@ -13,6 +13,7 @@ from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.ros2.experts.answers import shown
 from cxbridge.ros2.experts.client import ExpertClient
+from cxbridge.ros2.experts.execution import Item, execute, item_of, read_plan
 from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_in, ground_node, param
 from cxbridge.ros2.hub.words import Life
 from cxbridge.ros2.messages import Message
@@ -267,13 +268,16 @@ class Terminal:
 
     def _plan(self, rest: str) -> Lines:
         _no_more("get plan", rest)
+        for each in self._planned():
+            yield f"{each['time']:.3f}: {each['action']} [{each['duration']:.3f}]"
+
+    def _planned(self) -> Sequence[Item]:
         request = {
             "domain": self._client.do(f"{_DOMAIN}get_domain")["domain"],
             "problem": self._client.do(f"{_PROBLEM}get_problem")["problem"],
         }
-        plan = self._client.do("/planner/get_plan", request, PLANNING_S)["plan"]
-        for each in plan["items"]:
-            yield f"{each['time']:.3f}: {each['action']} [{each['duration']:.3f}]"
+        items: Sequence[Item] = self._client.do("/planner/get_plan", request, PLANNING_S)["plan"]["items"]
+        return items
 
     def _actors(self, rest: str) -> Lines:
         _no_more("check actors", rest)
@@ -290,11 +294,20 @@ class Terminal:
         for node, (action, life) in sorted(signs.items()):
             yield f"{node} {action} {Life(life).name if life in list(Life) else life}"
 
-    def _run(self, _rest: str) -> Lines:
-        raise UsageError(
-            "plans are not run from here",
-            hint="rules of an agent follow a goal; for PlanSys2's executor use plansys2_terminal",
-        )
+    def _run(self, rest: str) -> Lines:
+        kind, _, what = rest.strip().partition(" ")
+        what = what.strip()
+        if not kind:
+            items = self._planned()
+        elif kind == "num_actions" and what.isdecimal():
+            items = self._planned()[: int(what)]
+        elif kind == "action" and (item := item_of(f"0: {what if what.startswith('(') else f'({what})'}")):
+            items = [item]
+        elif kind == "plan-file" and what:
+            items = read_plan(Path(what))
+        else:
+            raise UsageError(f"there is no 'run {rest.strip()}'", hint="; ".join(_help_of("run")))
+        yield from execute(self._client, items)
 
     def _source(self, rest: str) -> Lines:
         words = rest.split()
@@ -317,7 +330,7 @@ class Terminal:
             self._sourcing = False
 
     def _help(self, rest: str) -> Lines:
-        found = [text for text in HELP if text.split()[0] == rest.strip() or not rest.strip()]
+        found = _help_of(rest.strip())
         if not found:
             raise UsageError(f"there is no command '{rest.strip()}'")
         yield from found
@@ -344,11 +357,20 @@ HELP: Final = (
     "remove function (FUNCTION INSTANCE...)",
     "remove goal",
     "check actors                                  the action performers",
+    "run                                           a plan for the goal is executed by PlanSys2's executor",
+    "run num_actions NUMBER                        its first actions only",
+    "run action (ACTION INSTANCE...)               one action",
+    "run plan-file FILE                            what 'get plan' has printed",
     "source FILE [0|1]                             commands from a file; 1 shows them",
     "help [COMMAND]",
     "quit",
 )
 """A line about each command."""
+
+
+def _help_of(command: str) -> list[str]:
+    """Return the lines about the commands that begin with a word; all when it is empty."""
+    return [text for text in HELP if not command or text.split()[0] == command]
 
 
 def _no_more(command: str, rest: str) -> None:

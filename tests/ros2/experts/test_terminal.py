@@ -107,7 +107,7 @@ USAGE = {
     "remove instance": "one name is wanted, not 0",
     "remove goal now": "takes nothing more",
     "check actors now": "takes nothing more",
-    "run": "plans are not run from here",
+    "run fast": "there is no 'run fast'",
     "source": "it takes a file",
     "source nowhere.txt": "cannot read nowhere.txt",
     "source a b": "it takes a file",

@@ -284,7 +284,7 @@ class DdsNode(Node):
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return what tells others of our node, and what hears of theirs."""
+        """Return what reports our node to others, and what gets their reports."""
         topic = self._topic("ros_discovery_info", _GRAPH)
         told = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
         heard = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))

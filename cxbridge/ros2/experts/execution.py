@@ -1,0 +1,114 @@
+"""Has PlanSys2's executor execute plans."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.errors import Ros2Error
+from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge.ros2.experts.client import PATIENCE_S, ExpertClient, ExpertRefusedError
+from cxbridge.ros2.experts.definitions import EXECUTE_PLAN
+from cxbridge.ros2.messages import Message
+
+_ACTION: Final = "/execute_plan"
+_FAILED: Final = 3
+_STATES: Final = {1: "waiting", 2: "executing", 3: "failed", 4: "succeeded", 5: "cancelled"}
+"""The constants of plansys2_msgs/msg/ActionExecutionInfo."""
+
+_NUMBER: Final = r"(\d+(?:\.\d+)?)"
+_ITEM: Final = re.compile(rf"\s*{_NUMBER}\s*:\s*(\([^()]+\))\s*(?:\[\s*{_NUMBER}\s*\])?\s*")
+
+Item = Mapping[str, Any]
+"""A plansys2_msgs/msg/PlanItem."""
+
+
+def item_of(text: str) -> Item | None:
+    """Return the action of a line of a plan: ``0.000: (move r2 hall dock) [5.000]``; None for other lines."""
+    found = _ITEM.fullmatch(text)
+    if found is None:
+        return None
+    return {"time": float(found[1]), "action": found[2], "duration": float(found[3] or 0)}
+
+
+def read_plan(file: Path) -> list[Item]:
+    """Return the plan in a file, an action a line; empty lines and comments (``;``) are skipped.
+
+    :raises Ros2Error: when it cannot be read, or a line is something else; with file and line.
+    """
+    try:
+        lines = file.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise Ros2Error(f"cannot read {file}: {error}") from None
+    items = []
+    for number, line in enumerate(lines, start=1):
+        text = line.partition(";")[0]
+        if not text.strip():
+            continue
+        item = item_of(text)
+        if item is None:
+            hint = "write TIME: (ACTION ARGUMENTS) [DURATION]"
+            raise Ros2Error(f"'{text.strip()}' is not an action of a plan", file=file, line=number, hint=hint)
+        items.append(item)
+    return items
+
+
+def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
+    """Have a plan executed; yield each action's states, and that it has succeeded.
+
+    What ends this generator early cancels the plan.
+
+    :raises ExpertRefusedError: when it has failed; with the actions that have.
+    :raises Ros2Error: when there is no executor, or it vanishes.
+    """
+    name = client.namespace + _ACTION
+    with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
+        if not client.wait(lambda: executor.is_served, PATIENCE_S):
+            raise Ros2Error(f"nobody serves {name}", hint=executor.why_unserved() or None)
+        sent = executor.send({"plan": {"items": items}})
+        states: dict[str, int] = {}
+        try:
+            while not sent.is_over:
+                came = client.wait(lambda: sent.is_over or _has_news(sent, states), PATIENCE_S)
+                executor.look(sent)
+                if not came and not executor.is_served:
+                    raise Ros2Error(f"the executor of {name} has vanished")
+                yield from _changes(_infos(sent.feedback), states)
+        finally:
+            if not sent.is_over:
+                sent.cancel()
+                client.wait(lambda: sent.is_over, PATIENCE_S)
+    if sent.is_accepted is False:
+        raise ExpertRefusedError(f"{name} has rejected the plan")
+    infos = _infos(sent.result)
+    yield from _changes(infos, states)
+    if sent.status is not GoalStatus.SUCCEEDED or not (sent.result or {}).get("success"):
+        failed = [
+            f"{_shown(each)} {each['message_status']}".rstrip() for each in infos if each["status"] == _FAILED
+        ]
+        reason = sent.reason or "; ".join(failed) or sent.status.name
+        raise ExpertRefusedError(f"the plan has failed: {reason}")
+    yield "the plan has succeeded"
+
+
+def _infos(message: Message | None) -> Sequence[Message]:
+    found: Sequence[Message] = (message or {}).get("action_execution_status", [])
+    return found
+
+
+def _has_news(sent: SentGoal, states: Mapping[str, int]) -> bool:
+    return any(states.get(each["action_full_name"]) != each["status"] for each in _infos(sent.feedback))
+
+
+def _changes(infos: Sequence[Message], states: dict[str, int]) -> Iterator[str]:
+    for each in infos:
+        before = states.get(each["action_full_name"])
+        states[each["action_full_name"]] = status = each["status"]
+        if status != before and _STATES.get(status, "waiting") != "waiting":
+            yield f"{_shown(each)}: {_STATES[status]}"
+
+
+def _shown(info: Message) -> str:
+    return f"({' '.join((info['action'], *info['arguments']))})"
