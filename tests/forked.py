@@ -22,10 +22,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, NamedTuple, Self
+from typing import Any, BinaryIO, Final, Literal, NamedTuple, Self
+
+import pytest
 
 from tests.support import ROOT
 
+Program = Literal["cxbridge", "pytest"]
 _STREAMS: Final = 3
 
 
@@ -48,18 +51,24 @@ class Nursery:
         self._process.wait()
 
     def run(
-        self, arguments: Sequence[str], *, folder: Path = ROOT, timeout: float = 120
+        self,
+        arguments: Sequence[str],
+        *,
+        folder: Path = ROOT,
+        timeout: float = 120,
+        program: Program = "cxbridge",
     ) -> subprocess.CompletedProcess[bytes]:
         """Run a command with nothing to read until it ends.
 
-        :param arguments: of ``cxbridge``.
+        :param arguments: of the program.
         :param folder: where it runs.
         :param timeout: seconds after which it is killed.
         :raises TimeoutError: it was killed.
         """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             with Path(os.devnull).open("rb") as nothing:
-                forked = self._fork(arguments, folder, [each.fileno() for each in (nothing, out, errors)])
+                streams = [each.fileno() for each in (nothing, out, errors)]
+                forked = self._fork(arguments, folder, streams, program)
             with forked:
                 status = forked.wait(timeout)
             for stream in (out, errors):
@@ -80,11 +89,17 @@ class Nursery:
                 os.close(each)
         return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
 
-    def _fork(self, arguments: Sequence[str], folder: Path, streams: Sequence[int]) -> Forked:
+    def _fork(
+        self, arguments: Sequence[str], folder: Path, streams: Sequence[int], program: Program = "cxbridge"
+    ) -> Forked:
         ours, theirs = socket.socketpair()
         with theirs:
             socket.send_fds(self._socket, [b"."], [*streams, theirs.fileno()])
-        request = {"arguments": arguments, "folder": str(folder), "environment": dict(os.environ)}
+        request = {
+            "arguments": [program, *arguments],
+            "folder": str(folder),
+            "environment": dict(os.environ),
+        }
         ours.sendall(json.dumps(request).encode() + b"\n")
         return Forked(ours)
 
@@ -149,7 +164,7 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
-    sys.argv = ["cxbridge", *request["arguments"]]
+    sys.argv = request["arguments"]
     for name, number in (("stdout", 1), ("stderr", 2)):
         before = getattr(sys, name)
         text = open(number, "w", 1, before.encoding, before.errors, closefd=False)  # noqa: SIM115
@@ -208,7 +223,7 @@ def main(number: int) -> None:
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
-        run()
+        sys.exit(pytest.console_main()) if sys.argv[0] == "pytest" else run()
 
 
 if __name__ == "__main__":
