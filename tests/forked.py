@@ -7,6 +7,7 @@ that one where the start itself matters: signals while modules are loaded, other
 
 from __future__ import annotations
 
+import atexit
 import gc
 import importlib
 import json
@@ -19,11 +20,15 @@ import sys
 import tempfile
 from collections.abc import Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
-from typing import Any, Final, Self
+from typing import Any, BinaryIO, Final, Literal, NamedTuple, Self
+
+import pytest
 
 from tests.support import ROOT
 
+Program = Literal["cxbridge", "pytest"]
 _STREAMS: Final = 3
 
 
@@ -46,33 +51,109 @@ class Nursery:
         self._process.wait()
 
     def run(
-        self, arguments: Sequence[str], *, folder: Path = ROOT, timeout: float = 120
+        self,
+        arguments: Sequence[str],
+        *,
+        folder: Path = ROOT,
+        timeout: float = 120,
+        program: Program = "cxbridge",
     ) -> subprocess.CompletedProcess[bytes]:
         """Run a command with nothing to read until it ends.
 
-        :param arguments: of ``cxbridge``.
+        :param arguments: of the program.
         :param folder: where it runs.
         :param timeout: seconds after which it is killed.
         :raises TimeoutError: it was killed.
         """
-        ours, theirs = socket.socketpair()
-        with ours, tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
-            with theirs, Path(os.devnull).open("rb") as nothing:
-                streams = [stream.fileno() for stream in (nothing, out, errors)]
-                socket.send_fds(self._socket, [b"."], [*streams, theirs.fileno()])
-            request = {"arguments": arguments, "folder": str(folder), "environment": dict(os.environ)}
-            ours.sendall(json.dumps(request).encode() + b"\n")
-            ours.settimeout(timeout)
-            with ours.makefile("r") as answers:
-                process = int(answers.readline())
-                try:
-                    status = int(answers.readline())
-                except TimeoutError:
-                    os.kill(process, signal.SIGKILL)
-                    raise
+        with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
+            with Path(os.devnull).open("rb") as nothing:
+                streams = [each.fileno() for each in (nothing, out, errors)]
+                forked = self._fork(arguments, folder, streams, program)
+            with forked:
+                status = forked.wait(timeout)
             for stream in (out, errors):
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
+
+    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT) -> Piped:
+        """Begin a command that one talks with.
+
+        :param arguments: of ``cxbridge``.
+        :param folder: where it runs.
+        """
+        (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
+        try:
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors])
+        finally:
+            for each in (its_in, its_out, its_errors):
+                os.close(each)
+        return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
+
+    def _fork(
+        self, arguments: Sequence[str], folder: Path, streams: Sequence[int], program: Program = "cxbridge"
+    ) -> Forked:
+        ours, theirs = socket.socketpair()
+        with theirs:
+            socket.send_fds(self._socket, [b"."], [*streams, theirs.fileno()])
+        request = {
+            "arguments": [program, *arguments],
+            "folder": str(folder),
+            "environment": dict(os.environ),
+        }
+        ours.sendall(json.dumps(request).encode() + b"\n")
+        return Forked(ours)
+
+
+class Forked:
+    """A command that was forked. A context manager that kills it."""
+
+    def __init__(self, attendant: socket.socket) -> None:
+        self._attendant = attendant
+        self._answers = attendant.makefile("r")
+        self._number = int(self._answers.readline())
+        self._status: int | None = None
+
+    def wait(self, timeout: float) -> int:
+        """Wait for its end; returns the exit status.
+
+        :param timeout: seconds.
+        :raises TimeoutError: it has not ended.
+        """
+        if self._status is None:
+            self._attendant.settimeout(timeout)
+            self._status = int(self._answers.readline())
+        return self._status
+
+    def kill(self) -> None:
+        """Kill it, if it has not ended."""
+        if self._status is None:
+            with suppress(ProcessLookupError):
+                os.kill(self._number, signal.SIGKILL)
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.kill()
+        self._answers.close()
+        self._attendant.close()
+
+
+class Piped(NamedTuple):
+    """A command, and the other ends of its streams."""
+
+    process: Forked
+    stdin: BinaryIO
+    stdout: BinaryIO
+    stderr: BinaryIO
+
+
+@cache
+def nursery() -> Nursery:
+    """Return the one of this process, that of all tests; it ends with it."""
+    made = Nursery().__enter__()
+    atexit.register(made.__exit__)
+    return made
 
 
 def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
@@ -83,7 +164,7 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     os.chdir(request["folder"])
     os.environ.clear()
     os.environ.update(request["environment"])
-    sys.argv = ["cxbridge", *request["arguments"]]
+    sys.argv = request["arguments"]
     for name, number in (("stdout", 1), ("stderr", 2)):
         before = getattr(sys, name)
         text = open(number, "w", 1, before.encoding, before.errors, closefd=False)  # noqa: SIM115
@@ -108,9 +189,16 @@ def _attend(received: Sequence[int]) -> bool:
     return False
 
 
+def _reap(*_: object) -> None:
+    """Let go of those who attended and have ended; so the time they took is not lost to ``tests.costs``."""
+    with suppress(ChildProcessError):
+        while os.waitpid(-1, os.WNOHANG)[0]:
+            pass
+
+
 def _serve(requests: socket.socket) -> bool:
     """Start what is asked for; returns in the process of a command, or when nobody can ask any more."""
-    signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who attend
+    signal.signal(signal.SIGCHLD, _reap)
     while True:
         message, received, _, _ = socket.recv_fds(requests, 1, _STREAMS + 1)
         if not message:
@@ -135,7 +223,7 @@ def main(number: int) -> None:
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
-        run()
+        sys.exit(pytest.console_main()) if sys.argv[0] == "pytest" else run()
 
 
 if __name__ == "__main__":

@@ -70,8 +70,12 @@ class AgentModel:
         """Take the text of a file, a new one or one that has changed; None when it is of another sort."""
         file = read_source(path, text, self._files.get(path))
         if file is not None:
-            self._files[path] = file
+            self.take(file)
         return file
+
+    def take(self, file: SourceFile) -> None:
+        """Take a file that was read already."""
+        self._files[file.path] = file
 
     def read(self, path: Path) -> SourceFile | None:
         """Take a file from the disk; None when it cannot be read."""

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind
+from cxbridge.agent.model import AgentModel, read_source
+from cxbridge.agent.names import Kind, SourceFile
 from cxbridge.check.findings import Place
-from cxbridge.check.usage import Usage
+from cxbridge.check.usage import Construct, Usage, constructs_of
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
@@ -76,10 +76,31 @@ class ClipsFile:
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the lists of the file that begin with one of these words."""
-        for construct in self.constructs:
-            for node in construct.node.walk():
-                if node.head in names:
-                    yield node
+        for head, node in self._lists:
+            if head in names:
+                yield node
+
+    @cached_property
+    def _lists(self) -> tuple[tuple[str, SyntaxNode], ...]:
+        """The lists in the constructs that begin with a word, each with that."""
+        nodes = (node for construct in self.constructs for node in construct.node.walk())
+        return tuple((node.head, node) for node in nodes if node.head)
+
+    @cached_property
+    def names(self) -> SourceFile | None:
+        """The names in it."""
+        return read_source(str(self.path), self.text)
+
+    @cached_property
+    def used(self) -> tuple[Construct, ...]:
+        """Its constructs, with what they match and make; those that never close, too."""
+        return () if self.names is None else constructs_of(self.names)
+
+
+@cache
+def _file_of_core(path: Path, text: str, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
+    """Return a file of the built-in core: what is known of it is the same for all agents that are checked."""
+    return ClipsFile(path, text, diagnostics, is_core=True)
 
 
 @dataclass(frozen=True, slots=True)
@@ -154,7 +175,8 @@ class Agent(Closing):
         """The names in the files."""
         model = AgentModel()
         for file in self.files:
-            model.update(str(file.path), file.text)
+            if file.names is not None:
+                model.take(file.names)
         return model
 
     @cached_property
@@ -169,7 +191,8 @@ class Agent(Closing):
             for mention in file.mentions
             if mention.name.kind is Kind.TEMPLATE
         )
-        return Usage(self.model, frozenset(words), self.deftemplates, frozenset(of_core))
+        constructs = tuple(construct for file in self.files for construct in file.used)
+        return Usage(self.model, frozenset(words), self.deftemplates, frozenset(of_core), constructs)
 
     @cached_property
     def dropped(self) -> frozenset[tuple[str, str, str]]:
@@ -297,7 +320,10 @@ class Agent(Closing):
     def _note(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         text = path.read_text("utf-8", "surrogateescape")
         is_core = path.is_relative_to(self.context.paths.cx) and self.context.paths.builtin
-        file = ClipsFile(path, text, diagnostics, is_core)
+        if is_core:
+            file = _file_of_core(path, text, diagnostics)
+        else:
+            file = ClipsFile(path, text, diagnostics, is_core=False)
         self.files.append(file)
         return file
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Final
 
@@ -148,6 +148,11 @@ class Construct:
         )
 
 
+def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
+    """Return the constructs of a file."""
+    return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
+
+
 def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[Fact]:
     for node in nodes:
         if node.head in ("and", "logical", "exists"):
@@ -185,21 +190,14 @@ class Usage:
     :param others: words that somebody else may hand to rules: values of the configuration.
     :param deftemplates: those with slots that CLIPS has.
     :param of_core: the templates that files of the core name.
+    :param constructs: those of all files, in their order.
     """
 
     model: AgentModel
     others: frozenset[str] = frozenset()
     deftemplates: frozenset[str] = frozenset()
     of_core: frozenset[str] = frozenset()
-    constructs: list[Construct] = field(init=False)
-
-    def __post_init__(self) -> None:
-        self.constructs = [
-            Construct(file, placed)
-            for file in self.model.files
-            for placed in file.pieces
-            if placed.piece.keyword
-        ]
+    constructs: tuple[Construct, ...] = ()
 
     @cached_property
     def made(self) -> dict[str, list[tuple[Construct, Fact]]]:

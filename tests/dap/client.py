@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import json
 import queue
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Iterable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Self
+
+from tests.forked import nursery
 
 PATIENCE_S = 60.0
 
@@ -18,21 +19,7 @@ class Client:
     """A debug adapter in a process of its own, and what it has said. A context manager."""
 
     def __init__(self, cwd: Path, *, wait_s: float = PATIENCE_S) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge", "dap"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            cwd=cwd,
-        )
-        assert self._process.stdin
-        assert self._process.stdout
-        assert self._process.stderr
-        self._stdin, self._stdout, self._stderr = (
-            self._process.stdin,
-            self._process.stdout,
-            self._process.stderr,
-        )
+        self._process, self._stdin, self._stdout, self._stderr = nursery().begin(["dap"], folder=cwd)
         self._wait_s = wait_s
         self._seq = 0
         self._inbox: queue.Queue[dict[str, Any] | None] = queue.Queue()
@@ -47,11 +34,13 @@ class Client:
         return self
 
     def __exit__(self, *_: object) -> None:
-        self._process.kill()
-        self._process.wait()
+        with self._process:
+            self._process.kill()
+            self._process.wait(PATIENCE_S)
         self._errors.join()
         for stream in (self._stdin, self._stdout, self._stderr):
-            stream.close()
+            with suppress(BrokenPipeError):  # what it has not read
+                stream.close()
 
     def _read_errors(self) -> None:
         self.stderr = self._stderr.read().decode()

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import pytest
 
 from tests.dap.client import Client
+from tests.forked import nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -24,8 +22,8 @@ def client():
 @pytest.fixture(scope="session")
 def recording(tmp_path_factory):
     file = tmp_path_factory.mktemp("dap") / "run.mcap"
-    command = [sys.executable, "-m", "cxbridge", "run", "-q", str(SCENARIO), "--trace", str(file)]
-    subprocess.run([*command, "--trace-level", "facts"], check=True, capture_output=True)
+    command = ["run", "-q", str(SCENARIO), "--trace", str(file), "--trace-level", "facts"]
+    nursery().run(command).check_returncode()
     return file
 
 

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 
 from tests.dap.client import Client
 from tests.dap.conftest import GOALS, SCENARIO, line_of
+from tests.forked import nursery
 from tests.support import ROOT
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
@@ -140,8 +139,8 @@ def test_its_end(client, recording):
 def test_the_files_as_they_were(client, tmp_path):
     folder = shutil.copytree(SCENARIO, tmp_path / "agent")
     file = tmp_path / "run.mcap"
-    command = [sys.executable, "-m", "cxbridge", "run", "-q", str(folder), "--trace", str(file)]
-    subprocess.run([*command, "--trace-level", "facts"], check=True, capture_output=True)
+    command = ["run", "-q", str(folder), "--trace", str(file), "--trace-level", "facts"]
+    nursery().run(command).check_returncode()
     before = (folder / "talk-goals.clp").read_text()
     (folder / "talk-goals.clp").write_text("; all gone\n")
     client.launch(recording=str(file))
@@ -159,8 +158,7 @@ def test_the_files_as_they_were(client, tmp_path):
 
 def test_without_rules_there_are_transitions(client, tmp_path):
     file = tmp_path / "run.mcap"
-    command = [sys.executable, "-m", "cxbridge", "run", "-q", str(SCENARIO), "--trace", str(file)]
-    subprocess.run(command, check=True, capture_output=True)
+    nursery().run(["run", "-q", str(SCENARIO), "--trace", str(file)]).check_returncode()
     client.launch(recording=str(file))
     (at,) = client.break_at(GOALS, GOES_ON)
     assert (at["verified"], at["message"]) == (

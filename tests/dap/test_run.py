@@ -11,6 +11,7 @@ import pytest
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.trace.formats.registry import open_run
 from tests.dap.conftest import GOALS, SCENARIO, line_of
+from tests.forked import nursery
 from tests.support import ROOT
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")
@@ -348,8 +349,7 @@ def transitions(file):
 
 def test_a_debugged_run_decides_the_same(client, tmp_path):
     plain, debugged = tmp_path / "plain.mcap", tmp_path / "debugged.mcap"
-    command = [sys.executable, "-m", "cxbridge", "run", "-q", str(SCENARIO), "--trace", str(plain)]
-    subprocess.run(command, check=True, capture_output=True)
+    nursery().run(["run", "-q", str(SCENARIO), "--trace", str(plain)]).check_returncode()
     client.launch(scenario=str(SCENARIO), trace=str(debugged))
     client.break_at(GOALS, GOES_ON, MODIFY)
     client.break_on("goal:*:FINISHED")

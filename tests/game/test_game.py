@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 import shutil
+from typing import Any
 
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.game.match import GamesSummary, Match
+from cxbridge.game.match import GamesSummary, Match, play_games
 from cxbridge.game.score import GameResult, Score
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import write_scenario
@@ -99,6 +100,21 @@ def test_a_game_that_is_cut_short_is_over_without_points(short, capsys):
     assert (game["points"], game["phase"]) == ({"workshop": 0}, "POST_GAME")
 
 
+@pytest.fixture
+def played_once(monkeypatch):
+    """Games that were played are not played again for another output."""
+    played: dict[tuple[tuple[str, ...], range], Any] = {}
+
+    def play(games, seeds, *more):
+        known = tuple(games), seeds
+        if known not in played:
+            played[known] = play_games(games, seeds, *more)
+        return played[known]
+
+    monkeypatch.setattr("cxbridge.game.match.play_games", play)
+
+
+@pytest.mark.usefixtures("played_once")
 def test_two_agents_on_the_same_seeds(short, tmp_path, capsys):
     worse = tmp_path / "worse"
     shutil.copytree(short, worse)

@@ -50,7 +50,7 @@ from cxbridge.process.systemd import Notifier
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.daemon.test_daemon import QUIET, running
-from tests.forked import Nursery
+from tests.forked import Nursery, nursery
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 
@@ -93,15 +93,14 @@ def program(*arguments: object) -> list[bytes]:
 
 
 @pytest.fixture(scope="module")
-def cxbridge() -> Iterator[Callable[..., str]]:
+def cxbridge() -> Callable[..., str]:
     """Runs a command as a program."""
-    with Nursery() as nursery:
-        yield partial(looked_at, nursery)
+    return partial(looked_at, nursery())
 
 
-def looked_at(nursery: Nursery, *arguments: object) -> str:
+def looked_at(forks: Nursery, *arguments: object) -> str:
     """Run a command; both of its streams are looked at, and returned together."""
-    done = nursery.run([str(argument) for argument in arguments])
+    done = forks.run([str(argument) for argument in arguments])
     out = check(done.stdout, own_lines=arguments[:2] == ("env", "eval"))
     errors = check(done.stderr)
     assert "Traceback" not in errors, errors

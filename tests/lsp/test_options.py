@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 
 import pytest
 from lsprotocol import types as lsp
 
+from tests.forked import nursery
 from tests.lsp.conftest import Editor
 from tests.support import ROOT
 
@@ -29,25 +28,17 @@ from tests.support import ROOT
     ids=" ".join,
 )
 def test_a_server_that_cannot_be_meant(arguments, message):
-    done = subprocess.run(
-        [sys.executable, "-m", "cxbridge", "lsp", *arguments],
-        cwd=ROOT / "scenarios" / "test-scenario",
-        stdin=subprocess.DEVNULL,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    done = nursery().run(["lsp", *arguments], folder=ROOT / "scenarios" / "test-scenario")
     assert done.returncode == 2
-    assert done.stdout == ""
-    assert message in done.stderr
-    assert done.stderr.count("error:") == 1
+    assert done.stdout == b""
+    assert message in done.stderr.decode()
+    assert done.stderr.count(b"error:") == 1
 
 
 def test_a_scenario_that_cannot_be_read_is_what_one_has_an_editor_for(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: [\n")
-    command = [sys.executable, "-m", "cxbridge", "lsp", str(tmp_path), "--spec", "s"]
-    done = subprocess.run(command, stdin=subprocess.DEVNULL, capture_output=True, text=True, check=False)
-    assert (done.returncode, done.stderr) == (0, "")
+    done = nursery().run(["lsp", str(tmp_path), "--spec", "s"])
+    assert (done.returncode, done.stderr) == (0, b"")
 
 
 @pytest.mark.parametrize(

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 import pytest
 
-from tests.forked import Nursery
+from tests.forked import Nursery, nursery
 from tests.mistakes.making import run_seconds, tell
 from tests.mistakes.table import MISTAKES, WITHOUT_LINE
 from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, Mistake
@@ -28,20 +27,19 @@ _ABOUT_ERRORS: Final = re.compile(r"E CLIPS \(\w+\): ")
 """What CLIPS prints of an error in a rule, in two lines."""
 
 
-@pytest.fixture(name="nursery", scope="module")
-def _nursery() -> Iterator[Nursery]:
-    with Nursery() as nursery:
-        yield nursery
+@pytest.fixture(name="forks", scope="module")
+def _nursery() -> Nursery:
+    return nursery()
 
 
-def told(mistake: Mistake, folder: Path, nursery: Nursery) -> tuple[int, list[str]]:
-    done = tell(mistake, folder, nursery)
+def told(mistake: Mistake, folder: Path, forks: Nursery) -> tuple[int, list[str]]:
+    done = tell(mistake, folder, forks)
     text = (done.stdout + done.stderr).decode().replace(f"{folder}/", "")
     return done.returncode, text.splitlines()
 
 
-def test_the_agent_is_fine_without_them(tmp_path: Path, nursery: Nursery) -> None:
-    status, lines = told(Mistake("none", "", command=RUN), tmp_path, nursery)
+def test_the_agent_is_fine_without_them(tmp_path: Path, forks: Nursery) -> None:
+    status, lines = told(Mistake("none", "", command=RUN), tmp_path, forks)
     assert status == 0, lines
     assert len(lines) == 3
 
@@ -59,8 +57,8 @@ def test_each_names_the_line_where_it_is_told() -> None:
 
 
 @pytest.mark.parametrize("mistake", ROWS)
-def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, nursery: Nursery) -> None:
-    status, lines = told(mistake, tmp_path, nursery)
+def test_it_is_told_at_once_with_its_place(mistake: Mistake, tmp_path: Path, forks: Nursery) -> None:
+    status, lines = told(mistake, tmp_path, forks)
     text = "\n".join(lines)
     assert status == mistake.status, text
     assert "Traceback" not in text

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from itertools import count
+
 import pytest
 
+from tests.forked import nursery
 from tests.run.mini import write_scenario
 
 pytest_plugins = ["pytester"]
@@ -17,8 +20,13 @@ def test_mini(cx):
 """
 
 
+FORKED = ("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning")
+"""The process that was forked has the package already."""
+
+
 @pytest.fixture
 def project(pytester, monkeypatch):
+    numbers = count()
     # others' plug-ins take longer to import than the run takes
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     write_scenario(pytester.path / "mini", mapping="act: work{what=?(text)s}")
@@ -26,9 +34,11 @@ def project(pytester, monkeypatch):
     def run(says, *arguments, more=""):
         pytester.makepyfile(test_agent=TEST.format(says=says) + more)
         # a process of its own: CLIPS' and pytest's state are nobody else's
-        return pytester.runpytest_subprocess(
-            "-q", "-p", "cxbridge", "-p", "no:cacheprovider", *arguments, timeout=120
-        )
+        base = f"--basetemp={pytester.mkdir(f'runpytest-{next(numbers)}')}"
+        command = [base, "-q", "-p", "cxbridge", "-p", "no:cacheprovider", *FORKED, *arguments]
+        done = nursery().run(command, folder=pytester.path, program="pytest")
+        out, errors = (stream.decode().splitlines() for stream in (done.stdout, done.stderr))
+        return pytest.RunResult(done.returncode, out, errors, 0.0)
 
     return run
 
