@@ -267,6 +267,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("interface", "hash"): [("{text}",)],
     ("interface", "compile"): [("{definition}", "-o", "{tmp}/out")],
     ("ros2", "package"): [("SkillerInterface", "-o", "{tmp}/packages")],
+    ("ros2", "terminal"): [("--domain", "213", "help")],
     ("trace", "diff"): [
         ("{run}", "{other}"),
         ("{run}", "{other}", "--order", "partial"),
