@@ -12,31 +12,45 @@ from cryptography.hazmat.primitives.asymmetric import ec
 from cryptography.hazmat.primitives.serialization import pkcs7
 from cryptography.x509.oid import NameOID
 
-_DOMAINS = "<domains><id_range><min>0</min><max>230</max></id_range></domains>"
-_GOVERNANCE = f"""<?xml version="1.0" encoding="UTF-8"?>
-<dds><domain_access_rules><domain_rule>{_DOMAINS}
-<allow_unauthenticated_participants>false</allow_unauthenticated_participants>
-<enable_join_access_control>true</enable_join_access_control>
-<discovery_protection_kind>ENCRYPT</discovery_protection_kind>
-<liveliness_protection_kind>ENCRYPT</liveliness_protection_kind>
-<rtps_protection_kind>SIGN</rtps_protection_kind>
-<topic_access_rules><topic_rule><topic_expression>*</topic_expression>
-<enable_discovery_protection>true</enable_discovery_protection>
-<enable_liveliness_protection>true</enable_liveliness_protection>
-<enable_read_access_control>true</enable_read_access_control>
-<enable_write_access_control>true</enable_write_access_control>
-<metadata_protection_kind>ENCRYPT</metadata_protection_kind>
-<data_protection_kind>ENCRYPT</data_protection_kind>
-</topic_rule></topic_access_rules></domain_rule></domain_access_rules></dds>
-"""
-_PERMISSIONS = f"""<?xml version="1.0" encoding="UTF-8"?>
-<dds><permissions><grant name="all"><subject_name>CN=ENCLAVE</subject_name>
-<validity><not_before>2020-01-01T00:00:00</not_before><not_after>2040-01-01T00:00:00</not_after></validity>
-<allow_rule>{_DOMAINS}
-<publish><topics><topic>*</topic></topics></publish>
-<subscribe><topics><topic>*</topic></topics></subscribe>
-</allow_rule><default>DENY</default></grant></permissions></dds>
-"""
+_ENCRYPTED, _SIGNED = "ENCRYPT", "SIGN"
+
+
+def _element(name: str, *inner: str) -> str:
+    return f"<{name}>{''.join(inner)}</{name}>"
+
+
+def _elements(values: dict[str, str]) -> str:
+    return "".join(_element(name, value) for name, value in values.items())
+
+
+_DOMAINS = _element("domains", _element("id_range", _elements({"min": "0", "max": "230"})))
+_OF_TOPICS = {
+    "topic_expression": "*",
+    **{f"enable_{what}_protection": "true" for what in ("discovery", "liveliness")},
+    **{f"enable_{what}_access_control": "true" for what in ("read", "write")},
+    **{f"{what}_protection_kind": _ENCRYPTED for what in ("metadata", "data")},
+}
+_OF_DOMAIN = {
+    "allow_unauthenticated_participants": "false",
+    "enable_join_access_control": "true",
+    **{f"{what}_protection_kind": _ENCRYPTED for what in ("discovery", "liveliness")},
+    "rtps_protection_kind": _SIGNED,
+    "topic_access_rules": _element("topic_rule", _elements(_OF_TOPICS)),
+}
+_RULES = _element("domain_access_rules", _element("domain_rule", _DOMAINS, _elements(_OF_DOMAIN)))
+_GOVERNANCE = _element("dds", _RULES)
+_ALL_TOPICS = _element("topics", _element("topic", "*"))
+
+
+def _permissions(enclave: str) -> str:
+    """Return the document that lets an enclave do everything."""
+    years = {"not_before": "2020-01-01T00:00:00", "not_after": "2040-01-01T00:00:00"}
+    allowed = _element(
+        "allow_rule", _DOMAINS, _elements(dict.fromkeys(("publish", "subscribe"), _ALL_TOPICS))
+    )
+    grant = {"subject_name": f"CN={enclave}", "validity": _elements(years)}
+    inner = _elements(grant) + allowed + _element("default", "DENY")
+    return _element("dds", _element("permissions", f'<grant name="all">{inner}</grant>'))
 
 
 class Authority:
@@ -88,7 +102,7 @@ def write_keystore(folder: Path, *enclaves: str) -> None:
             "identity_ca.cert.pem": trusted,
             "permissions_ca.cert.pem": trusted,
             "governance.p7s": authority.sign(_GOVERNANCE),
-            "permissions.p7s": authority.sign(_PERMISSIONS.replace("ENCLAVE", enclave)),
+            "permissions.p7s": authority.sign(_permissions(enclave)),
         }
         for name, data in files.items():
             (place / name).write_bytes(data)
