@@ -61,11 +61,9 @@ class Prompt(Closing):
 
     def _typed(self) -> Iterator[str]:
         """Yield what somebody types, with history and completion where the terminal has them."""
-        try:
+        if sys.platform != "win32":  # Windows' own console keeps a history
             import readline
-        except ImportError:
-            pass
-        else:
+
             readline.set_completer_delims(" ")
             readline.set_completer(lambda _text, state: self._complete(readline.get_line_buffer(), state))
             readline.parse_and_bind("tab: complete")
