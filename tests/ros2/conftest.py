@@ -22,13 +22,21 @@ OVERLAY = os.environ.get("ROS2_OVERLAY", "")
 needs_ros = pytest.mark.skipif(not SETUP, reason="ROS2_SETUP names no folder with the setup.bash of a ROS 2")
 
 
+def _slot() -> int:
+    """Return one of twelve numbers: no two workers of a run have the same, nor have most runs."""
+    worker, run = (os.environ.get(f"PYTEST_XDIST_{each}") for each in ("WORKER", "TESTRUNUID"))
+    if worker is None or run is None:
+        return os.getpid() % 12
+    return int(worker.removeprefix("gw")) % 4 + int(run[:8], 16) % 3 * 4
+
+
 @pytest.fixture(scope="module")
 def domain() -> Iterator[int]:
     """Set a DDS domain of this process' own, and keep discovery on this host.
 
     The 17 domains after it are this process', too: ``domain + 3``.
     """
-    number = 1 + os.getpid() % 12 * 18  # the ports of DDS suffice for 232 domains
+    number = 1 + _slot() * 18  # the ports of DDS suffice for 232 domains
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv("ROS_DOMAIN_ID", str(number))
         patch.setenv("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")

@@ -89,6 +89,7 @@ def test_a_daemon_is_ended(node: Node, domain: int, tmp_path: Path):
         client = LifecycleClient(node, "/robot")
         until(node, lambda: client.is_served)
         client.change(SHUTDOWN, lambda _done: None)
+        # when its last words are lost, DDS takes it for gone after ten seconds
         until(node, lambda: daemon.state == "FINALIZED" or not client.is_served)
 
 

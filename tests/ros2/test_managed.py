@@ -46,7 +46,7 @@ def managed(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
     process.communicate()
 
 
-def until(node: Node, condition: Callable[[], Any], limit_s: float = 10.0) -> None:
+def until(node: Node, condition: Callable[[], Any], limit_s: float = 45.0) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, "it took too long"

@@ -129,7 +129,7 @@ def node(domain: int, transport: str, router: str) -> Iterator[Node]:
         yield bridged
 
 
-def poll_until(node: Node, condition: Callable[[], Any], limit_s: float = 10.0) -> None:
+def poll_until(node: Node, condition: Callable[[], Any], limit_s: float = 45.0) -> None:
     end = time.monotonic() + limit_s
     while not condition():
         assert time.monotonic() < end, "it took too long"
@@ -377,3 +377,23 @@ def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
         return answer
 
     assert matched(handles) == [1, 2]
+
+
+def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):
+    service = "example_interfaces/srv/AddTwoInts"
+    types = Definitions([PACKAGES], environment={})
+    with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
+        replies: list[Callable[[dict[str, Any]], None]] = []
+        end = server.serve_later("/ends", service, lambda _request, reply: replies.append(reply))
+        client = asks.client("/ends", service)
+        poll_until(asks, lambda: client.is_served)
+        client.call({"a": 1}, lambda _message: None)
+        poll_until(server, lambda: replies)
+        end()
+        end()
+        replies[0]({"sum": 1})  # nobody serves any more: nothing happens
+        poll_until(asks, lambda: not client.is_served)
+        client.close()
+        assert not client.is_served
+        client.close()
+    replies[0]({"sum": 1})

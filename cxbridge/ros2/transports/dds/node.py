@@ -185,10 +185,11 @@ class DdsNode(Node):
         self._servers.append(made)
 
         def end_both() -> None:
-            end()
-            self._end_writer(writer)
             if made in self._servers:
                 self._servers.remove(made)
+                made.close()
+                end()
+                self._end_writer(writer)
 
         return end_both
 
@@ -213,6 +214,8 @@ class DdsNode(Node):
 
     def close(self) -> None:
         """Leave the network."""
+        for server in self._servers:
+            server.close()
         while self._readers:
             self._end(next(iter(self._readers)))
         for entity in (*self._writers, self._graph, self._waits, self._never, self._participant):
@@ -263,6 +266,8 @@ class DdsNode(Node):
         if reader is not None:
             self._waits.detach(reader.condition)
             self._discovery.remove(reader.entity)
+            delete(reader.condition)
+            delete(reader.entity)
             self._announce()
 
     def _end_writer(self, writer: DataWriter[Any]) -> None:

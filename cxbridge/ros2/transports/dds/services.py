@@ -11,6 +11,7 @@ from __future__ import annotations
 import re
 import secrets
 import struct
+import time
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -29,6 +30,10 @@ if TYPE_CHECKING:
 
 _HEADER: Final = struct.Struct("<Qq")
 """Who asks, and the number of the request."""
+
+_AGAIN_S: Final = 0.2
+_INTRODUCTION_S: Final = 2.0
+"""Seconds that readers have to find a writer."""
 
 _CDR_HEADER: Final = 4
 _ID_BYTES: Final = 16
@@ -65,9 +70,13 @@ class _Found:
 
     def now(self) -> Mapping[int, str]:
         """Return whose endpoints are there, by their handles; empty for those that do not say so."""
-        handles = matched(self._handles)
-        known = self._owners
-        self._owners = {each: known[each] if each in known else self._owner(each) for each in handles}
+        known, self._owners = self._owners, {}
+        for handle in matched(self._handles):
+            owner = known.get(handle)
+            if not owner:  # DDS may say it later
+                owner = self._owner(handle)
+            if owner is not None:
+                self._owners[handle] = owner
         return self._owners
 
     def has(self, owner: str) -> bool:
@@ -78,9 +87,12 @@ class _Found:
         """Return whose endpoint this is or was; empty when nobody knows."""
         return self._owners.get(handle) or self.now().get(handle, "")
 
-    def _owner(self, handle: int) -> str:
+    def _owner(self, handle: int) -> str | None:
+        """Return what an endpoint says; None: DDS does not know it yet, or any more."""
         endpoint = self._describe(handle)
-        policy = None if endpoint is None else endpoint.qos[Policy.Userdata]
+        if endpoint is None:
+            return None
+        policy = endpoint.qos[Policy.Userdata]
         found = (
             None if policy is None else self._pattern.search(bytes(policy.data).decode("ascii", "replace"))
         )
@@ -112,6 +124,7 @@ class DdsClient(Client):
         self._us = secrets.randbits(64)
         self._waiting: dict[int, tuple[Receive, Failed | None]] = {}
         self._number = 0
+        self._unpaired_s = time.monotonic()
 
     def hears(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
         """Get responses from a reader, which ``end`` ends."""
@@ -151,8 +164,15 @@ class DdsClient(Client):
     @property
     def servers(self) -> frozenset[int]:
         """The servers of which both ends are found, and that have found us; see the base class."""
-        owners = set() if self._responded is None else set(self._responded.now().values())
-        whole = frozenset(handle for handle, owner in self._requested.now().items() if owner in owners)
+        if self._responded is None:
+            return frozenset()  # it is closed
+        owners, requested = set(self._responded.now().values()), self._requested.now()
+        whole = frozenset(handle for handle, owner in requested.items() if owner in owners)
+        now_s = time.monotonic()
+        if whole or not requested:
+            self._unpaired_s = now_s
+        elif owners and now_s - self._unpaired_s > _INTRODUCTION_S:
+            whole = frozenset(requested)  # they do not say whose they are
         return self._introduction.found(whole)
 
     def why_unserved(self) -> str:
@@ -161,6 +181,7 @@ class DdsClient(Client):
 
     def close(self) -> None:
         """Call nothing more."""
+        self._responded = None
         if self._end is not None:
             self._end()
 
@@ -178,13 +199,20 @@ class _Introduction:
         self._writer = writer
         self._asked: frozenset[int] = frozenset()
         self._found: frozenset[int] = frozenset()
+        self._since_s = self._again_s = 0.0
 
     def found(self, handles: frozenset[int]) -> frozenset[int]:
         """Return those of some readers that have found the writer."""
+        now_s = time.monotonic()
         if not handles <= self._asked:
-            self._asked = handles
+            self._asked, self._since_s, self._again_s = handles, now_s, 0.0
+        if handles <= self._found:
+            return handles
+        if now_s - self._again_s > _AGAIN_S:
+            self._again_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
-        if not handles <= self._found and self._is_acknowledged():
+        # one that was killed acknowledges nothing until DDS takes it for gone: the others do not wait
+        if self._is_acknowledged() or now_s - self._since_s > _INTRODUCTION_S:
             self._found = self._asked
         return handles & self._found
 
@@ -231,6 +259,10 @@ class DdsServer:
         """Get requests from a reader."""
         self._writers = _Found.writers("clientid", reader)
 
+    def close(self) -> None:
+        """Send nothing more, also no response that is not there yet."""
+        self._kept, self._writers = [], None
+
     def take(self, sample: Any) -> None:
         """Get a request."""
         head = sample.cdr[_CDR_HEADER : _CDR_HEADER + _HEADER.size]
@@ -238,6 +270,8 @@ class DdsServer:
         client = "" if self._writers is None else self._writers.owner(handle)
 
         def reply(message: Mapping[str, Any]) -> None:
+            if self._writers is None:
+                return
             self._kept.append(_Response(_with_header(self._encode(message), head), handle, client))
             self.send()
 
