@@ -102,7 +102,7 @@ def test_the_hashes_of_the_types_are_theirs():
 
 
 class Stranger:
-    """A script of rclpy that asks what it is told to."""
+    """A script of rclpy that sends the requests that it gets."""
 
     def __init__(self) -> None:
         self.process = start("rclpy", "experts.py")

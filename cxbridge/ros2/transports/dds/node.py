@@ -155,7 +155,7 @@ class DdsNode(Node):
             writer,
             partial(_write, writer),
             partial(self._codec.encode, request),
-            partial(self._codec.decode, response),
+            lambda data: self._intact(service, partial(self._codec.decode, response, data)),
             lambda: self._discovery.why_unserved(f"rq{place}Request", request, self._where),
         )
         reader, end = self._reader(f"rr{place}Reply", response, qos, made.take, whose)

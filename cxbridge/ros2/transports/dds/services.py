@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.core import Policy
 
-from cxbridge.errors import Ros2Error
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import AnswerLater, Client, Failed, Receive
 
@@ -38,7 +37,6 @@ _INTRODUCTION_S: Final = 2.0
 _CDR_HEADER: Final = 4
 _ID_BYTES: Final = 16
 
-Decode = Callable[[bytes], Message]
 DecodeOrReport = Callable[[bytes], Message | None]
 Encode = Callable[[Mapping[str, Any]], bytes]
 
@@ -104,7 +102,7 @@ class DdsClient(Client):
 
     :param writer: writes requests.
     :param encode: makes the bytes of a request.
-    :param decode: reads those of a response.
+    :param decode: reads those of a response; reports those that are broken.
     :param why: says why there is no server.
     """
 
@@ -113,7 +111,7 @@ class DdsClient(Client):
         writer: DataWriter[Any],
         write: Callable[[bytes], None],
         encode: Encode,
-        decode: Decode,
+        decode: DecodeOrReport,
         why: Callable[[], str],
     ) -> None:
         self._write, self._encode, self._decode, self._why = write, encode, decode, why
@@ -152,14 +150,11 @@ class DdsClient(Client):
         if found is None:
             return
         done, failed = found
-        try:
-            response = self._decode(_without_header(data))
-        except Ros2Error as error:
-            if failed is None:
-                raise
-            failed(f"the response is broken: {error.message}")
-            return
-        done(response)
+        response = self._decode(_without_header(data))
+        if response is not None:
+            done(response)
+        elif failed is not None:
+            failed("the response is broken")
 
     @property
     def servers(self) -> frozenset[int]:
