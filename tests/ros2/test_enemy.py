@@ -247,8 +247,10 @@ class BrokenCodec(Codec):
 
 @pytest.mark.parametrize("cares", [True, False])
 def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool):
-    types, told, lost, got = Definitions([PACKAGES], environment={}), [], [], []
-    trigger = "std_srvs/srv/Trigger"
+    types, trigger = Definitions([PACKAGES], environment={}), "std_srvs/srv/Trigger"
+    told: list[str] = []
+    lost: list[str] = []
+    got: list[Message] = []
     with (
         DdsNode("enemy", types, domain + 16, report=told.append) as node,
         DdsNode("victim", types, domain + 16, report=told.append) as victim,
