@@ -125,11 +125,15 @@ class Forked:
             self._status = int(self._answers.readline())
         return self._status
 
-    def kill(self) -> None:
-        """Kill it, if it has not ended."""
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, if it has not ended."""
         if self._status is None:
             with suppress(ProcessLookupError):
-                os.kill(self._number, signal.SIGKILL)
+                os.kill(self._number, number)
+
+    def kill(self) -> None:
+        """Kill it, if it has not ended."""
+        self.send_signal(signal.SIGKILL)
 
     def __enter__(self) -> Self:
         return self
@@ -173,45 +177,60 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
         setattr(sys, f"__{name}__", text)
 
 
-def _attend(received: Sequence[int]) -> bool:
-    """Fork the command and tell its number, and its status when it has ended; returns whether this is it."""
-    *streams, number = received
-    with socket.socket(fileno=number) as asker, asker.makefile("r") as lines:
-        request = json.loads(lines.readline())
+class _Serving:
+    """Forks the commands that are asked for, and tells each asker the number of its process and its status.
+
+    :param requests: where what is asked for comes from.
+    """
+
+    def __init__(self, requests: socket.socket) -> None:
+        self._requests = requests
+        self._askers: dict[int, socket.socket] = {}
+
+    def serve(self) -> bool:
+        """Return in the process of a command, or when nobody can ask any more."""
+        signal.signal(signal.SIGCHLD, self._reap)
+        while True:
+            message, received, _, _ = socket.recv_fds(self._requests, 1, _STREAMS + 1)
+            if not message:
+                return False
+            if self._begin(received):
+                return True
+
+    def _begin(self, received: Sequence[int]) -> bool:
+        """Fork a command; returns whether this is it."""
+        *streams, number = received
+        asker = socket.socket(fileno=number)
+        with asker.makefile("r") as lines:
+            request = json.loads(lines.readline())
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGCHLD})  # until the asker is known
         process = os.fork()
         if process == 0:
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGCHLD})
+            for each in (self._requests, asker, *self._askers.values()):
+                each.close()
             _become(request, streams)
             return True
         for stream in streams:
             os.close(stream)
-        asker.sendall(f"{process}\n".encode())
-        status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-        asker.sendall(f"{status}\n".encode())
-    return False
+        self._askers[process] = asker
+        _tell(asker, process)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGCHLD})
+        return False
+
+    def _reap(self, *_: object) -> None:
+        """Tell the statuses of those who have ended."""
+        with suppress(ChildProcessError):
+            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+                process, status = ended
+                with self._askers.pop(process) as asker:
+                    _tell(asker, os.waitstatus_to_exitcode(status))
 
 
-def _reap(*_: object) -> None:
-    """Let go of those who attended and have ended; so the time they took is not lost to ``tests.costs``."""
-    with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
-
-
-def _serve(requests: socket.socket) -> bool:
-    """Start what is asked for; returns in the process of a command, or when nobody can ask any more."""
-    signal.signal(signal.SIGCHLD, _reap)
-    while True:
-        message, received, _, _ = socket.recv_fds(requests, 1, _STREAMS + 1)
-        if not message:
-            return False
-        if os.fork() == 0:
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            requests.close()
-            if _attend(received):
-                return True
-            os._exit(0)
-        for each in received:
-            os.close(each)
+def _tell(asker: socket.socket, number: int) -> None:
+    with suppress(OSError):  # it has gone
+        asker.sendall(f"{number}\n".encode())
 
 
 class _End:
@@ -248,7 +267,7 @@ def main(number: int) -> None:
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
-    if _serve(socket.socket(fileno=number)):
+    if _Serving(socket.socket(fileno=number)).serve():
         end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
 
 
