@@ -14,12 +14,13 @@ import importlib
 import json
 import os
 import pkgutil
+import select
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
@@ -58,18 +59,20 @@ class Nursery:
         folder: Path = ROOT,
         timeout: float = 120,
         program: Program = "cxbridge",
+        environment: Mapping[str, str] | None = None,
     ) -> subprocess.CompletedProcess[bytes]:
         """Run a command with nothing to read until it ends.
 
         :param arguments: of the program.
         :param folder: where it runs.
         :param timeout: seconds after which it is killed.
+        :param environment: its own one; for None, that of this process.
         :raises TimeoutError: it was killed.
         """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             with Path(os.devnull).open("rb") as nothing:
                 streams = [each.fileno() for each in (nothing, out, errors)]
-                forked = self._fork(arguments, folder, streams, program)
+                forked = self._fork(arguments, folder, streams, program, environment=environment)
             with forked:
                 status = forked.wait(timeout)
             for stream in (out, errors):
@@ -99,6 +102,8 @@ class Nursery:
         program: Program = "cxbridge",
         *,
         session: bool = False,
+        environment: Mapping[str, str] | None = None,
+        ignore: int | None = None,
     ) -> Forked:
         ours, theirs = socket.socketpair()
         with theirs:
@@ -106,8 +111,9 @@ class Nursery:
         request = {
             "arguments": [program, *arguments],
             "folder": str(folder),
-            "environment": dict(os.environ),
+            "environment": dict(os.environ if environment is None else environment),
             "session": session,
+            "ignore": ignore,
         }
         ours.sendall(json.dumps(request).encode() + b"\n")
         return Forked(ours)
@@ -125,15 +131,17 @@ class Forked:
         self.number: Final = int(self._answers.readline())
         self._status: int | None = None
 
-    def wait(self, timeout: float) -> int:
+    def wait(self, timeout: float | None = None) -> int:
         """Wait for its end; returns the exit status.
 
-        :param timeout: seconds.
+        :param timeout: seconds; None waits for ever.
         :raises TimeoutError: it has not ended.
         """
         if self._status is None:
-            self._attendant.settimeout(timeout)
+            if not select.select([self._attendant], [], [], timeout)[0]:
+                raise TimeoutError
             self._status = int(self._answers.readline())
+            self._close()
         return self._status
 
     @property
@@ -160,6 +168,9 @@ class Forked:
 
     def __exit__(self, *_: object) -> None:
         self.kill()
+        self._close()
+
+    def _close(self) -> None:
         self._answers.close()
         self._attendant.close()
 
@@ -185,6 +196,8 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     """Make of this process the one that runs the command."""
     if request["session"]:
         os.setsid()
+    if request["ignore"] is not None:
+        signal.signal(request["ignore"], signal.SIG_IGN)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)

@@ -100,7 +100,7 @@ def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
     process, _ = start(tmp_path, ignore=signal.SIGHUP)
     process.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
-        process.communicate(timeout=1)
+        process.wait(timeout=1)
     process.terminate()
     _, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors
