@@ -31,6 +31,8 @@ import pytest
 from tests.support import ROOT
 
 Program = Literal["cxbridge", "pytest"]
+IGNORED: Final = "ignore:Module already imported:pytest.PytestAssertRewriteWarning"
+"""For ``-W`` of pytest: the process that was forked has our plug-in already."""
 _STREAMS: Final = 3
 
 
