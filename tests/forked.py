@@ -1,8 +1,9 @@
 """Commands of ``cxbridge`` as processes of their own that need not load the program first.
 
 A process that has loaded it waits, and forks for each command: what Python takes half a second for is there
-already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Take
-that one where the start itself matters: signals while modules are loaded, other settings of Python.
+already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Only
+the modules are not taken apart at the end, which would take longer than many a command. Take that one where
+the start or the end itself matters: signals while modules are loaded, other settings of Python.
 """
 
 from __future__ import annotations
@@ -13,22 +14,25 @@ import importlib
 import json
 import os
 import pkgutil
+import select
 import signal
 import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal, NamedTuple, Self
+from typing import Any, BinaryIO, Final, Literal, NamedTuple, NoReturn, Self
 
 import pytest
 
 from tests.support import ROOT
 
 Program = Literal["cxbridge", "pytest"]
+IGNORED: Final = "ignore:Module already imported:pytest.PytestAssertRewriteWarning"
+"""For ``-W`` of pytest: the process that was forked has our plug-in already."""
 _STREAMS: Final = 3
 
 
@@ -57,40 +61,51 @@ class Nursery:
         folder: Path = ROOT,
         timeout: float = 120,
         program: Program = "cxbridge",
+        environment: Mapping[str, str] | None = None,
     ) -> subprocess.CompletedProcess[bytes]:
         """Run a command with nothing to read until it ends.
 
         :param arguments: of the program.
         :param folder: where it runs.
         :param timeout: seconds after which it is killed.
+        :param environment: its own one; for None, that of this process.
         :raises TimeoutError: it was killed.
         """
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as errors:
             with Path(os.devnull).open("rb") as nothing:
                 streams = [each.fileno() for each in (nothing, out, errors)]
-                forked = self._fork(arguments, folder, streams, program)
+                forked = self._fork(arguments, folder, streams, program, environment=environment)
             with forked:
                 status = forked.wait(timeout)
             for stream in (out, errors):
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
 
-    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT) -> Piped:
+    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT, session: bool = False) -> Piped:
         """Begin a command that one talks with.
 
         :param arguments: of ``cxbridge``.
         :param folder: where it runs.
+        :param session: whether it leads a session of its own.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
-            forked = self._fork(arguments, folder, [its_in, its_out, its_errors])
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], session=session)
         finally:
             for each in (its_in, its_out, its_errors):
                 os.close(each)
         return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
 
     def _fork(
-        self, arguments: Sequence[str], folder: Path, streams: Sequence[int], program: Program = "cxbridge"
+        self,
+        arguments: Sequence[str],
+        folder: Path,
+        streams: Sequence[int],
+        program: Program = "cxbridge",
+        *,
+        session: bool = False,
+        environment: Mapping[str, str] | None = None,
+        ignore: int | None = None,
     ) -> Forked:
         ours, theirs = socket.socketpair()
         with theirs:
@@ -98,43 +113,66 @@ class Nursery:
         request = {
             "arguments": [program, *arguments],
             "folder": str(folder),
-            "environment": dict(os.environ),
+            "environment": dict(os.environ if environment is None else environment),
+            "session": session,
+            "ignore": ignore,
         }
         ours.sendall(json.dumps(request).encode() + b"\n")
         return Forked(ours)
 
 
 class Forked:
-    """A command that was forked. A context manager that kills it."""
+    """A command that was forked. A context manager that kills it.
+
+    :ivar number: of the process.
+    """
 
     def __init__(self, attendant: socket.socket) -> None:
         self._attendant = attendant
         self._answers = attendant.makefile("r")
-        self._number = int(self._answers.readline())
+        self.number: Final = int(self._answers.readline())
         self._status: int | None = None
 
-    def wait(self, timeout: float) -> int:
+    def wait(self, timeout: float | None = None) -> int:
         """Wait for its end; returns the exit status.
 
-        :param timeout: seconds.
+        :param timeout: seconds; None waits for ever.
         :raises TimeoutError: it has not ended.
         """
         if self._status is None:
-            self._attendant.settimeout(timeout)
+            if not select.select([self._attendant], [], [], timeout)[0]:
+                raise TimeoutError
             self._status = int(self._answers.readline())
+            self._close()
         return self._status
+
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        try:
+            os.kill(self.number, 0)
+        except ProcessLookupError:
+            return False
+        return self._status is None
+
+    def send_signal(self, number: int) -> None:
+        """Send it a signal, if it has not ended."""
+        if self._status is None:
+            with suppress(ProcessLookupError):
+                os.kill(self.number, number)
 
     def kill(self) -> None:
         """Kill it, if it has not ended."""
-        if self._status is None:
-            with suppress(ProcessLookupError):
-                os.kill(self._number, signal.SIGKILL)
+        self.send_signal(signal.SIGKILL)
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.kill()
+        self._close()
+
+    def _close(self) -> None:
         self._answers.close()
         self._attendant.close()
 
@@ -158,6 +196,10 @@ def nursery() -> Nursery:
 
 def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     """Make of this process the one that runs the command."""
+    if request["session"]:
+        os.setsid()
+    if request["ignore"] is not None:
+        signal.signal(request["ignore"], signal.SIG_IGN)
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
@@ -172,48 +214,88 @@ def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
         setattr(sys, f"__{name}__", text)
 
 
-def _attend(received: Sequence[int]) -> bool:
-    """Fork the command and tell its number, and its status when it has ended; returns whether this is it."""
-    *streams, number = received
-    with socket.socket(fileno=number) as asker, asker.makefile("r") as lines:
-        request = json.loads(lines.readline())
+class _Serving:
+    """Forks the commands that are asked for, and tells each asker the number of its process and its status.
+
+    :param requests: where what is asked for comes from.
+    """
+
+    def __init__(self, requests: socket.socket) -> None:
+        self._requests = requests
+        self._askers: dict[int, socket.socket] = {}
+
+    def serve(self) -> bool:
+        """Return in the process of a command, or when nobody can ask any more."""
+        signal.signal(signal.SIGCHLD, self._reap)
+        while True:
+            message, received, _, _ = socket.recv_fds(self._requests, 1, _STREAMS + 1)
+            if not message:
+                return False
+            if self._begin(received):
+                return True
+
+    def _begin(self, received: Sequence[int]) -> bool:
+        """Fork a command; returns whether this is it."""
+        *streams, number = received
+        asker = socket.socket(fileno=number)
+        with asker.makefile("r") as lines:
+            request = json.loads(lines.readline())
+        signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGCHLD})  # until the asker is known
         process = os.fork()
         if process == 0:
+            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+            signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGCHLD})
+            for each in (self._requests, asker, *self._askers.values()):
+                each.close()
             _become(request, streams)
             return True
         for stream in streams:
             os.close(stream)
-        asker.sendall(f"{process}\n".encode())
-        status = os.waitstatus_to_exitcode(os.waitpid(process, 0)[1])
-        asker.sendall(f"{status}\n".encode())
-    return False
+        self._askers[process] = asker
+        _tell(asker, process)
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGCHLD})
+        return False
+
+    def _reap(self, *_: object) -> None:
+        """Tell the statuses of those who have ended."""
+        with suppress(ChildProcessError):
+            while (ended := os.waitpid(-1, os.WNOHANG))[0]:
+                process, status = ended
+                with self._askers.pop(process) as asker:
+                    _tell(asker, os.waitstatus_to_exitcode(status))
 
 
-def _reap(*_: object) -> None:
-    """Let go of those who attended and have ended; so the time they took is not lost to ``tests.costs``."""
-    with suppress(ChildProcessError):
-        while os.waitpid(-1, os.WNOHANG)[0]:
-            pass
+def _tell(asker: socket.socket, number: int) -> None:
+    with suppress(OSError):  # it has gone
+        asker.sendall(f"{number}\n".encode())
 
 
-def _serve(requests: socket.socket) -> bool:
-    """Start what is asked for; returns in the process of a command, or when nobody can ask any more."""
-    signal.signal(signal.SIGCHLD, _reap)
-    while True:
-        message, received, _, _ = socket.recv_fds(requests, 1, _STREAMS + 1)
-        if not message:
-            return False
-        if os.fork() == 0:
-            signal.signal(signal.SIGCHLD, signal.SIG_DFL)
-            requests.close()
-            if _attend(received):
-                return True
-            os._exit(0)
-        for each in received:
-            os.close(each)
+class _End:
+    """Ends the process of a command when Python has done all that it does at the end but for the modules."""
+
+    def __init__(self) -> None:
+        self._status: int | None = None
+        atexit.register(self)  # the first one to be registered is called last
+
+    def run(self, command: Callable[[], int | None]) -> NoReturn:
+        """Run the command; exits as it does."""
+        try:
+            sys.exit(command())
+        except SystemExit as ended:
+            if ended.code is None or isinstance(ended.code, int):  # else Python prints it
+                self._status = ended.code or 0
+            raise
+
+    def __call__(self) -> None:
+        if self._status is not None:
+            with suppress(OSError, ValueError):  # Python tells it
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(self._status & 0xFF)
 
 
 def main(number: int) -> None:
+    end = _End()
     import cxbridge
     from cxbridge.cli.entry import main as run
 
@@ -222,8 +304,8 @@ def main(number: int) -> None:
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
-    if _serve(socket.socket(fileno=number)):
-        sys.exit(pytest.console_main()) if sys.argv[0] == "pytest" else run()
+    if _Serving(socket.socket(fileno=number)).serve():
+        end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
 
 
 if __name__ == "__main__":

@@ -89,5 +89,7 @@ class RemoteSkiller:
 
     def close(self) -> None:
         """Carry over what is under way, and leave both blackboards."""
+        if not self._remote.connected:
+            self._remote.shutdown()  # else who is asking there waits for an answer first
         self._gateway.close()
         self._remote.shutdown()

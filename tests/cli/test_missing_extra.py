@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.forked import nursery
 from tests.run.mini import write_scenario
 
 ROS2 = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\nros2: {tf: {frames: all}}\n"
@@ -38,7 +39,7 @@ def test_a_missing_extra_is_one_error(tmp_path: Path, module: str, extra: str, w
     run = [sys.executable, "-m", "cxbridge"]
     environment = {**os.environ, "PYTHONPATH": str(missing.parent)}
     if "run.mcap" in words:
-        subprocess.run([*run, "run", "mini", "--trace", "run.mcap"], cwd=tmp_path, check=True)
+        nursery().run(["run", "mini", "--trace", "run.mcap"], folder=tmp_path).check_returncode()
     done = subprocess.run(
         [*run, *words], cwd=tmp_path, env=environment, capture_output=True, text=True, check=False, timeout=60
     )

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +12,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.dap.launching import make_target
 from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
+from tests.forked import IGNORED, nursery
 from tests.support import FAWKES_DIR, ROOT, ROS2CX_DIR, needs_fawkes, needs_ros2cx
 
 
@@ -28,14 +27,12 @@ def files_in(folder: Path) -> set[str]:
 
 
 def passes_its_test(project: Path) -> None:
-    program = [sys.executable, "-m", "pytest", "-q", "-p", "cxbridge", "-p", "no:cacheprovider"]
+    options = ["-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNORED]
     environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}
     for name in ("FAWKES_DIR", "ROS2CX_DIR"):
         environment.pop(name, None)
-    done = subprocess.run(
-        program, cwd=project, env=environment, capture_output=True, text=True, check=False, timeout=300
-    )
-    assert done.returncode == 0, done.stdout
+    done = nursery().run(options, folder=project, program="pytest", environment=environment)
+    assert done.returncode == 0, done.stdout.decode()
 
 
 def launches(project: Path) -> None:

@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 import time
 
 from cxbridge.cli.main import invoke
+from tests.programs import Started
 from tests.run.mini import write_scenario
-from tests.support import ROOT
 
 
 def test_the_goal_tree_is_shown(tmp_path, capsys):
@@ -78,21 +76,9 @@ def test_the_doctor_is_content(capsys):
 def test_an_interrupted_run_is_status_130_and_its_recording_is_whole(tmp_path):
     scenario = write_scenario(tmp_path / "s", mapping="act: wait{seconds=1000}")
     trace = tmp_path / "t.mcap"
-    command = [
-        sys.executable,
-        "-m",
-        "cxbridge",
-        "run",
-        str(scenario),
-        "-v",
-        "--clock",
-        "real",
-        "--trace",
-        str(trace),
-    ]
-    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+    process = Started("run", scenario, "-v", "--clock", "real", "--trace", trace)
     deadline = time.monotonic() + 20
-    while not (trace.exists() and "Calling skill" in (process.stderr.readline() if process.stderr else "")):
+    while not (trace.exists() and "Calling skill" in process.stderr.readline()):
         assert time.monotonic() < deadline
     process.send_signal(signal.SIGINT)
     _, errors = process.communicate(timeout=20)

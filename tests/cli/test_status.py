@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import errno
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,7 +12,7 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.lifecycle import ComponentFailedError
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError, CxbridgeError, TraceError
-from tests.support import ROOT
+from tests.programs import Started
 
 FULL_DISK = Path("/dev/full")
 REFUSED = "the system refused something"
@@ -89,11 +87,11 @@ def test_every_error_of_ours_has_a_status_of_the_table():
 @pytest.mark.skipif(not FULL_DISK.exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize("command", ["doctor", "interface list", "--help"])
 def test_a_full_disk_below_stdout_is_told_as_that(command):
-    program = [sys.executable, "-m", "cxbridge", *command.split()]
     with FULL_DISK.open("w") as full:
-        done = subprocess.run(program, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert "cannot write to stdout: No space left on device" in done.stderr
-    assert (done.returncode, "Traceback" in done.stderr) == (2, False)
+        process = Started(*command.split(), stdout=full)
+    _, told = process.communicate()
+    assert "cannot write to stdout: No space left on device" in told
+    assert (process.returncode, "Traceback" in told) == (2, False)
 
 
 @pytest.mark.parametrize(

@@ -6,8 +6,6 @@ import io
 import json
 import os
 import pty
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -18,6 +16,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.explain.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
 from cxbridge.history.outcome import Outcome, action_outcome, goal_outcome, skill_outcome
 from cxbridge.trace.html.look import ACTION_STATES, MODES, OUTCOMES
+from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import ROOT
 
@@ -98,13 +97,7 @@ def on_a_terminal(arguments, **environ):
     """Run a command whose stdout is a terminal; returns what it printed there."""
     ours, theirs = pty.openpty()
     environment = {k: v for k, v in os.environ.items() if k not in {"NO_COLOR", "FORCE_COLOR"}}
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cxbridge", *arguments],
-        cwd=ROOT,
-        stdout=theirs,
-        stderr=theirs,
-        env={**environment, "TERM": "xterm", **environ},
-    )
+    process = Started(*arguments, terminal=theirs, environment={**environment, "TERM": "xterm", **environ})
     os.close(theirs)
     printed = b""
     while True:
@@ -223,29 +216,17 @@ class TestBriefReasons:
 def test_a_reader_that_has_seen_enough_ends_the_run_without_a_word():
     """Goals end within calls of CLIPS: an exception there is no exception of the run."""
     scenario = ROOT / "scenarios" / "workshop"
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cxbridge", "run", str(scenario)],
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-    )
-    assert process.stdout is not None
-    assert process.stderr is not None
-    assert b"completed" in process.stdout.readline()
+    process = Started("run", scenario)
+    assert "completed" in process.stdout.readline()
     process.stdout.close()
-    said = process.stderr.read()
-    process.stderr.close()
-    assert (process.wait(60), said) == (0, b"")
+    _, said = process.communicate(60)
+    assert (process.returncode, said) == (0, "")
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="there is no full device")
 def test_a_full_disk_behind_stdout_is_one_error():
     with Path("/dev/full").open("wb") as full:
-        done = subprocess.run(
-            [sys.executable, "-m", "cxbridge", "run", str(ROOT / "scenarios" / "two-robots")],
-            stdout=full,
-            stderr=subprocess.PIPE,
-            text=True,
-            check=False,
-        )
-    assert done.returncode == 2
-    assert done.stderr.splitlines() == ["cxbridge: error: cannot write to stdout: No space left on device"]
+        process = Started("run", ROOT / "scenarios" / "two-robots", stdout=full)
+    _, said = process.communicate(60)
+    assert process.returncode == 2
+    assert said.splitlines() == ["cxbridge: error: cannot write to stdout: No space left on device"]

@@ -6,7 +6,6 @@ import http.client
 import json
 import queue
 import signal
-import subprocess
 import sys
 import webbrowser
 from contextlib import contextmanager
@@ -19,8 +18,8 @@ from cxbridge.cli.styling import _filled
 from cxbridge.cli.web_options import WebOptions
 from cxbridge.errors import CxbridgeError
 from tests.executive.protobuf.conftest import free_port
+from tests.programs import Started
 from tests.run.mini import write_scenario
-from tests.support import ROOT
 
 WAIT_S = 60
 
@@ -28,26 +27,14 @@ WAIT_S = 60
 @contextmanager
 def served(*arguments, line="The page is at "):
     """A command that serves a page; yields it and the page's address."""
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cxbridge", *map(str, arguments)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        stdin=subprocess.DEVNULL,
-        text=True,
-    )
-    try:
+    with Started(*arguments) as process:
         address = ""
-        assert process.stderr is not None
         for said in process.stderr:
             if said.startswith(line):
                 address = said.split()[-1]
                 break
         assert address, "it has ended before"
         yield process, address
-    finally:
-        process.kill()
-        process.communicate()
 
 
 def get(address, path, host=None):

@@ -5,8 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import socket
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -27,6 +25,7 @@ from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface, SwitchInterface
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import sources_of
+from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import ROOT
 
@@ -344,18 +343,9 @@ def test_a_skiller_elsewhere_is_mirrored_when_it_comes(tmp_path):
 
 def start(tmp_path, *arguments, env=None, until="Daemon: Ready", ignore=None):
     """Start a daemon, and wait for a line of its log; ``ignore``: a signal that its parent ignores."""
-    command_line = [sys.executable, "-m", "cxbridge", "daemon", *arguments]
     endpoint = f"ipc://{tmp_path}/bb"
-    command_line += ["--endpoint", endpoint, "--fawkes-port", "0"]
-    before = signal.signal(ignore, signal.SIG_IGN) if ignore else None
-    try:
-        process = subprocess.Popen(
-            command_line, cwd=ROOT, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, env=env
-        )
-    finally:
-        if ignore:
-            signal.signal(ignore, before)
-    assert process.stderr is not None
+    command = ("daemon", *arguments, "--endpoint", endpoint, "--fawkes-port", "0")
+    process = Started(*command, environment=env, ignore=ignore)
     for line in process.stderr:
         if until in line:
             break

@@ -20,6 +20,8 @@ from typing import Self
 
 from cxbridge.cli.main import invoke
 from tests.executive.protobuf.conftest import free_port
+from tests.forked import IGNORED, nursery
+from tests.programs import Started
 
 WAIT_S = 60
 """Seconds after which a command has failed."""
@@ -31,25 +33,34 @@ _ENDPOINT = "tcp://127.0.0.1:1911"
 _READY = re.compile(r": Ready\b")
 _KILL = re.compile(r"kill %(\d+)$")
 _SERVED = re.compile(r"Serving the blackboard at (\S+)")
+_SHELL = re.compile(r"[|>&;$~]")
+_QUOTED = re.compile(r"'[^']*'|\"[^\"$]*\"")
+"""What is no work of the shell's in a command."""
 _PYTEST_ALONE = {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1", "PYTEST_PLUGINS": "cxbridge.pytest_plugin"}
 """As where only cxbridge and pytest are installed: other plug-ins take two seconds of each start."""
 
 
 class Background:
-    """A program that was started with ``&``; the next command waits until it says that it is ready."""
+    """A program that was started with ``&``; the next command waits until it says that it is ready.
 
-    def __init__(self, arguments: list[str], folder: Path) -> None:
-        """Start Python with these arguments."""
-        self.text = shlex.join(arguments)
+    :param program: ``cxbridge`` or ``python``.
+    """
+
+    def __init__(self, program: str, arguments: list[str], folder: Path) -> None:
+        self.text = shlex.join([program, *arguments])
         self.lines: list[str] = []
         self._ready = threading.Event()
-        self._process = subprocess.Popen(
-            [sys.executable, *arguments],
-            cwd=folder,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        self._process: Started | subprocess.Popen[str]
+        if program == "cxbridge":
+            self._process = Started(*arguments, stdout=subprocess.DEVNULL, folder=folder)
+        else:
+            self._process = subprocess.Popen(
+                [sys.executable, *arguments],
+                cwd=folder,
+                stdout=subprocess.DEVNULL,
+                stderr=subprocess.PIPE,
+                text=True,
+            )
         self._reader = threading.Thread(target=self._read)
         self._reader.start()
 
@@ -141,9 +152,15 @@ class Shell:
 
     def _status(self, text: str) -> int:
         words = shlex.split(text)
-        if words[0] == "cxbridge" and not re.search(r"[|>&;$~]", re.sub(r"'[^']*'|\"[^\"$]*\"", "", text)):
+        if words[0] == "cxbridge" and not _SHELL.search(_QUOTED.sub("", text)):
             return invoke(words[1:])
         environment = os.environ | _PYTEST_ALONE
+        if words[0] == "pytest" and not _SHELL.search(text):
+            command = [*words[1:], "-W", IGNORED]
+            forked = nursery().run(command, folder=self._folder, program="pytest", environment=environment)
+            sys.stdout.write(forked.stdout.decode())
+            sys.stderr.write(forked.stderr.decode())
+            return forked.returncode
         environment["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{environment['PATH']}"
         done = subprocess.run(
             ["bash", "-c", text],
@@ -167,8 +184,7 @@ class Shell:
                 url = f"ipc://{self._ipc / 'daemon'}"
                 arguments += ["--endpoint", url]
                 self._setenv("CXBRIDGE_CONNECT", url)
-        started = arguments if program == "python" else ["-m", "cxbridge", *arguments]
-        self._running.append(Background(started, self._folder))
+        self._running.append(Background(program, arguments, self._folder))
         self._running[-1].wait_until_ready()
         for url in self._running[-1].urls:
             if url.startswith("fawkes://"):

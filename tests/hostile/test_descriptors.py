@@ -28,10 +28,10 @@ from cxbridge.interfaces import InterfaceRegistry
 from tests.support import ROOT
 
 LIMIT, IDLE = 64, 200
-FEW, MORE_THAN_FEW = 34, 48
+FEW, MORE_THAN_FEW = 34, 16
 """Descriptors for no more than the process itself, and connections that want more: they are let go again one
 by one, some seven a second."""
-WATCHED_S = 1.5
+WATCHED_S = 0.8
 WAIT_S = 60
 HTTP_REQUEST = b"GET /api/cxbridge/status HTTP/1.0\r\nHost: localhost\r\n\r\n"
 ZMTP_GREETING = b"\xff\0\0\0\0\0\0\0\1\x7f"

@@ -12,6 +12,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
+from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 
@@ -20,9 +21,7 @@ SPIN = "(defrule spin (executive-initialized) => (printout error SPINS crlf) (wh
 
 def start(*arguments, wait_for):
     """Start a run, and return it when it has logged a text."""
-    command = [sys.executable, "-m", "cxbridge", "run", "-v", *map(str, arguments)]
-    process = subprocess.Popen(command, cwd=ROOT, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
-    assert process.stderr is not None
+    process = Started("run", "-v", *arguments)
     for line in process.stderr:
         if wait_for in line:
             return process
@@ -132,7 +131,7 @@ def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
 
 def test_a_full_stdout_is_one_message():
     with Path("/dev/full").open("w", encoding="utf-8") as full:
-        command = [sys.executable, "-m", "cxbridge", "interface", "list"]
-        done = subprocess.run(command, cwd=ROOT, stdout=full, stderr=subprocess.PIPE, text=True, check=False)
-    assert done.returncode == 2
-    assert done.stderr == "cxbridge: error: cannot write to stdout: No space left on device\n"
+        process = Started("interface", "list", stdout=full)
+    _, errors = process.communicate()
+    assert process.returncode == 2
+    assert errors == "cxbridge: error: cannot write to stdout: No space left on device\n"

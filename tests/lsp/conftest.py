@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import asyncio
 import shutil
-import sys
 import time
 from collections.abc import Callable, Coroutine, Iterator
 from pathlib import Path
@@ -17,15 +16,16 @@ pytest.importorskip("pytest_lsp", reason="pytest-lsp is not installed")
 
 import pytest_lsp
 from lsprotocol import types as lsp
+from pygls.io_ import run_async
 
 from cxbridge.lsp.agent_files import AgentFiles
 from cxbridge.lsp.examine import examine, run_options
 from cxbridge.lsp.session import Session
+from tests.forked import nursery
 from tests.support import FAWKES_DIR, ROOT
 
 T = TypeVar("T")
 PATIENCE_S = 120
-SERVER = "from cxbridge.cli.main import invoke; import sys; sys.exit(invoke(sys.argv[1:]))"
 
 
 class Editor:
@@ -37,7 +37,8 @@ class Editor:
         self.client = pytest_lsp.client.make_test_lsp_client()
         self.versions: dict[str, int] = {}
         self.texts: dict[str, str] = {}
-        self.run(self.client.start_io(sys.executable, "-c", SERVER, "lsp", *arguments))
+        self._server = nursery().begin(["lsp", *arguments])
+        self.run(self._connect())
         parameters = lsp.InitializeParams(
             capabilities=pytest_lsp.client_capabilities("visual-studio-code"),
             root_uri=root.as_uri(),
@@ -49,8 +50,22 @@ class Editor:
     @property
     def pid(self) -> int:
         """The server's process."""
-        assert self.client._server is not None
-        return self.client._server.pid
+        return self._server.process.number
+
+    async def _connect(self) -> None:
+        """What ``start_io`` of the client does with a process that it has started."""
+        reader = asyncio.StreamReader()
+        stdin, stdout = self._server.stdin, self._server.stdout
+        await self.loop.connect_read_pipe(lambda: asyncio.StreamReaderProtocol(reader), stdout)
+        transport, protocol = await self.loop.connect_write_pipe(asyncio.streams.FlowControlMixin, stdin)
+        self.client.protocol.set_writer(asyncio.StreamWriter(transport, protocol, None, self.loop))
+        connection = run_async(
+            stop_event=self.client._stop_event,
+            reader=reader,
+            protocol=self.client.protocol,
+            error_handler=self.client.report_server_error,
+        )
+        self.client._async_tasks.append(asyncio.create_task(connection))
 
     def run(self, work: Coroutine[Any, Any, T]) -> T:
         return self.loop.run_until_complete(asyncio.wait_for(work, PATIENCE_S))
@@ -58,6 +73,10 @@ class Editor:
     def close(self) -> None:
         self.run(self.client.shutdown_session())
         self.run(self.client.stop())
+        with self._server.process as process:
+            process.wait(PATIENCE_S)
+        for stream in (self._server.stdin, self._server.stdout, self._server.stderr):
+            stream.close()
         self.loop.close()
 
     def uri(self, name: str) -> str:

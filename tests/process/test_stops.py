@@ -5,7 +5,11 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
+import time
+from contextlib import ExitStack, nullcontext
+from pathlib import Path
 from types import SimpleNamespace
 from typing import cast
 
@@ -16,12 +20,31 @@ from cxbridge.clock import RealClock
 from cxbridge.mainloop import MainLoop
 from cxbridge.process.interrupt import Interrupt
 from tests.daemon.test_daemon import WAIT_S, start
+from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import many
 
 
+@pytest.fixture(scope="module")
+def boards():
+    """Two daemons for all programs; those of ``stops.blackboards`` are started for each."""
+    with ExitStack() as stack:
+        folder = Path(stack.enter_context(tempfile.TemporaryDirectory()))  # a short name, for sockets
+        urls = [f"ipc://{folder}/{name}" for name in ("left", "right")]
+        for url, skiller in zip(urls, ("simulator", "none"), strict=True):
+            log = folder / f"{skiller}.log"
+            with log.open("w") as errors:  # no pipe: nobody reads it later
+                more = ("--endpoint", url, "--no-fawkes", "--skiller", skiller)
+                process = stack.enter_context(Started("daemon", *more, stderr=errors))
+            while "Daemon: Ready" not in log.read_text():
+                assert process.poll() is None, log.read_text()
+                time.sleep(0.02)
+        yield urls
+
+
 @pytest.mark.parametrize("name", stops.PROGRAMS)
-def test_stops_at_random_instants(name):
+def test_stops_at_random_instants(name, boards, monkeypatch):
+    monkeypatch.setattr(stops, "blackboards", lambda _folder: nullcontext(boards))
     report = stops.run(many(10, 1), [name])
     assert not report.faults, "\n".join(report.faults)
 
@@ -100,7 +123,7 @@ def test_a_daemon_below_nohup_goes_on_when_its_terminal_is_gone(tmp_path):
     process, _ = start(tmp_path, ignore=signal.SIGHUP)
     process.send_signal(signal.SIGHUP)
     with pytest.raises(subprocess.TimeoutExpired):
-        process.communicate(timeout=1)
+        process.wait(timeout=1)
     process.terminate()
     _, errors = process.communicate(timeout=WAIT_S)
     assert process.returncode == 0, errors

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import subprocess
-import sys
 from pathlib import Path
 from typing import Any
 
 from cxbridge.run import RunOptions, run_scenario
 from tests.executive.robmem.mongo_server import MongoServer
+from tests.programs import Started
 
 SCENARIO = """
 clips-executive:
@@ -86,11 +86,8 @@ def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
     with MongoServer() as server:
         holder = write(tmp_path / "holder", "holder", server.uri)
         heir = write(tmp_path / "heir", "heir", server.uri)
-        command = f"cxbridge run -v {holder} --clock real --skiller none --timeout 60".split()
-        with subprocess.Popen(
-            [sys.executable, "-m", *command], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-        ) as run:
-            assert run.stdout is not None
+        command = f"run -v {holder} --clock real --skiller none --timeout 60".split()
+        with Started(*command, stderr=subprocess.STDOUT) as run:
             assert any("ACQUIRED" in line for line in run.stdout)
             options: dict[str, Any] = {"scenario": heir, "clock": "real", "skiller": "none"}
             patient = run_scenario(RunOptions(**options, timeout=3))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import threading
+import time
 from contextlib import ExitStack
 
 import pytest
@@ -130,11 +131,20 @@ def test_a_run_ends_when_the_skiller_is_gone(stack, tmp_path, transport):
                 running.set()
 
     board.register_listener(Watch(), board.open_for_reading(SkillerInterface, "Skiller", owner="test"))
-    killer = threading.Thread(target=lambda: running.wait(WAIT_S) and server.stop())
+    stopped_s = []
+
+    def stop():
+        if running.wait(WAIT_S):
+            server.stop()
+            stopped_s.append(time.monotonic())
+
+    killer = threading.Thread(target=stop)
     killer.start()
     options = RunOptions(scenario=write_scenario(tmp_path / "s"), skiller=url, clock="real", timeout=3600)
     result = run_scenario(options)
+    took_s = time.monotonic() - stopped_s[0]
     killer.join(WAIT_S)
+    assert took_s < 4, "a question to the Skiller that is gone was waited for"
     assert result.status == FAULT
     assert result.reason.startswith(f"the Skiller at {url} is gone, and with it the skills under way")
 

@@ -18,6 +18,7 @@ from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import make_agent_context
 from cxbridge.trace.formats.registry import open_run
+from tests.forked import nursery
 from tests.run.mini import AGENT, write_scenario, write_skill_space
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -169,8 +170,7 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     arguments = ["--config", str(first), "--config", str(second)]
     daemon = DaemonOptions(config=scenario, overlay=(first, second))
     assert read_configuration(daemon)[0].get_str("/other/text") == "second"
-    command = [sys.executable, "-m", "cxbridge", "run", str(scenario), *arguments]
-    assert subprocess.run(command, check=False, capture_output=True).returncode == 0
+    assert nursery().run(["run", str(scenario), *arguments]).returncode == 0
 
 
 def test_the_goals_of_a_long_run_are_listed_as_far_as_memory_goes(tmp_path, monkeypatch):

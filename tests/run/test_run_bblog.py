@@ -6,7 +6,6 @@ import itertools
 import signal
 import struct
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -18,6 +17,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.run import RunOptions, run_scenario
+from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
 
@@ -225,7 +225,7 @@ def test_the_run_is_the_same_to_the_byte_and_the_agent_sees_no_reader(tmp_path: 
 
 
 @contextmanager
-def running(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
+def running(folder: Path) -> Iterator[tuple[Started, Path]]:
     """A run in real time in a process of its own whose skill takes long, and the skiller's file."""
     scenario = write_scenario(folder / "s", mapping="act: wait{seconds=1000}")
     command = [
@@ -239,14 +239,8 @@ def running(folder: Path) -> Iterator[tuple[subprocess.Popen[bytes], Path]]:
         "--bblog",
         str(folder / "bb"),
     ]
-    process = subprocess.Popen(
-        [sys.executable, "-m", "cxbridge", *command], stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL
-    )
-    try:
+    with Started(*command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
         yield process, wait_for_entries(folder / "bb", 2)
-    finally:
-        process.kill()
-        process.wait()
 
 
 def wait_for_entries(folder: Path, count: int) -> Path:

@@ -99,7 +99,8 @@ def test_mistakes_are_found_before_anything_runs(tmp_path):
 def test_a_daemon_has_it_as_a_component(tmp_path):
     (tmp_path / "executors.py").write_text(EXECUTORS)
     config = tmp_path / "cxbridge.yaml"
-    config.write_text(BOARD.replace("skiller: Skiller", "skiller: robot1"))
+    board = BOARD.replace("skiller: Skiller", "skiller: robot1")
+    config.write_text(board.replace("skill-board:", "skill-board:\n  timeouts: {start: 1.0}"))
     given = DaemonOptions(
         config=config,
         settings=(

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import signal
-import subprocess
-import sys
 
 import pytest
 
@@ -14,7 +12,7 @@ from cxbridge.clock import RealClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.services.gateway import run_gateway
-from tests.support import ROOT
+from tests.programs import Started
 
 WAIT_S = 20
 
@@ -37,14 +35,7 @@ def test_signals_stop_it_and_the_mirrored_writer_goes(tmp_path):
         left.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
         reader = right.open_for_reading(SkillerInterface, "Skiller", owner="test")
         command = ["gateway", one.endpoints[0], two.endpoints[0], "-i", "SkillerInterface"]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge", *command],
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        assert process.stderr is not None
+        process = Started(*command)
         for line in process.stderr:
             if "SkillerInterface::Skiller:" in line:
                 break

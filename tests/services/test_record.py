@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import signal
-import subprocess
-import sys
 import threading
 from contextlib import contextmanager
 from pathlib import Path
@@ -18,8 +16,8 @@ from cxbridge.interfaces import SwitchInterface
 from cxbridge.services.options import RecordOptions
 from cxbridge.services.record import record
 from cxbridge.trace.formats.registry import open_run
+from tests.programs import Started
 from tests.run.test_run_bblog import check_as_fawkes_does
-from tests.support import ROOT
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 
 Enable, Disable = (SwitchInterface.MESSAGES[f"{name}SwitchMessage"] for name in ("Enable", "Disable"))
@@ -174,14 +172,7 @@ def test_signals_end_it_with_whole_files(number, tmp_path):
             str(tmp_path / "logs"),
             "--json",
         ]
-        process = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge", "trace", "record", *arguments],
-            cwd=ROOT,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
-        assert process.stderr is not None
+        process = Started("trace", "record", *arguments)
         for line in process.stderr:
             if "Ready" in line:
                 break

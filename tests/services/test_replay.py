@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import signal
-import subprocess
-import sys
 import threading
 from collections.abc import Callable
 from contextlib import contextmanager
@@ -27,7 +25,8 @@ from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.replay.blocks import BlockMaker
 from cxbridge.trace.replay.player import ReplayPlayer
-from tests.support import ROOT, SHARED, needs_shared
+from tests.programs import Started
+from tests.support import SHARED, needs_shared
 from tests.trace.boards import REMOTE, WAIT_S, Site, until
 from tests.trace.replay.samples import BEGIN_US, UID, Ear, begin, record, write
 
@@ -270,14 +269,10 @@ def test_the_command_prints_a_summary(tmp_path, capsys):
 def test_ctrl_c_ends_it_cleanly(options, status, tmp_path):
     run = record(tmp_path / "r.mcap", write(0, 1), write(3_600_000, 2))
     with site_with_ear("ipc", tmp_path) as (site, ear):
-        command = [sys.executable, "-m", "cxbridge", "trace", "replay", str(run), "--connect", site.url]
-        process = subprocess.Popen([*command, *options], cwd=ROOT, stdout=subprocess.PIPE, text=True)
-        try:
+        with Started("trace", "replay", run, "--connect", site.url, *options) as process:
             until(lambda: ear.values)
             process.send_signal(signal.SIGINT)
             out, _ = process.communicate(timeout=WAIT_S)
-        finally:
-            process.kill()
         assert process.returncode == status
         assert out.startswith("interrupted: 1 writes of 1 interfaces")
         until(lambda: not ear.reader.has_writer)

@@ -108,10 +108,22 @@ def golden(tmp_path_factory) -> Path:
     return folder
 
 
+@pytest.fixture(scope="module", params=MUTANTS, ids=lambda mutant: mutant.name)
+def mutated(request, tmp_path_factory) -> tuple[Mutant, Sequence[Transition]]:
+    """A mutant, and the transitions of its run."""
+    mutant: Mutant = request.param
+    return mutant, transitions_of(mutant.make(tmp_path_factory.mktemp("mutants") / "mutant"))
+
+
+@pytest.fixture(scope="module")
+def again() -> Sequence[Transition]:
+    """The transitions of a second run of the scenario itself."""
+    return transitions_of(SCENARIO)
+
+
 @pytest.mark.parametrize("order", Order)
-@pytest.mark.parametrize("mutant", MUTANTS, ids=lambda mutant: mutant.name)
-def test_a_mutant_is_found(mutant, order, golden, tmp_path):
-    transitions = transitions_of(mutant.make(tmp_path / "mutant"))
+def test_a_mutant_is_found(mutated, order, golden):
+    mutant, transitions = mutated
 
     def found(file: str, tolerance: Tolerance | None = None) -> bool:
         start_us = None if tolerance is None else 0
@@ -132,13 +144,12 @@ def test_a_mutant_is_found(mutant, order, golden, tmp_path):
 
 
 @pytest.mark.parametrize("order", Order)
-def test_the_scenario_itself_is_the_golden_run(order, golden):
-    transitions = transitions_of(SCENARIO)
+def test_the_scenario_itself_is_the_golden_run(order, golden, again):
     for file, tolerance in (("times", Tolerance(0.0)), ("values", None), ("old", None)):
         start_us = None if tolerance is None else 0
         assert not compare_with_golden(
             golden / file,
-            transitions,
+            again,
             view=View.TRANSITIONS,
             order=order,
             tolerance=tolerance,

@@ -6,7 +6,7 @@ from itertools import count
 
 import pytest
 
-from tests.forked import nursery
+from tests.forked import IGNORED, nursery
 from tests.run.mini import write_scenario
 
 pytest_plugins = ["pytester"]
@@ -20,10 +20,6 @@ def test_mini(cx):
 """
 
 
-FORKED = ("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning")
-"""The process that was forked has the package already."""
-
-
 @pytest.fixture
 def project(pytester, monkeypatch):
     numbers = count()
@@ -35,7 +31,7 @@ def project(pytester, monkeypatch):
         pytester.makepyfile(test_agent=TEST.format(says=says) + more)
         # a process of its own: CLIPS' and pytest's state are nobody else's
         base = f"--basetemp={pytester.mkdir(f'runpytest-{next(numbers)}')}"
-        command = [base, "-q", "-p", "cxbridge", "-p", "no:cacheprovider", *FORKED, *arguments]
+        command = [base, "-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNORED, *arguments]
         done = nursery().run(command, folder=pytester.path, program="pytest")
         out, errors = (stream.decode().splitlines() for stream in (done.stdout, done.stderr))
         return pytest.RunResult(done.returncode, out, errors, 0.0)

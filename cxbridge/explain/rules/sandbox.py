@@ -23,6 +23,9 @@ from cxbridge.explain.rules.snapshot import Snapshot
 LIMIT_S: Final = 25.0
 """Seconds that a diagnosis may take."""
 
+MEMORY: Final = 2 << 30
+"""Bytes of address space that it may take."""
+
 
 def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Diagnosis:
     """Find out how the condition of the snapshot's rule stands, as :func:`.diagnose` does.
@@ -32,9 +35,9 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     limit_s = LIMIT_S if limit_s is None else limit_s
     if snapshot.too_many:
         return diagnose(snapshot)  # there is nothing to match
-    process = subprocess.Popen(
+    process = subprocess.Popen(  # noqa: S603 - ourselves
         # -P: modules that are in the current folder are none of ours
-        [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process"],
+        [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)],
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -1,4 +1,4 @@
-"""The process of one diagnosis: ``python -m cxbridge.explain.rules.sandbox_process``.
+"""The process of one diagnosis: ``python -m cxbridge.explain.rules.sandbox_process BYTES``.
 
 A pickled :class:`Snapshot` comes on standard input, from the process that started this one; the diagnosis
 goes to standard output as JSON: nothing that CLIPS does here can hand back more than texts and numbers. In
@@ -16,21 +16,21 @@ from typing import Final
 
 from cxbridge.explain.rules.diagnose import diagnose, undiagnosed
 
-MEMORY: Final = 2 << 30
-"""Bytes of address space."""
-
 CPU_S: Final = 30
 """Seconds of work, for the case that nobody is there any more to end it."""
 
 
-def _drop_rights() -> None:
-    """Give up what a diagnosis does not need. Windows has no such bounds."""
+def _drop_rights(memory: int) -> None:
+    """Give up what a diagnosis does not need. Windows has no such bounds.
+
+    :param memory: bytes of address space that are left to it.
+    """
     if sys.platform == "win32":
         return
     import resource  # noqa: PLC0415
 
     for what, limit in (
-        (resource.RLIMIT_AS, MEMORY),
+        (resource.RLIMIT_AS, memory),
         (resource.RLIMIT_CPU, CPU_S),
         (resource.RLIMIT_CORE, 0),
         (resource.RLIMIT_FSIZE, 0),
@@ -42,12 +42,12 @@ def _drop_rights() -> None:
         resource.setrlimit(what, (most, most))
 
 
-def main() -> None:
+def main(memory: int) -> None:
     """Diagnose one rule."""
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301  from the process that started this one
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-    _drop_rights()
+    _drop_rights(memory)
     try:
         found = diagnose(snapshot)
     except MemoryError:
@@ -60,4 +60,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(int(sys.argv[1]))
