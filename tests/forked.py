@@ -1,8 +1,9 @@
 """Commands of ``cxbridge`` as processes of their own that need not load the program first.
 
 A process that has loaded it waits, and forks for each command: what Python takes half a second for is there
-already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Take
-that one where the start itself matters: signals while modules are loaded, other settings of Python.
+already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Only
+the modules are not taken apart at the end, which would take longer than many a command. Take that one where
+the start or the end itself matters: signals while modules are loaded, other settings of Python.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal, NamedTuple, Self
+from typing import Any, BinaryIO, Final, Literal, NamedTuple, NoReturn, Self
 
 import pytest
 
@@ -213,7 +214,32 @@ def _serve(requests: socket.socket) -> bool:
             os.close(each)
 
 
+class _End:
+    """Ends the process of a command when Python has done all that it does at the end but for the modules."""
+
+    def __init__(self) -> None:
+        self._status: int | None = None
+        atexit.register(self)  # the first one to be registered is called last
+
+    def run(self, command: Callable[[], int | None]) -> NoReturn:
+        """Run the command; exits as it does."""
+        try:
+            sys.exit(command())
+        except SystemExit as ended:
+            if ended.code is None or isinstance(ended.code, int):  # else Python prints it
+                self._status = ended.code or 0
+            raise
+
+    def __call__(self) -> None:
+        if self._status is not None:
+            with suppress(OSError, ValueError):  # Python tells it
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(self._status & 0xFF)
+
+
 def main(number: int) -> None:
+    end = _End()
     import cxbridge
     from cxbridge.cli.entry import main as run
 
@@ -223,7 +249,7 @@ def main(number: int) -> None:
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
-        sys.exit(pytest.console_main()) if sys.argv[0] == "pytest" else run()
+        end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
 
 
 if __name__ == "__main__":
