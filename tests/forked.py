@@ -76,22 +76,29 @@ class Nursery:
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
 
-    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT) -> Piped:
+    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT, session: bool = False) -> Piped:
         """Begin a command that one talks with.
 
         :param arguments: of ``cxbridge``.
         :param folder: where it runs.
+        :param session: whether it leads a session of its own.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
-            forked = self._fork(arguments, folder, [its_in, its_out, its_errors])
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], session=session)
         finally:
             for each in (its_in, its_out, its_errors):
                 os.close(each)
         return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
 
     def _fork(
-        self, arguments: Sequence[str], folder: Path, streams: Sequence[int], program: Program = "cxbridge"
+        self,
+        arguments: Sequence[str],
+        folder: Path,
+        streams: Sequence[int],
+        program: Program = "cxbridge",
+        *,
+        session: bool = False,
     ) -> Forked:
         ours, theirs = socket.socketpair()
         with theirs:
@@ -100,18 +107,22 @@ class Nursery:
             "arguments": [program, *arguments],
             "folder": str(folder),
             "environment": dict(os.environ),
+            "session": session,
         }
         ours.sendall(json.dumps(request).encode() + b"\n")
         return Forked(ours)
 
 
 class Forked:
-    """A command that was forked. A context manager that kills it."""
+    """A command that was forked. A context manager that kills it.
+
+    :ivar number: of the process.
+    """
 
     def __init__(self, attendant: socket.socket) -> None:
         self._attendant = attendant
         self._answers = attendant.makefile("r")
-        self._number = int(self._answers.readline())
+        self.number: Final = int(self._answers.readline())
         self._status: int | None = None
 
     def wait(self, timeout: float) -> int:
@@ -125,11 +136,20 @@ class Forked:
             self._status = int(self._answers.readline())
         return self._status
 
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        try:
+            os.kill(self.number, 0)
+        except ProcessLookupError:
+            return False
+        return self._status is None
+
     def kill(self) -> None:
         """Kill it, if it has not ended."""
         if self._status is None:
             with suppress(ProcessLookupError):
-                os.kill(self._number, signal.SIGKILL)
+                os.kill(self.number, signal.SIGKILL)
 
     def __enter__(self) -> Self:
         return self
@@ -159,6 +179,8 @@ def nursery() -> Nursery:
 
 def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     """Make of this process the one that runs the command."""
+    if request["session"]:
+        os.setsid()
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)

@@ -6,7 +6,6 @@ import json
 import os
 import random
 import signal
-import subprocess
 import sys
 import time
 from contextlib import suppress
@@ -17,6 +16,7 @@ import pytest
 from tests.explore.retrying import write_retrying
 from tests.explore.sessions import assert_ended, others_of_session
 from tests.explore.test_explore import counts, explored
+from tests.forked import nursery
 
 KILLS = 8
 
@@ -27,19 +27,18 @@ def test_what_is_killed_is_run_again(tmp_path: Path):
     words = [str(scenario), "--faults", "3", "--jobs", "2", "--no-merge"]
     whole = counts(explored(*words))
     assert whole["runs"] > 50
-    command = [sys.executable, "-m", "cxbridge", "explore", *words, "--json"]
     chosen = random.Random(17)
-    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True, start_new_session=True) as process:
+    process, stdin, stdout, stderr = nursery().begin(["explore", *words, "--json"], session=True)
+    with process, stdin, stdout, stderr:
         killed = 0
-        while process.poll() is None:
+        while process.is_running:
             time.sleep(0.05)
-            found = sorted(others_of_session(process.pid))
+            found = sorted(others_of_session(process.number))
             if len(found) > 1 and killed < KILLS and chosen.random() < 0.3:
                 with suppress(ProcessLookupError):
                     os.kill(chosen.choice(found), signal.SIGKILL)
                     killed += 1
-        assert process.stdout is not None
-        text = process.stdout.read()
+        text = stdout.read()
     assert killed > 3
     assert counts(json.loads(text)) == whole
-    assert_ended(process.pid)
+    assert_ended(process.number)

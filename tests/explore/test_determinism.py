@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from tests.explore.retrying import write_retrying
+from tests.forked import nursery
 from tests.support import ROOT
 
 
 def refused(scenario: Path, *words: str) -> str:
-    command = [sys.executable, "-m", "cxbridge", "explore", str(scenario), *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=100, check=False)
-    assert done.returncode == 2, done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
-    return done.stderr
+    done = nursery().run(["explore", str(scenario), *words])
+    said = done.stderr.decode()
+    assert done.returncode == 2, done.stdout.decode() + said
+    assert "Traceback" not in said
+    return said
 
 
 @pytest.mark.parametrize("means", ["--fork", "--no-fork"])

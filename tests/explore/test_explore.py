@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 import tempfile
 from pathlib import Path
 from typing import Any
@@ -14,6 +12,7 @@ import pytest
 from cxbridge.run.options import RunOptions
 from cxbridge.worlds.points import USUAL, ChoicePath, PathChooser, Step
 from cxbridge.worlds.run import WorldRun
+from tests.forked import nursery
 from tests.run.mini import write_scenario
 from tests.support import ROOT
 
@@ -27,15 +26,8 @@ def explored(*words: object, status: int | None = 0, folder: Path = ROOT) -> dic
     :param status: its exit status; None: whether a property is violated does not matter.
     """
     with tempfile.TemporaryDirectory() as out:
-        done = subprocess.run(
-            [sys.executable, "-m", "cxbridge", "explore", *map(str, words), "--json", "--out", out],
-            capture_output=True,
-            text=True,
-            cwd=folder,
-            timeout=120,
-            check=False,
-        )
-    assert done.returncode in ((0, 1) if status is None else (status,)), done.stderr
+        done = nursery().run(["explore", *map(str, words), "--json", "--out", out], folder=folder)
+    assert done.returncode in ((0, 1) if status is None else (status,)), done.stderr.decode()
     found: dict[str, Any] = json.loads(done.stdout)
     return found
 
@@ -98,18 +90,17 @@ def test_beyond_the_depth_all_is_as_usual():
     ],
 )
 def test_bad_input_is_one_error(words: tuple[str, ...], message: str):
-    command = [sys.executable, "-m", "cxbridge", "explore", str(SCENARIO), *words]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = nursery().run(["explore", str(SCENARIO), *words])
+    said = done.stderr.decode()
     assert done.returncode == 2
-    assert message in done.stderr
-    assert "Traceback" not in done.stderr
+    assert message in said
+    assert "Traceback" not in said
 
 
 def test_a_broken_agent_is_bad_input(tmp_path: Path):
     scenario = write_scenario(
         tmp_path / "broken", agent="(defrule broken (no-such-fact ?x) => (no-such-function ?x))"
     )
-    command = [sys.executable, "-m", "cxbridge", "explore", str(scenario)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    done = nursery().run(["explore", str(scenario)])
     assert done.returncode == 2
-    assert "no-such-function" in done.stderr
+    assert "no-such-function" in done.stderr.decode()

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import os
 import signal
-import subprocess
 import sys
 import time
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -13,29 +14,27 @@ import pytest
 from tests.explore.retrying import write_retrying
 from tests.explore.sessions import assert_ended, others_of_session
 from tests.explore.test_explore import SCENARIO, counts, explored
-from tests.support import ROOT
+from tests.forked import nursery
 
 FAULTS = ("--faults", "3")
 EACH = (*FAULTS, "--no-merge")
 LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes in /proc")
 
 
-def program(*words: object) -> list[str]:
-    return [sys.executable, "-m", "cxbridge", "explore", *map(str, words)]
-
-
 def interrupted(folder: Path, *words: object) -> tuple[int, str]:
     """Interrupt an exploration when runs are under way; return its exit status and what it said."""
-    with subprocess.Popen(
-        program(*words), stderr=subprocess.PIPE, stdout=subprocess.DEVNULL, cwd=folder, start_new_session=True
-    ) as process:
-        while len(list(others_of_session(process.pid))) < 3 and process.poll() is None:
+    process, stdin, stdout, stderr = nursery().begin(
+        ["explore", *map(str, words)], folder=folder, session=True
+    )
+    with process, stdin, stdout, stderr:
+        while len(list(others_of_session(process.number))) < 3 and process.is_running:
             time.sleep(0.01)
-        process.send_signal(signal.SIGINT)
-        assert process.stderr is not None
-        said = process.stderr.read().decode()
-    assert_ended(process.pid)
-    return process.returncode, said
+        with suppress(ProcessLookupError):
+            os.kill(process.number, signal.SIGINT)
+        said = stderr.read().decode()
+        status = process.wait(60)
+    assert_ended(process.number)
+    return status, said
 
 
 @LINUX
@@ -94,8 +93,8 @@ def test_another_file_is_refused(tmp_path: Path, content: bytes | None):
 
 
 def refused(words: tuple[object, ...], resume: tuple[object, ...], what: str) -> None:
-    command = program(*words, *resume)
-    done = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, timeout=60, check=False)
-    assert done.returncode == 2, done.stderr
-    assert what in done.stderr
-    assert "Traceback" not in done.stderr
+    done = nursery().run(["explore", *map(str, (*words, *resume))])
+    said = done.stderr.decode()
+    assert done.returncode == 2, said
+    assert what in said
+    assert "Traceback" not in said

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
@@ -14,6 +12,8 @@ from cxbridge.explore.counterexample_playing import Wanted, WantedChooser, play
 from cxbridge.properties.reading import find_property
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
+from tests.explore.pytest_files import pytest_of
+from tests.forked import nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -24,14 +24,9 @@ PROPERTY = "no-failed-talk: never (goal (class TALK) (mode FINISHED) (outcome FA
 def explored(tmp_path_factory):
     """The result of the command, and its folder."""
     folder = tmp_path_factory.mktemp("explored")
-    done = subprocess.run(
-        [sys.executable, "-m", "cxbridge", "explore", str(SCENARIO), "--faults", "2", "--json",
-         "--property", PROPERTY, "--out", str(folder)],
-        capture_output=True,
-        text=True,
-        check=False,
-    )  # fmt: skip
-    assert (done.returncode, done.stderr) == (1, "")
+    words = [str(SCENARIO), "--faults", "2", "--json", "--property", PROPERTY, "--out", str(folder)]
+    done = nursery().run(["explore", *words])
+    assert (done.returncode, done.stderr) == (1, b"")
     return json.loads(done.stdout), folder
 
 
@@ -51,18 +46,13 @@ def test_the_recording_opens(explored):
     assert any("TALK" in end and "FAILED" in end for end in ends)
 
 
-def test_the_test_fails_as_the_run_does(explored):
+def test_the_test_fails_as_the_run_does(explored, monkeypatch):
     _, folder = explored
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", str(folder)],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=folder,
-    )
+    done = pytest_of(folder / "test_no_failed_talk.py", monkeypatch)
+    said = done.stdout.decode()
     assert done.returncode == 1
-    assert "1 failed" in done.stdout
-    assert "no-failed-talk" in done.stdout
+    assert "1 failed" in said
+    assert "no-failed-talk" in said
 
 
 @pytest.mark.parametrize(
@@ -81,24 +71,10 @@ def test_a_misspelt_property(text, complaint, capfd):
 
 
 def test_the_test_of_a_shipped_scenario_names_it(tmp_path):
-    done = subprocess.run(
-        [
-            sys.executable,
-            "-m",
-            "cxbridge",
-            "explore",
-            "test-scenario",
-            "--property",
-            PROPERTY,
-            "--out",
-            "out",
-        ],
-        capture_output=True,
-        text=True,
-        check=False,
-        cwd=tmp_path,
+    done = nursery().run(
+        ["explore", "test-scenario", "--property", PROPERTY, "--out", "out"], folder=tmp_path
     )
-    assert done.returncode == 1, done.stderr
+    assert done.returncode == 1, done.stderr.decode()
     assert "cx.run('test-scenario')" in (tmp_path / "out" / "test_no_failed_talk.py").read_text()
 
 

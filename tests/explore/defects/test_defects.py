@@ -3,33 +3,17 @@
 from __future__ import annotations
 
 import shutil
-import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 
 from cxbridge.explore.counterexample import write_counterexample
 from tests.explore.defects.seeded import DEFECTS, Defect, runs
-
-
-def pytest_of(file: Path) -> subprocess.CompletedProcess[str]:
-    command = [
-        sys.executable,
-        "-m",
-        "pytest",
-        "-q",
-        "-p",
-        "no:cacheprovider",
-        "--rootdir",
-        str(file.parent),
-        str(file),
-    ]
-    return subprocess.run(command, capture_output=True, text=True, cwd=file.parent, check=False)
+from tests.explore.pytest_files import pytest_of
 
 
 @pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
-def test_it_is_found_and_shown(defect: Defect, tmp_path: Path):
+def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     agent = defect.copy(tmp_path / "agent", broken=True)
     options = defect.options(agent)
     found = next(
@@ -44,14 +28,15 @@ def test_it_is_found_and_shown(defect: Defect, tmp_path: Path):
     assert example.recording.stat().st_size > 0
     assert " fails the " in example.words
     assert example.test is not None
-    failed = pytest_of(example.test)
-    assert failed.returncode == 1, failed.stdout
-    assert f"{defect.found_by} is violated" in failed.stdout
+    failed = pytest_of(example.test, monkeypatch)
+    said = failed.stdout.decode()
+    assert failed.returncode == 1, said
+    assert f"{defect.found_by} is violated" in said
 
     shutil.rmtree(agent)
     defect.copy(agent, broken=False)
-    mended = pytest_of(example.test)
-    assert mended.returncode == 0, mended.stdout
+    mended = pytest_of(example.test, monkeypatch)
+    assert mended.returncode == 0, mended.stdout.decode()
 
 
 @pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
