@@ -269,6 +269,10 @@ def main(number: int) -> None:
         with suppress(ImportError):  # of what is optional
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
+    from cxbridge.check.run import check
+    from cxbridge.run.options import RunOptions
+
+    check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
         end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
