@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -22,6 +20,7 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.executive.robmem.mongo_server import MongoServer
+from tests.forked import Forked, nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "two-agents"
@@ -152,11 +151,13 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
 # --- two processes, a database, one of them is killed -----------------------------------------------------
 
 
-def start(agent: str, config: Path) -> subprocess.Popen[str]:
-    command = f"cxbridge run {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
-    return subprocess.Popen(
-        [sys.executable, "-m", *command.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
+def start(stack: ExitStack, agent: str, config: Path) -> Forked:
+    """Start an agent in a process of its own."""
+    command = f"run -q {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
+    process, *streams = nursery().begin(command.split())
+    for stream in streams:
+        stack.enter_context(stream)
+    return stack.enter_context(process)
 
 
 def until(condition: Callable[[], Any]) -> None:
@@ -174,21 +175,18 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
         config, world = overlay(tmp_path, server.uri, slow, QUICK)
         world.touch()
         with ExitStack() as stack:
-            victim = stack.enter_context(start("robot1", config))
-            stack.callback(victim.kill)
+            victim = start(stack, "robot1", config)
             until(lambda: entries(world))  # before the other one has done everything
-            heir = stack.enter_context(start("robot2", config))
-            stack.callback(heir.kill)
+            heir = start(stack, "robot2", config)
             until(lambda: any(e.robot == "robot1" and e.work.startswith(work) for e in entries(world)))
             victim.kill()
-            victim.wait()
+            victim.wait(WAIT_S)
             last = [entry for entry in entries(world) if entry.robot == "robot1"][-1]
             locks = {
                 lock["_id"]: lock["lock-time"].timestamp()
                 for lock in server.store.find("robmem_coordination.mutex", {"locked-by": "robot1"})
             }
-            output, _ = heir.communicate(timeout=WAIT_S)
-        assert heir.returncode == 0, output
+            assert heir.wait(WAIT_S) == 0
         happened = entries(world)
         check_once(happened, cut_off=last.work if last.what == "begins" else "")
         # who died had a room, and the tap while it filled its tank: nobody else before that had expired
