@@ -30,7 +30,9 @@
   "As many interfaces as the game has orders: the referee fills them as time goes by."
   (goal (id GAME) (mode DISPATCHED))
   (GameInterface (orders ?count))
+  (not (workshop-orders ?count))
   =>
+  (assert (workshop-orders ?count))
   (loop-for-count (?number 1 ?count)
     (blackboard-open-reading "OrderInterface" (str-cat "order" ?number))))
 

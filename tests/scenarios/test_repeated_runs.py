@@ -21,11 +21,18 @@ SCENARIOS = sorted(
 )
 
 
+SHORTER = {"workshop": "skill-board/agents/counter/executors/referee: {orders: 2, minutes: 3.0}"}
+"""Settings for less of the same: here two orders, for which each machine and each skill is needed."""
+
+
 def recorded(scenario: str, folder: Path) -> tuple[bytes, list[Event]]:
     folder.mkdir()
-    log, trace = folder / "log", folder / "run.mcap"
+    log, trace, config = folder / "log", folder / "run.mcap", folder.parent / "config.yaml"
+    config.write_text(SHORTER.get(scenario, "{}"))
     run_scenario(
-        RunOptions(scenario=ROOT / "scenarios" / scenario, log=log, trace=trace, trace_level="facts")
+        RunOptions(
+            scenario=ROOT / "scenarios" / scenario, config=config, log=log, trace=trace, trace_level="facts"
+        )
     )
     # how long a planner took is real time, and documented as such
     events = [

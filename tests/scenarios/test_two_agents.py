@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
 import time
 from collections import Counter
 from collections.abc import Callable
@@ -22,6 +20,7 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.executive.robmem.mongo_server import MongoServer
+from tests.forked import Forked, nursery
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "two-agents"
@@ -66,10 +65,12 @@ def paced(**seconds: float) -> str:
 QUICK = paced(sweep=0.1, fill=0.1, mop=0.1)
 
 
-def overlay(folder: Path, uri: str = "", robot1: str = paced(), robot2: str = paced()) -> tuple[Path, Path]:
+def overlay(
+    folder: Path, uri: str = "", robot1: str = paced(), robot2: str = paced(), max_age_s: float = MAX_AGE_S
+) -> tuple[Path, Path]:
     """Write the configuration of a fleet, or of a run whose house is in a file; return it and the house."""
     world, config = folder / "house.txt", folder / "fleet.yaml"
-    text = FLEET.format(uri=uri, world=world, max_age=MAX_AGE_S, robot1=robot1, robot2=robot2)
+    text = FLEET.format(uri=uri, world=world, max_age=max_age_s, robot1=robot1, robot2=robot2)
     config.write_text(text if uri else text.replace("backend: mongodb", "backend: embedded"))
     return config, world
 
@@ -152,11 +153,13 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
 # --- two processes, a database, one of them is killed -----------------------------------------------------
 
 
-def start(agent: str, config: Path) -> subprocess.Popen[str]:
-    command = f"cxbridge run {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
-    return subprocess.Popen(
-        [sys.executable, "-m", *command.split()], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True
-    )
+def start(stack: ExitStack, agent: str, config: Path) -> Forked:
+    """Start an agent in a process of its own."""
+    command = f"run -q {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
+    process, *streams = nursery().begin(command.split())
+    for stream in streams:
+        stack.enter_context(stream)
+    return stack.enter_context(process)
 
 
 def until(condition: Callable[[], Any]) -> None:
@@ -174,21 +177,18 @@ def test_kill_9_of_an_agent_that_holds_a_mutex(tmp_path: Path, work: str) -> Non
         config, world = overlay(tmp_path, server.uri, slow, QUICK)
         world.touch()
         with ExitStack() as stack:
-            victim = stack.enter_context(start("robot1", config))
-            stack.callback(victim.kill)
+            victim = start(stack, "robot1", config)
             until(lambda: entries(world))  # before the other one has done everything
-            heir = stack.enter_context(start("robot2", config))
-            stack.callback(heir.kill)
+            heir = start(stack, "robot2", config)
             until(lambda: any(e.robot == "robot1" and e.work.startswith(work) for e in entries(world)))
             victim.kill()
-            victim.wait()
+            victim.wait(WAIT_S)
             last = [entry for entry in entries(world) if entry.robot == "robot1"][-1]
             locks = {
                 lock["_id"]: lock["lock-time"].timestamp()
                 for lock in server.store.find("robmem_coordination.mutex", {"locked-by": "robot1"})
             }
-            output, _ = heir.communicate(timeout=WAIT_S)
-        assert heir.returncode == 0, output
+            assert heir.wait(WAIT_S) == 0
         happened = entries(world)
         check_once(happened, cut_off=last.work if last.what == "begins" else "")
         # who died had a room, and the tap while it filled its tank: nobody else before that had expired
@@ -257,7 +257,8 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
 def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> None:
     """What was done meanwhile is reported when it is back; nothing that had ended is done again."""
     server = MongoServer()
-    config, world = overlay(tmp_path, server.uri, QUICK)
+    # nobody else takes the lock that it loses: it waits until that has expired
+    config, world = overlay(tmp_path, server.uri, QUICK, max_age_s=3.0)
     with Alone(config) as robot:
         robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
         server.stop()

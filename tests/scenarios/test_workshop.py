@@ -41,9 +41,11 @@ def end(run: AgentRun) -> dict[str, Any]:
     return run.read(GAME)
 
 
-def test_a_whole_game(cx):
+def test_a_whole_game_and_its_properties(cx):
     run = cx.run(SCENARIO)
-    run.to_end()
+    run.assert_properties(
+        "run-ends", "no-errors", "goals-retracted", "no-idle-rest", "preconditions", "executed-once"
+    )
     assert {goal.outcome for goal in run.goals()} == {"COMPLETED"}
     assert len(run.goals("ORDER")) == 8
     carried = {call.skiller for call in run.skills("take").calls}
@@ -56,13 +58,6 @@ def test_a_short_game_is_the_golden_one(cx, tmp_path):
     run = cx.run(SCENARIO, config=config)
     run.to_end()
     run.assert_golden()
-
-
-def test_its_properties(cx):
-    run = cx.run(SCENARIO)
-    run.assert_properties(
-        "run-ends", "no-errors", "goals-retracted", "no-idle-rest", "preconditions", "executed-once"
-    )
 
 
 def test_both_orders_are_delivered_in_time(short):

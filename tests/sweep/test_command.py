@@ -36,7 +36,7 @@ def timeless(found: dict[str, Any]) -> dict[str, Any]:
 
 
 def test_what_scripts_get(capsys):
-    found = swept(capsys)
+    found = swept(capsys, "--jobs", "1")
     assert (found["runs"], found["seed"]) == (8, 100)
     assert sum(found["outcomes"].values()) == 8
     spans = found["makespan"]

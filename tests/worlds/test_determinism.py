@@ -7,8 +7,6 @@ import os
 import subprocess
 import sys
 
-import pytest
-
 from tests.support import ROOT
 
 SEED = 11
@@ -19,39 +17,47 @@ SCENARIOS = sorted(
     {folder.parent.name for folder in (ROOT / "scenarios").glob("*/scenario.yaml")} - SEARCHING
 )
 PLAY = """
-import json, sys
+import json, os, sys
 from pathlib import Path
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.options import RunOptions
 from cxbridge.worlds.points import RandomChooser
 from cxbridge.worlds.run import WorldRun
 
-events = []
-options = RunOptions(scenario=Path(sys.argv[1]), skiller="none", timeout=300.0)
-with WorldRun(options, RandomChooser(int(sys.argv[2]))) as run:
-    run.assembly.bus.subscribe(events.append, *TRANSITION_TYPES)
-    result = run.play()
-json.dump({"over": result.is_over, "choices": [c.as_dict() for c in result.choices],
-           "events": [repr(e) for e in events]}, sys.stdout)
+def play(name, seed):
+    events = []
+    options = RunOptions(scenario=Path("scenarios", name), skiller="none", timeout=300.0)
+    with WorldRun(options, RandomChooser(seed)) as run:
+        run.assembly.bus.subscribe(events.append, *TRANSITION_TYPES)
+        result = run.play()
+    return {"name": name, "over": result.is_over, "choices": [c.as_dict() for c in result.choices],
+            "events": [repr(e) for e in events]}
+
+seed, *names = sys.argv[1:]
+for name in names:
+    if not (process := os.fork()):
+        print(json.dumps(play(name, int(seed))), flush=True)
+        os._exit(0)
+    assert os.waitpid(process, 0)[1] == 0, name
 """
+"""Plays each scenario in a process of its own, which need not load the program again."""
 
 
-def played(name: str, hash_seed: str) -> dict[str, object]:
-    found: dict[str, object] = json.loads(
-        subprocess.run(
-            [sys.executable, "-c", PLAY, str(ROOT / "scenarios" / name), str(SEED)],
-            env={**os.environ, "PYTHONHASHSEED": hash_seed},
-            cwd=ROOT,
-            check=True,
-            capture_output=True,
-            text=True,
-        ).stdout
+def played(hash_seed: str) -> list[dict[str, object]]:
+    done = subprocess.run(
+        [sys.executable, "-c", PLAY, str(SEED), *SCENARIOS],
+        env={**os.environ, "PYTHONHASHSEED": hash_seed},
+        cwd=ROOT,
+        check=True,
+        capture_output=True,
+        text=True,
     )
-    return found
+    return [json.loads(line) for line in done.stdout.splitlines()]
 
 
-@pytest.mark.parametrize("name", SCENARIOS)
-def test_one_seed_is_one_run(name):
-    one, other = played(name, "1"), played(name, "2")
-    assert one["choices"], "the world was asked"
-    assert one == other
+def test_one_seed_is_one_run():
+    ones, others = played("1"), played("2")
+    assert [one["name"] for one in ones] == SCENARIOS
+    for one, other in zip(ones, others, strict=True):
+        assert one["choices"], f"the world of {one['name']} was asked"
+        assert one == other
