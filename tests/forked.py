@@ -1,8 +1,9 @@
 """Commands of ``cxbridge`` as processes of their own that need not load the program first.
 
 A process that has loaded it waits, and forks for each command: what Python takes half a second for is there
-already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Take
-that one where the start itself matters: signals while modules are loaded, other settings of Python.
+already. From its first statement to its exit status the command is as ``python -m cxbridge`` makes it. Only
+the modules are not taken apart at the end, which would take longer than many a command. Take that one where
+the start or the end itself matters: signals while modules are loaded, other settings of Python.
 """
 
 from __future__ import annotations
@@ -18,11 +19,11 @@ import socket
 import subprocess
 import sys
 import tempfile
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal, NamedTuple, Self
+from typing import Any, BinaryIO, Final, Literal, NamedTuple, NoReturn, Self
 
 import pytest
 
@@ -75,22 +76,29 @@ class Nursery:
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
 
-    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT) -> Piped:
+    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT, session: bool = False) -> Piped:
         """Begin a command that one talks with.
 
         :param arguments: of ``cxbridge``.
         :param folder: where it runs.
+        :param session: whether it leads a session of its own.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
-            forked = self._fork(arguments, folder, [its_in, its_out, its_errors])
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], session=session)
         finally:
             for each in (its_in, its_out, its_errors):
                 os.close(each)
         return Piped(forked, os.fdopen(stdin, "wb"), os.fdopen(stdout, "rb"), os.fdopen(stderr, "rb"))
 
     def _fork(
-        self, arguments: Sequence[str], folder: Path, streams: Sequence[int], program: Program = "cxbridge"
+        self,
+        arguments: Sequence[str],
+        folder: Path,
+        streams: Sequence[int],
+        program: Program = "cxbridge",
+        *,
+        session: bool = False,
     ) -> Forked:
         ours, theirs = socket.socketpair()
         with theirs:
@@ -99,18 +107,22 @@ class Nursery:
             "arguments": [program, *arguments],
             "folder": str(folder),
             "environment": dict(os.environ),
+            "session": session,
         }
         ours.sendall(json.dumps(request).encode() + b"\n")
         return Forked(ours)
 
 
 class Forked:
-    """A command that was forked. A context manager that kills it."""
+    """A command that was forked. A context manager that kills it.
+
+    :ivar number: of the process.
+    """
 
     def __init__(self, attendant: socket.socket) -> None:
         self._attendant = attendant
         self._answers = attendant.makefile("r")
-        self._number = int(self._answers.readline())
+        self.number: Final = int(self._answers.readline())
         self._status: int | None = None
 
     def wait(self, timeout: float) -> int:
@@ -124,11 +136,20 @@ class Forked:
             self._status = int(self._answers.readline())
         return self._status
 
+    @property
+    def is_running(self) -> bool:
+        """Whether it has not ended."""
+        try:
+            os.kill(self.number, 0)
+        except ProcessLookupError:
+            return False
+        return self._status is None
+
     def kill(self) -> None:
         """Kill it, if it has not ended."""
         if self._status is None:
             with suppress(ProcessLookupError):
-                os.kill(self._number, signal.SIGKILL)
+                os.kill(self.number, signal.SIGKILL)
 
     def __enter__(self) -> Self:
         return self
@@ -158,6 +179,8 @@ def nursery() -> Nursery:
 
 def _become(request: dict[str, Any], streams: Sequence[int]) -> None:
     """Make of this process the one that runs the command."""
+    if request["session"]:
+        os.setsid()
     for number, stream in enumerate(streams):
         os.dup2(stream, number)
         os.close(stream)
@@ -213,7 +236,32 @@ def _serve(requests: socket.socket) -> bool:
             os.close(each)
 
 
+class _End:
+    """Ends the process of a command when Python has done all that it does at the end but for the modules."""
+
+    def __init__(self) -> None:
+        self._status: int | None = None
+        atexit.register(self)  # the first one to be registered is called last
+
+    def run(self, command: Callable[[], int | None]) -> NoReturn:
+        """Run the command; exits as it does."""
+        try:
+            sys.exit(command())
+        except SystemExit as ended:
+            if ended.code is None or isinstance(ended.code, int):  # else Python prints it
+                self._status = ended.code or 0
+            raise
+
+    def __call__(self) -> None:
+        if self._status is not None:
+            with suppress(OSError, ValueError):  # Python tells it
+                sys.stdout.flush()
+                sys.stderr.flush()
+                os._exit(self._status & 0xFF)
+
+
 def main(number: int) -> None:
+    end = _End()
     import cxbridge
     from cxbridge.cli.entry import main as run
 
@@ -223,7 +271,7 @@ def main(number: int) -> None:
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
-        sys.exit(pytest.console_main()) if sys.argv[0] == "pytest" else run()
+        end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
 
 
 if __name__ == "__main__":
