@@ -23,13 +23,14 @@ from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal, NamedTuple, NoReturn, Self
+from typing import Any, BinaryIO, Final, NamedTuple, NoReturn, Self
 
 import pytest
 
 from tests.support import ROOT
 
-Program = Literal["cxbridge", "pytest"]
+Program = str
+"""``cxbridge`` or ``pytest``; another name is a module of the tests, of which ``main`` is called."""
 _STREAMS: Final = 3
 
 
@@ -76,16 +77,23 @@ class Nursery:
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
 
-    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT, session: bool = False) -> Piped:
+    def begin(
+        self,
+        arguments: Sequence[str],
+        *,
+        folder: Path = ROOT,
+        session: bool = False,
+        program: Program = "cxbridge",
+    ) -> Piped:
         """Begin a command that one talks with.
 
-        :param arguments: of ``cxbridge``.
+        :param arguments: of the program.
         :param folder: where it runs.
         :param session: whether it leads a session of its own.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
-            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], session=session)
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], program, session=session)
         finally:
             for each in (its_in, its_out, its_errors):
                 os.close(each)
@@ -271,7 +279,9 @@ def main(number: int) -> None:
                 importlib.import_module(module.name)
     gc.freeze()  # its collector need not look at what all share
     if _serve(socket.socket(fileno=number)):
-        end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
+        name = sys.argv[0]
+        own = {"cxbridge": run, "pytest": pytest.console_main}
+        end.run(own[name] if name in own else importlib.import_module(name).main)
 
 
 if __name__ == "__main__":
