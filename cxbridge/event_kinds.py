@@ -7,13 +7,10 @@ kind is its class, its producer, and readers that care.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from enum import Enum
-from typing import ClassVar, Final, TypeVar, dataclass_transform
+from typing import ClassVar, Final
 
 from msgspec import Struct, field
-
-EventClass = TypeVar("EventClass", bound="Event")
 
 
 class RecordLevel(Enum):
@@ -82,25 +79,8 @@ def pattern_fields(text: str) -> dict[str, str]:
     return {name: field_name if equals else name for name, equals, field_name in pairs}
 
 
-@dataclass_transform(frozen_default=True)
-def event_class(cls: type[EventClass]) -> type[EventClass]:
-    """Make a dataclass of an event's class, and enter it into :data:`EVENT_TYPES` when it has a name.
-
-    It is a value, and a type checker lets nobody change it. Nothing guards it when it runs: an instance of a
-    frozen dataclass takes four to seven times as long.
-
-    :raises ValueError: when another class has its name.
-    """
-    made = dataclass(slots=True, unsafe_hash=True)(cls)
-    name = made.KIND.name
-    if name and EVENT_TYPES.setdefault(name, made) is not made:
-        raise ValueError(f"two kinds of events are called '{name}'")
-    return made
-
-
-@event_class
-class Event:
-    """Something that happened.
+class Event(Struct, frozen=True):
+    """Something that happened. A class of such has the fields that it adds, and says what it is in ``KIND``.
 
     :param time_us: the run's clock, microseconds since the epoch.
     """
@@ -108,3 +88,12 @@ class Event:
     KIND: ClassVar[EventKind] = EventKind("")
 
     time_us: int
+
+    def __init_subclass__(cls) -> None:
+        """Enter a class into :data:`EVENT_TYPES` when its kind has a name.
+
+        :raises ValueError: when another class has this name.
+        """
+        name = cls.KIND.name
+        if name and EVENT_TYPES.setdefault(name, cls) is not cls:
+            raise ValueError(f"two kinds of events are called '{name}'")

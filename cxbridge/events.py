@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any
 
 from cxbridge.clock import Clock
-from cxbridge.event_kinds import Event, EventKind, RecordLevel, View, event_class, pattern_fields
+from cxbridge.event_kinds import Event, EventKind, RecordLevel, View, pattern_fields
 
 __all__ = [
     "BlockWrite",
@@ -48,8 +48,7 @@ class Level(Enum):
     ERROR = "E"
 
 
-@event_class
-class LogLine(Event):
+class LogLine(Event, frozen=True):
     """A line of text for people, from a component, at a level."""
 
     KIND = EventKind("log", "/log")
@@ -59,8 +58,7 @@ class LogLine(Event):
     text: str
 
 
-@event_class
-class RuleFired(Event):
+class RuleFired(Event, frozen=True):
     """A rule fired.
 
     :param env: name of the CLIPS environment.
@@ -84,8 +82,7 @@ class RuleFired(Event):
     basis: str
 
 
-@event_class
-class FactChange(Event):
+class FactChange(Event, frozen=True):
     """A fact came or went.
 
     :param env: name of the CLIPS environment.
@@ -111,8 +108,7 @@ class FactChange(Event):
     text: str
 
 
-@event_class
-class GoalTransition(Event):
+class GoalTransition(Event, frozen=True):
     """A goal got another mode, outcome, parent or error, or is new.
 
     :param params: its slot of this name as it was then, in parentheses, as CLIPS prints the fields:
@@ -146,8 +142,7 @@ class GoalTransition(Event):
     resources: str = ""
 
 
-@event_class
-class PlanActionTransition(Event):
+class PlanActionTransition(Event, frozen=True):
     """A plan-action got another state, or is new.
 
     :param params: the values of its parameters as they were then, in parentheses, as CLIPS prints them:
@@ -172,8 +167,7 @@ class PlanActionTransition(Event):
     params: str = ""
 
 
-@event_class
-class SkillStatus(Event):
+class SkillStatus(Event, frozen=True):
     """What a Skiller says about itself, as the executive reads it: one for each new SkillerInterface fact."""
 
     KIND = EventKind(
@@ -191,8 +185,7 @@ class SkillStatus(Event):
     status: str
 
 
-@event_class
-class Publication(Event):
+class Publication(Event, frozen=True):
     """A writer published an interface: what the events of it have in common.
 
     :param uid: ``Type::id``.
@@ -201,8 +194,7 @@ class Publication(Event):
     uid: str
 
 
-@event_class
-class InterfaceWrite(Publication):
+class InterfaceWrite(Publication, frozen=True):
     """A writer published an interface: its values.
 
     :param values: field names and their values, in declaration order.
@@ -221,8 +213,7 @@ class InterfaceWrite(Publication):
     values: Mapping[str, Any]
 
 
-@event_class
-class InterfaceMessage(Event):
+class InterfaceMessage(Event, frozen=True):
     """Somebody sent a message to the writer of an interface.
 
     :param uid: ``Type::id`` of the interface.
@@ -243,8 +234,7 @@ class InterfaceMessage(Event):
     values: Mapping[str, Any]
 
 
-@event_class
-class PlannerCall(Event):
+class PlannerCall(Event, frozen=True):
     """A planner was called, or has ended.
 
     :param env: name of the CLIPS environment.
@@ -276,8 +266,7 @@ class PlannerCall(Event):
     plan: str = ""
 
 
-@event_class
-class NavGraphRead(Event):
+class NavGraphRead(Event, frozen=True):
     """A navigation graph was read.
 
     :param graph: its name.
@@ -292,8 +281,7 @@ class NavGraphRead(Event):
     edges: Mapping[str, Any]
 
 
-@event_class
-class LoopTime(Event):
+class LoopTime(Event, frozen=True):
     """The main loop ran once. Not emitted on a virtual clock, where a loop takes no time.
 
     :param loop: number of the loop, from 1.
@@ -306,8 +294,7 @@ class LoopTime(Event):
     duration_us: int
 
 
-@event_class
-class BlockWrite(Publication):
+class BlockWrite(Publication, frozen=True):
     """A writer published an interface: its bytes.
 
     :param hash: version of the interface type, 16 bytes.
@@ -318,8 +305,7 @@ class BlockWrite(Publication):
     block: bytes
 
 
-@event_class
-class SourceRead(Event):
+class SourceRead(Event, frozen=True):
     """Something that the run is made of was read, or made; docs/formats.md lists the roles.
 
     :param role: ``clips``, ``config``, ``feature`` ...

@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
-from cxbridge.event_kinds import EVENT_TYPES, EventKind, RecordLevel, event_class, pattern_fields
+from cxbridge.event_kinds import EVENT_TYPES, EventKind, RecordLevel, pattern_fields
 from cxbridge.events import Event, EventBus
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -23,8 +23,7 @@ from tests.web.support import read_events, serving
 BEFORE = dict(EVENT_TYPES)
 
 
-@event_class
-class BatteryCharge(Event):
+class BatteryCharge(Event, frozen=True):
     """A battery has another charge."""
 
     KIND = EventKind(

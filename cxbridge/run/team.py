@@ -11,6 +11,8 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
+from msgspec import structs
+
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
@@ -159,7 +161,7 @@ class AgentBus(EventBus):
         super().emit(event)
         if isinstance(event, Publication | InterfaceMessage):
             kind, mark, own = event.uid.partition("::")
-            event = replace(event, uid=f"{kind}{mark}{self._name}/{own}")
+            event = structs.replace(event, uid=f"{kind}{mark}{self._name}/{own}")
         self._run.emit(event)
 
     def logger(self, component: str) -> Logger:

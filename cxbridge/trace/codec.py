@@ -9,11 +9,9 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import fields
 from enum import Enum
 from math import isfinite
-from operator import attrgetter
-from typing import Any, Final, TypeAlias, get_type_hints
+from typing import Any, Final, get_type_hints
 
 import msgspec
 
@@ -21,10 +19,6 @@ from cxbridge.event_kinds import Event
 
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
 _TIME_LIMIT: Final = 1 << 63
-
-_Encoding: TypeAlias = tuple[Callable[[Any], tuple[Any, ...]], Callable[..., msgspec.Struct], tuple[int, ...]]
-"""What reads the fields of an event, what makes a struct of them, and which can hold what msgspec writes in
-another way, or refuses."""
 
 
 class EventFormatError(ValueError):
@@ -34,14 +28,13 @@ class EventFormatError(ValueError):
 def encode(event: Event) -> bytes:
     """Return the event's fields as JSON, on one line."""
     event_type = type(event)
-    read, make, open_fields = _encodings[event_type] if event_type in _encodings else _encoding(event_type)
-    values = read(event)
-    for at in open_fields:
-        value = values[at]
+    open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
+    for name in open_fields:
+        value = getattr(event, name)
         if not _is_ready(value.values() if type(value) is dict else (value,)):
             return _encode_prepared(event)
     try:
-        return _encode(make(*values))
+        return _encode(event)
     except UnicodeEncodeError:
         return _encode_prepared(event)
 
@@ -115,7 +108,7 @@ def schema_of(event_type: type[Event]) -> dict[str, Any]:
 
 def field_names(event_type: type[Event]) -> tuple[str, ...]:
     """Return the names of the fields of events of this type, ``time_us`` first."""
-    return tuple(field.name for field in fields(event_type))
+    return event_type.__struct_fields__
 
 
 def _json_types(event_type: type[Event]) -> dict[str, str]:
@@ -129,16 +122,11 @@ def _json_types(event_type: type[Event]) -> dict[str, str]:
     return found
 
 
-def _encoding(event_type: type[Event]) -> _Encoding:
-    """Return how events of this type are encoded, and remember it.
-
-    msgspec takes half as long for a struct of its own as for a dataclass.
-    """
+def _find_open_fields(event_type: type[Event]) -> tuple[str, ...]:
+    """Return which fields can hold what msgspec writes in another way, or refuses; remember them."""
     kinds = _json_types(event_type)
-    read = attrgetter(*kinds) if len(kinds) > 1 else lambda event: (event.time_us,)
-    make = msgspec.defstruct(event_type.__name__, list(kinds))
-    open_fields = tuple(at for at, kind in enumerate(kinds.values()) if kind in ("number", "object"))
-    found = _encodings[event_type] = (read, make, open_fields)
+    found = tuple(name for name, kind in kinds.items() if kind in ("number", "object"))
+    _open_fields[event_type] = found
     return found
 
 
@@ -203,4 +191,4 @@ _READY: Final[dict[type, Callable[[Any], Any]]] = {
     memoryview: memoryview.hex,
 }
 _encode: Final = msgspec.json.Encoder(enc_hook=str).encode
-_encodings: Final[dict[type[Event], _Encoding]] = {}
+_open_fields: Final[dict[type[Event], tuple[str, ...]]] = {}

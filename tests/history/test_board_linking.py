@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import replace
 from itertools import permutations
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
 from cxbridge.explain.goal_story import Storyteller

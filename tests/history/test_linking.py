@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from itertools import permutations
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, PlannerCall, SkillStatus

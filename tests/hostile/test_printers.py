@@ -16,7 +16,6 @@ import socket
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -24,6 +23,7 @@ from xml.etree import ElementTree as ET
 
 import pytest
 import typer
+from msgspec.structs import replace
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger

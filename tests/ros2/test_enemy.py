@@ -6,7 +6,7 @@ import math
 import random
 import re
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -236,3 +236,41 @@ def test_skills_survive_what_servers_answer(domain: int):
     assert all(error for state, error in ends if state == "FAILED"), ends
     assert not [each for each in ends if _ERROR.search(each[1])], ends
     assert not [line for line in side.lines if _ERROR.search(line)], side.lines
+
+
+class BrokenCodec(Codec):
+    """Cuts off the responses that it makes."""
+
+    def encode(self, name: TypeName, message: Mapping[str, Any]) -> bytes:
+        made = super().encode(name, message)
+        return made[:5] if str(name).endswith("_Response") else made
+
+
+@pytest.mark.parametrize("cares", [True, False])
+def test_a_broken_response_is_reported_and_ends_no_loop(domain: int, cares: bool):
+    types, trigger = Definitions([PACKAGES], environment={}), "std_srvs/srv/Trigger"
+    told: list[str] = []
+    lost: list[str] = []
+    got: list[Message] = []
+    with (
+        DdsNode("enemy", types, domain + 16, report=told.append) as node,
+        DdsNode("victim", types, domain + 16, report=told.append) as victim,
+    ):
+        node._codec = BrokenCodec(types)
+        node.serve("/beep", trigger, lambda _request: {"success": True, "message": "beep"})
+        client = victim.client("/beep", trigger)
+        until_s = time.monotonic() + 30
+
+        def pass_until(done: Callable[[], object]) -> None:
+            while not done():
+                node.poll(0.01)
+                victim.poll(0.01)
+                assert time.monotonic() < until_s, client.why_unserved()
+
+        pass_until(lambda: client.servers)
+        client.call({}, got.append, lost.append if cares else None)
+        pass_until(lambda: told)
+        victim.poll(0.1)
+    assert told[0].startswith("/beep: "), told
+    assert lost == ["the response is broken"] * cares
+    assert got == []

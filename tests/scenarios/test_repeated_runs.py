@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.events import Event, FactChange, PlannerCall
 from cxbridge.run import RunOptions, run_scenario

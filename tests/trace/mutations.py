@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import replace
 from random import Random
 from typing import Any, TypeVar, cast
+
+from msgspec.structs import replace
 
 from cxbridge.events import (
     Event,

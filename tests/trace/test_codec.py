@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from dataclasses import fields
 from enum import Enum, IntEnum
 from typing import Any
 
@@ -11,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.event_kinds import EVENT_TYPES, event_class
+from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, Level, LogLine
 from cxbridge.trace.codec import EventFormatError, decoder, dump, encode, encode_with_kind, schema_of
 from tests.trace import events as strategies
@@ -28,7 +27,7 @@ def item(value: Any) -> Any:
 
 def expected(event: Event) -> bytes:
     """The text as Python's own json writes it."""
-    plain = {field.name: item(getattr(event, field.name)) for field in fields(event)}
+    plain = {name: item(getattr(event, name)) for name in event.__struct_fields__}
     if "values" in plain:
         plain["values"] = {
             name: [item(each) for each in value] if isinstance(value, list | tuple) else item(value)
@@ -109,8 +108,7 @@ def test_what_is_no_event_is_refused(field: str, change: str) -> None:
 def test_two_kinds_of_one_name_are_refused() -> None:
     with pytest.raises(ValueError, match="two kinds of events are called 'goal'"):
 
-        @event_class
-        class Another(Event):
+        class Another(Event, frozen=True):
             KIND = GoalTransition.KIND
 
     assert EVENT_TYPES["goal"] is GoalTransition

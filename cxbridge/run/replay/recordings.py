@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
+from msgspec import structs
+
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite
@@ -116,7 +118,9 @@ class Recordings:
         for each in self.scans:
             for name, statuses in each.statuses.items() if each.is_timed else ():
                 if name not in scripts:
-                    shifted = [replace(status, time_us=status.time_us + each.shift_us) for status in statuses]
+                    shifted = [
+                        structs.replace(status, time_us=status.time_us + each.shift_us) for status in statuses
+                    ]
                     scripts[name] = skiller_script(writes_of_statuses(name, shifted))
         return scripts
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any, Final, TypeAlias
+
+from msgspec.structs import replace
 
 from cxbridge.events import Event, GoalTransition, PlanActionTransition
 from cxbridge.trace.compare.names import without_times, without_times_of_day

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from fnmatch import translate
 from typing import Final, TypeAlias
+
+from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.errors import TraceError

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, RuleFired, SkillStatus
@@ -37,7 +37,7 @@ def renamed(events: Sequence[Event], names: dict[str, str]) -> list[Event]:
             for name in ("goal", "parent", "plan", "error")
             if hasattr(event, name)
         }
-        found.append(replace(event, **fields))  # type: ignore[arg-type]
+        found.append(replace(event, **fields))
     return found
 
 
@@ -139,7 +139,7 @@ def test_one_odd_message_id_is_told_once() -> None:
 )
 def test_what_changed_is_named(changes: dict[str, str], what: str) -> None:
     events = two_goals()
-    other = [*events[:4], replace(events[4], **changes), *events[5:]]  # type: ignore[arg-type]
+    other = [*events[:4], replace(events[4], **changes), *events[5:]]
     (difference,) = compare(events, other).differences
     assert (difference.kind, difference.what, difference.position) == (DifferenceKind.CHANGED, what, 4)
 

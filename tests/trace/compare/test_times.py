@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
@@ -64,7 +64,7 @@ def test_after_a_delay_everything_is_late_from_the_begin(order: Order) -> None:
 def test_times_are_compared_behind_other_differences_too(order: Order) -> None:
     events = timed(family())
     other = timed(family(), {16: 3.0})
-    other[12] = replace(other[12], skill_string="odd{}")  # type: ignore[call-arg]
+    other[12] = replace(other[12], skill_string="odd{}")
     comparison = compare(events, other, order, 1, TimeFrom.THREAD)
     kinds = [difference.kind for difference in comparison.differences]
     assert kinds[0] is DifferenceKind.CHANGED
