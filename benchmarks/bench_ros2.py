@@ -88,7 +88,7 @@ def main() -> None:
     from tests.ros2.conftest import start
 
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
-    peer = start("rclpy")
+    peer = start("rclpy", "peer.py")
     try:
         rounds = [(ours(), theirs()) for _ in range(ROUNDS)]
     finally:

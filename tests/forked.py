@@ -24,13 +24,14 @@ from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from typing import Any, BinaryIO, Final, Literal, NamedTuple, NoReturn, Self
+from typing import Any, BinaryIO, Final, NamedTuple, NoReturn, Self
 
 import pytest
 
 from tests.support import ROOT
 
-Program = Literal["cxbridge", "pytest"]
+Program = str
+"""``cxbridge`` or ``pytest``; another name is a module of the tests, of which ``main`` is called."""
 IGNORED: Final = "ignore:Module already imported:pytest.PytestAssertRewriteWarning"
 """For ``-W`` of pytest: the process that was forked has our plug-in already."""
 _STREAMS: Final = 3
@@ -81,16 +82,23 @@ class Nursery:
                 stream.seek(0)
             return subprocess.CompletedProcess(list(arguments), status, out.read(), errors.read())
 
-    def begin(self, arguments: Sequence[str], *, folder: Path = ROOT, session: bool = False) -> Piped:
+    def begin(
+        self,
+        arguments: Sequence[str],
+        *,
+        folder: Path = ROOT,
+        session: bool = False,
+        program: Program = "cxbridge",
+    ) -> Piped:
         """Begin a command that one talks with.
 
-        :param arguments: of ``cxbridge``.
+        :param arguments: of the program.
         :param folder: where it runs.
         :param session: whether it leads a session of its own.
         """
         (its_in, stdin), (stdout, its_out), (stderr, its_errors) = os.pipe(), os.pipe(), os.pipe()
         try:
-            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], session=session)
+            forked = self._fork(arguments, folder, [its_in, its_out, its_errors], program, session=session)
         finally:
             for each in (its_in, its_out, its_errors):
                 os.close(each)
@@ -303,9 +311,15 @@ def main(number: int) -> None:
         with suppress(ImportError):  # of what is optional
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
+    from cxbridge.check.run import check
+    from cxbridge.run.options import RunOptions
+
+    check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
     gc.freeze()  # its collector need not look at what all share
     if _Serving(socket.socket(fileno=number)).serve():
-        end.run(pytest.console_main if sys.argv[0] == "pytest" else run)
+        name = sys.argv[0]
+        own = {"cxbridge": run, "pytest": pytest.console_main}
+        end.run(own[name] if name in own else importlib.import_module(name).main)
 
 
 if __name__ == "__main__":

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import gc
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
@@ -45,6 +45,15 @@ def most(count: int, of_all: float = 1.0) -> float:
     :param of_all: the part of them that is measured.
     """
     return BLOCKS_EACH * count * of_all / 4
+
+
+@pytest.fixture(autouse=True, scope="module")
+def small_heap() -> Iterator[None]:
+    """The collector looks at what is made here, and not at all that other tests have loaded."""
+    gc.collect()
+    gc.freeze()
+    yield
+    gc.unfreeze()
 
 
 @pytest.fixture

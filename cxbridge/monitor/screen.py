@@ -15,7 +15,7 @@ from textual.binding import BindingType
 from textual.containers import Container, Vertical
 from textual.css.query import NoMatches
 from textual.widget import Widget
-from textual.widgets import Footer, Input, Static, TabbedContent, TabPane
+from textual.widgets import Input, Static, TabbedContent, TabPane
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.history.outcome import LEGEND
@@ -36,7 +36,7 @@ from cxbridge.monitor.layout import (
     key_bindings,
 )
 from cxbridge.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
-from cxbridge.monitor.widgets import Aside, GoalTree, LogLines, Rows, bar
+from cxbridge.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
 from cxbridge.printing import one_line, visible
 
 _LONGEST: Final = 2000
@@ -91,7 +91,7 @@ class MonitorApp(App[None]):
                         yield from self._pane(name)
             yield Aside()
         yield Input(id="prompt")
-        yield Footer()
+        yield KeyLine()
 
     def _pane(self, name: str) -> ComposeResult:
         if name == "log":

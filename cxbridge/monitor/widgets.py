@@ -8,9 +8,11 @@ from typing import Any, Final
 from rich.text import Text
 from textual import events
 from textual.app import ComposeResult
+from textual.binding import Binding
 from textual.containers import Vertical
 from textual.coordinate import Coordinate
-from textual.widgets import DataTable, RichLog, Tree
+from textual.screen import Screen
+from textual.widgets import DataTable, Footer, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
 from cxbridge.history.outcome import Outcome, action_outcome, skill_outcome
@@ -208,6 +210,21 @@ class LogLines(RichLog):
         self._last = last
         for row in rows[at + 1 :]:
             self.write(Text(indented(row.text), style=_LEVELS.get(row.level, "")))
+
+
+class KeyLine(Footer):
+    """The keys that work. Made again only when these are others: the cursor goes from pane to pane often."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self._keys_shown: list[tuple[Binding, bool]] = []
+
+    def bindings_changed(self, screen: Screen[Any]) -> None:
+        """Show the keys that work now; see the base class, which does nothing while the terminal is left."""
+        keys = [(each.binding, each.enabled) for each in screen.active_bindings.values() if each.binding.show]
+        if keys != self._keys_shown and screen.app.app_focus:
+            self._keys_shown = keys
+            super().bindings_changed(screen)
 
 
 class Aside(Vertical):

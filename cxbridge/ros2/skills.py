@@ -101,12 +101,6 @@ class RosSkills(RosExecutor):
         )
         yield from self.within(known.timeout_s, known.name, steps)
 
-    def close(self) -> None:
-        """Leave the domain."""
-        for client in self._clients.values():
-            client.close()
-        super().close()
-
     def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
         """Wait until somebody serves."""
         since_us = self.clock.now_us()

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 from pathlib import Path
 
@@ -13,7 +11,7 @@ from cxbridge.blackboard import Listener
 from cxbridge.blackboard.urls import TRANSPORTS, BadUrlError, open_blackboard
 from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleInterface, SampleRegistry
-from tests.support import ROOT
+from tests.forked import nursery
 
 PACKAGE = '''
 """A transport that was made up: boards of this process by name, each client with a way of its own."""
@@ -131,18 +129,13 @@ def test_a_package_and_a_line_add_a_transport_and_without_the_line_it_is_gone(pa
 def test_an_entry_holds_it_to_the_contract(package):
     test = package / "test_shelf.py"
     test.write_text(CONTRACT)
-    done = subprocess.run(
-        [sys.executable, "-m", "pytest", "-q", "-p", "no:cacheprovider", f"--rootdir={package}", str(test)],
-        cwd=ROOT,
-        env=os.environ | {"PYTHONPATH": f"{package}{os.pathsep}{ROOT}"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout[-3000:]
-    passed = int(done.stdout.rpartition(" passed")[0].split()[-1])
+    plain = ("-q", "-p", "no:cacheprovider", "-p", "no:xdist", f"--rootdir={package}")
+    done = nursery().run([*plain, f"--override-ini=pythonpath={package}", str(test)], program="pytest")
+    out = done.stdout.decode()
+    assert done.returncode == 0, out[-3000:]
+    passed = int(out.rpartition(" passed")[0].split()[-1])
     assert passed > 60
-    assert "failed" not in done.stdout
+    assert "failed" not in out
 
 
 def test_a_query_is_refused_unless_the_transport_reads_it(package, monkeypatch):

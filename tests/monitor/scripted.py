@@ -85,6 +85,8 @@ def labels(tree):
 def drive(app, script, size=(120, 40)):
     """Run a script with a screen; it is given the screen, the pilot and what waits for something."""
 
+    app.animation_level = "none"  # each key waits for the end of what moves
+
     async def main():
         async with app.run_test(size=size) as pilot:
 

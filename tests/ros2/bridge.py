@@ -117,14 +117,14 @@ def send(socket: ServerConnection, op: dict[str, Any]) -> None:
     socket.send(json.dumps({**op, "status": int(op.get("status", GoalStatus.UNKNOWN))}, default=list))
 
 
-def main(port: int) -> None:
+def main() -> None:
     bridge = Bridge()
 
     def talk(socket: ServerConnection) -> None:
         for text in socket:
             bridge.inbox.put((socket, json.loads(text)))
 
-    with serve(talk, "127.0.0.1", port) as server:
+    with serve(talk, "127.0.0.1", int(sys.argv[1])) as server:
         threading.Thread(target=server.serve_forever, daemon=True).start()
         sys.stdout.write("ready\n")
         sys.stdout.flush()
@@ -133,4 +133,4 @@ def main(port: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main()

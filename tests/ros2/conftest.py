@@ -6,7 +6,6 @@ import os
 import shlex
 import socket
 import subprocess
-import sys
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -14,6 +13,8 @@ from functools import cache
 from pathlib import Path
 
 import pytest
+
+from tests.forked import Forked, nursery
 
 HERE = Path(__file__).parent
 SETUP = os.environ.get("ROS2_SETUP", "")
@@ -70,14 +71,37 @@ def with_ros(*command: str) -> list[str]:
     return in_ros(os.environ.get("ROS2_PYTHON", "python3"), *command)
 
 
-def start(kind: str, script: str = "peer.py", *arguments: str) -> subprocess.Popen[str]:
-    """Start a peer, of cxbridge (``ours``), a script of rclpy or a program of rclcpp; it is ready."""
+@contextmanager
+def forked(module: str, *arguments: str) -> Iterator[Forked]:
+    """Run ``main`` of a module as a process; it is ready."""
+    made = nursery().begin(arguments, program=module)
+    with made.process, made.stdin, made.stdout, made.stderr:
+        assert made.stdout.readline() == b"ready\n", made.stderr.read().decode()
+        try:
+            yield made.process
+        finally:
+            made.process.kill()
+            made.process.wait(60)
+
+
+@contextmanager
+def started(kind: str, script: str, *arguments: str) -> Iterator[None]:
+    """Run a script of rclpy, or the module of that name of ours."""
+    if kind == "ours":
+        with forked(f"tests.ros2.{Path(script).stem}", *arguments):
+            yield
+    else:
+        process = start(kind, script, *arguments)
+        yield
+        stop(process)
+
+
+def start(kind: str, script: str, *arguments: str) -> subprocess.Popen[str]:
+    """Start a script of rclpy or a program of rclcpp; it is ready."""
     if kind == "rclcpp":
         command = in_ros(str(Path(HUBS) / script), *arguments)
-    elif kind == "rclpy":
-        command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     else:
-        command = [sys.executable, "-m", "tests.ros2.peer", *arguments]
+        command = with_ros(str(HERE / "with_rclpy" / script), *arguments)
     process = subprocess.Popen(
         command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True, cwd=HERE.parent.parent
     )
@@ -112,19 +136,13 @@ def wait_for_port(port: int) -> None:
 def a_router(port: int = 0) -> Iterator[str]:
     """Start a router of Zenoh; its URL."""
     port = port or free_port()
-    command = [sys.executable, "-m", "tests.ros2.router", str(port)]
-    with subprocess.Popen(command, cwd=HERE.parent.parent) as process:
-        try:
-            wait_for_port(port)
-            yield f"tcp/127.0.0.1:{port}"
-        finally:
-            process.kill()
+    with forked("tests.ros2.router", str(port)):
+        yield f"tcp/127.0.0.1:{port}"
 
 
 @pytest.fixture(scope="module", params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def peer(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
     """A node that echoes /there to /back, adds, and counts; its kind."""
     pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-    process = start(request.param)
-    yield request.param
-    stop(process)
+    with started(request.param, "peer.py"):
+        yield request.param

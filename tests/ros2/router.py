@@ -19,6 +19,8 @@ def main() -> None:
     for key, value in settings.items():
         config.insert_json5(key, json.dumps(value))
     with zenoh.open(config):
+        sys.stdout.write("ready\n")
+        sys.stdout.flush()
         threading.Event().wait()
 
 

@@ -23,6 +23,7 @@ from cxbridge.ros2.parameters import ParameterClient
 from cxbridge.ros2.rosout import listen
 from cxbridge.ros2.transports.dds import DdsNode
 from tests.daemon.test_daemon import running
+from tests.ros2.experts.agents import FAST
 from tests.ros2.test_managed import answer, until
 
 QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
@@ -31,7 +32,7 @@ QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
 @contextmanager
 def a_daemon(folder: Path, domain: int, more: str = "") -> Iterator[Daemon]:
     file = folder / "daemon.yaml"
-    file.write_text(f"{QUIET}ros2: {{node: {{name: robot, domain: {domain + 2}{more}}}}}\n")
+    file.write_text(f"{QUIET}{FAST}ros2: {{node: {{name: robot, domain: {domain + 2}{more}}}}}\n")
     with running(DaemonOptions(config=file)) as (daemon, _lines, _outcome):
         yield daemon
 

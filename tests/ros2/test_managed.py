@@ -5,10 +5,8 @@ from __future__ import annotations
 import json
 import os
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -23,27 +21,19 @@ from cxbridge.ros2.node import Node
 from cxbridge.ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
 from cxbridge.ros2.rosout import listen
 from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.conftest import HERE, needs_ros, with_ros
-
-ROOT = Path(__file__).parent.parent.parent
+from tests.ros2.conftest import HERE, forked, needs_ros, started, with_ros
 
 
 @pytest.fixture
-def node(domain: int) -> Iterator[Node]:
+def node(managed: str) -> Iterator[Node]:  # it leaves first: it waits for a second for who was killed
     with DdsNode("asks", Definitions(distribution="iron", environment={})) as node:
         yield node
 
 
 @pytest.fixture(params=["ours", pytest.param("rclpy", marks=needs_ros)])
 def managed(request: pytest.FixtureRequest, domain: int) -> Iterator[str]:
-    script = str(HERE / "with_rclpy/managed.py")
-    command = with_ros(script) if request.param == "rclpy" else [sys.executable, "-m", "tests.ros2.managed"]
-    process = subprocess.Popen(command, stdout=subprocess.PIPE, text=True, cwd=ROOT)
-    assert process.stdout is not None
-    assert process.stdout.readline() == "ready\n"
-    yield str(request.param)
-    process.kill()
-    process.communicate()
+    with started(request.param, "managed.py"):
+        yield str(request.param)
 
 
 def until(node: Node, condition: Callable[[], Any], limit_s: float = 45.0) -> None:
@@ -194,19 +184,11 @@ def test_what_no_parameter_can_be(value):
 @needs_ros
 def test_rclpy_asks_our_node(domain: int):
     """With rclpy's own clients: what `ros2 param` and `ros2 lifecycle` are made of."""
-    ours = subprocess.Popen(
-        [sys.executable, "-m", "tests.ros2.managed"], stdout=subprocess.PIPE, text=True, cwd=ROOT
-    )
-    try:
-        assert ours.stdout is not None
-        assert ours.stdout.readline() == "ready\n"
+    with forked("tests.ros2.managed"):
         script = str(HERE / "with_rclpy/manager.py")
         done = subprocess.run(
             with_ros(script), capture_output=True, text=True, check=False, timeout=60, env=os.environ
         )
-    finally:
-        ours.kill()
-        ours.communicate()
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout) == {
         "names": ["fixed", "limits.deep.high", "limits.low", "names", "speed", "works"],

@@ -5,8 +5,8 @@ from __future__ import annotations
 import json
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterator
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -20,13 +20,19 @@ from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.ros2.skills import RosSkills, fill
+from cxbridge.ros2.transports.dds.domain import _on_this_host
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
-from tests.ros2.conftest import SETUP, needs_ros, start, stop
+from tests.forked import Piped, nursery
+from tests.ros2.conftest import SETUP, forked, needs_ros, start, stop
 from tests.ros2.peer import PACKAGES
 from tests.support import ROOT
 
 WAYS = 7
+MISSED_SOON = _on_this_host("localhost").replace(
+    "<Discovery>", "<Discovery><LeaseDuration>2s</LeaseDuration>"
+)
+"""Has others take a process for gone when they hear nothing for two seconds, not ten."""
 EXECUTOR = f"""
           class: cxbridge.ros2.skills:RosSkills
           packages: ["{PACKAGES}"]
@@ -122,14 +128,15 @@ def test_a_robot_that_is_restarted_in_the_middle_fails_a_skill_with_a_reason(nav
     assert "the server of /navigate_to_pose does not know the goal: it was restarted" in errors
 
 
-def begin(folder: Path, *options: str) -> subprocess.Popen[str]:
-    command = [sys.executable, "-m", "cxbridge", "run", str(folder), "--clock", "real", "--json", *options]
-    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, cwd=ROOT)
+def begin(folder: Path, *options: str) -> Piped:
+    return nursery().begin(["run", str(folder), "--clock", "real", "--json", *options])
 
 
-def end(process: subprocess.Popen[str]) -> tuple[int, dict[str, Any], str]:
-    out, errors = process.communicate(timeout=60)
-    return process.returncode, json.loads(out), errors
+def end(running: Piped) -> tuple[int, dict[str, Any], str]:
+    with running.process, running.stdin, running.stdout, running.stderr:
+        errors = running.stderr.read().decode()  # far less than a pipe holds goes to the other one
+        out = running.stdout.read()
+        return running.process.wait(60), json.loads(out or "{}"), errors
 
 
 def test_a_robot_of_ros_drives_all_waypoints(peer: str, tmp_path: Path):
@@ -158,14 +165,15 @@ def test_a_server_that_is_not_there_is_a_failure_that_names_it(tmp_path: Path):
 
 @pytest.mark.usefixtures("quiet_domain")
 def test_a_server_that_vanishes_is_a_failure_that_names_it(tmp_path: Path):
-    peer = start("ours")
-    running = begin(scenario(tmp_path, 45), "--verbose")
-    assert running.stderr is not None
-    for _, _line in zip(
-        range(WAYS), (line for line in running.stderr if "is executed by" in line), strict=False
-    ):
-        pass
-    stop(peer)
+    with ExitStack() as stack:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setenv("CYCLONEDDS_URI", MISSED_SOON)
+            stack.enter_context(forked("tests.ros2.peer"))
+        running = begin(scenario(tmp_path, 45), "--verbose")
+        for _, _line in zip(
+            range(WAYS), (line for line in running.stderr if b"is executed by" in line), strict=False
+        ):
+            pass
     status, _, errors = end(running)
     assert status == 1
     # the last goal was on its way
@@ -213,9 +221,8 @@ def test_an_unknown_type_is_told_when_the_run_begins(tmp_path: Path):
     folder = scenario(tmp_path, 8)
     file = folder / "scenario.yaml"
     file.write_text(file.read_text().replace("action/Fibonacci", "action/Fibonaci"))
-    process = begin(folder)
-    _, errors = process.communicate(timeout=60)
-    assert process.returncode == 2
+    status, _, errors = end(begin(folder))
+    assert status == 2
     assert "there is no ROS 2 type example_interfaces/action/Fibonaci" in errors
     assert "did you mean example_interfaces/action/Fibonacci" in errors
     assert "scenario.yaml:" in errors

@@ -7,7 +7,6 @@ import json
 import os
 import shlex
 import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -33,7 +32,7 @@ from cxbridge.ros2.transports.dds.services import _Introduction, matched, named
 from cxbridge.ros2.transports.rclpy import RclpyNode
 from cxbridge.ros2.transports.rosbridge import RosbridgeNode
 from cxbridge.ros2.transports.zenoh import ZenohNode
-from tests.ros2.conftest import HERE, a_router, free_port, needs_ros, start, stop, wait_for_port, with_ros
+from tests.ros2.conftest import HERE, a_router, forked, free_port, needs_ros, started, wait_for_port, with_ros
 from tests.ros2.peer import ABORTED, PACKAGES
 
 COUNT = 200
@@ -54,8 +53,11 @@ ZENOH = "zenoh"
 def a_bridge(kind: str) -> Iterator[str]:
     """Start a rosbridge; its URL."""
     port = free_port()
-    ours = [sys.executable, "-m", "tests.ros2.bridge"]
-    command = [*(ours if kind == "rosbridge" else shlex.split(ROSBRIDGE)), str(port)]
+    if kind == "rosbridge":
+        with forked("tests.ros2.bridge", str(port)):
+            yield f"ws://127.0.0.1:{port}"
+        return
+    command = [*shlex.split(ROSBRIDGE), str(port)]
     with subprocess.Popen(command, cwd=HERE.parent.parent, stdout=subprocess.DEVNULL) as process:
         try:
             wait_for_port(port)
@@ -105,9 +107,8 @@ def peer(request: pytest.FixtureRequest, domain: int, transport: str, router: st
     """A node that echoes /there to /back, adds, and counts; its kind."""
     if request.param != "ours" and not reaches_ros(transport):
         pytest.skip("the nodes of ROS have another RMW")
-    process = start(request.param, "peer.py", *([ZENOH, router] if transport == ZENOH else []))
-    yield request.param
-    stop(process)
+    with started(request.param, "peer.py", *([ZENOH, router] if transport == ZENOH else [])):
+        yield request.param
 
 
 @pytest.fixture(scope="module")

@@ -40,13 +40,16 @@ from cxbridge.ros2.transports.zenoh.names import (
     qos_text,
 )
 from cxbridge.ros2.transports.zenoh.session import overrides_of, settings_of
-from tests.ros2.conftest import a_router, free_port, start, stop
+from tests.ros2.conftest import a_router, forked, free_port
 from tests.ros2.peer import PACKAGES
 from tests.ros2.test_transport import poll_until
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ADD = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
 CHATTER = Place("/chatter", "std_msgs::msg::dds_::String_", STRING)
+AT_ONCE = "scouting/delay=0"
+"""Lets a session begin at once, not after the half second in which Zenoh looks for others."""
+
 ADDITION = Place("/add_two_ints", "example_interfaces::srv::dds_::AddTwoInts_", ADD)
 ODOM = Place("/robot1/odom", "nav_msgs::msg::dds_::Odometry_", "TypeHashNotSupported")
 
@@ -267,8 +270,9 @@ def test_overrides_are_read_as_rmw_zenoh_does():
 
 @pytest.fixture
 def plain(monkeypatch: pytest.MonkeyPatch, domain: int) -> int:
-    for name in ("ZENOH_CONFIG_OVERRIDE", "ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CHECK_ATTEMPTS"):
+    for name in ("ZENOH_SESSION_CONFIG_URI", "ZENOH_ROUTER_CHECK_ATTEMPTS"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", AT_ONCE)
     return domain
 
 
@@ -344,7 +348,7 @@ def two(
 ) -> Iterator[tuple[Node, Node]]:
     """Two nodes: as on one host, and as with a router elsewhere."""
     with a_router() as url:
-        monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{request.param}"')
+        monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{request.param}";{AT_ONCE}')
         with ZenohNode("first", types(), url, plain) as first, ZenohNode("second", types(), url) as second:
             yield first, second
 
@@ -429,21 +433,20 @@ def test_a_server_that_is_killed_is_gone_and_another_one_is_there(plain: int):
         client = node.client("/add", "example_interfaces/srv/AddTwoInts")
         seen = set[int]()
         for _ in range(2):
-            process = start("ours", "peer.py", "zenoh", url)
-            poll_until(node, lambda: client.is_served, 60)
-            assert not seen & client.servers
-            seen |= client.servers
-            got: list[Any] = []
-            client.call({"a": 1, "b": 2}, got.append)
-            poll_until(node, lambda: got, 60)  # noqa: B023 - it is over before the next one
-            assert got == [{"sum": 3}]
-            stop(process)
+            with forked("tests.ros2.peer", "zenoh", url):
+                poll_until(node, lambda: client.is_served, 60)
+                assert not seen & client.servers
+                seen |= client.servers
+                got: list[Any] = []
+                client.call({"a": 1, "b": 2}, got.append)
+                poll_until(node, lambda: got, 60)  # noqa: B023 - it is over before the next one
+                assert got == [{"sum": 3}]
             poll_until(node, lambda: not client.is_served, 60)
 
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
 def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}"')
+    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}";{AT_ONCE}')
     port = free_port()
     with a_router(port) as url:
         node = ZenohNode("test", types(), url, plain)
@@ -451,26 +454,23 @@ def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: p
         node.subscribe("/back", "std_msgs/msg/String", got.append)
         there = node.publisher("/there", "std_msgs/msg/String")
         add = node.client("/add", "example_interfaces/srv/AddTwoInts")
-    with node, a_router(port):
-        process = start("ours", "peer.py", "zenoh", url)
+    with node, a_router(port), forked("tests.ros2.peer", "zenoh", url):
         poll_until(node, lambda: add.is_served and there.subscriptions, 60)
         while not got:
             there.publish({"data": "x"})
             node.poll(0.1)
-        stop(process)
 
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
 def test_a_goal_fails_when_the_robot_is_lost(plain: int, mode: str, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}"')
-    with a_router() as url:
-        process = start("ours", "peer.py", "zenoh", url)
+    monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}";{AT_ONCE}')
+    with a_router() as url, forked("tests.ros2.peer", "zenoh", url) as robot:
         node = ZenohNode("test", types(), url, plain)
         with ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci") as client:
             poll_until(node, lambda: client.is_served, 60)
             sent = client.send({"order": 10**9})
             poll_until(node, lambda: sent.feedback, 60)
-            stop(process)
+            robot.kill()
             poll_until(node, lambda: sent.is_over, 60)
     with node:
         assert "has not answered" in sent.reason

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from random import Random
 from typing import Any, TypeVar, cast
 
@@ -117,13 +117,23 @@ _TIME = re.compile(r"\b(\d{10})((?:\.\d+)|(?: (?:INTEGER )?\d{1,6}))?\b")
 _MSGID = re.compile(r"(?<=\(msgid )[1-9]\d*")
 
 
+def distinct(random: Random, below: int) -> Iterator[int]:
+    """Draw numbers from 1 on, each once, when one is wanted."""
+    drawn = {0}
+    while len(drawn) < below:
+        number = random.randrange(1, below)
+        if number not in drawn:
+            drawn.add(number)
+            yield number
+
+
 class Renaming:
     """Gives everything that is named by accident another name, and every event another time."""
 
     def __init__(self, random: Random) -> None:
         self._random = random
         self._names: dict[str, str] = {}
-        self._numbers = iter(random.sample(range(1, 100_000), 20_000))
+        self._numbers = distinct(random, 100_000)
         self._msgid = random.randrange(1, 500)
         self._now = random.randrange(10**15)
         self._start_s = random.randrange(10**9, 9 * 10**9)

@@ -7,6 +7,7 @@ import pty
 import subprocess
 import sys
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.ros2.experts.client import ExpertRefusedError
 from cxbridge.ros2.experts.nodes import NodeCodec
 from cxbridge.ros2.experts.terminal import HELP, Terminal, UsageError
+from tests.forked import nursery
 from tests.ros2.experts.agents import asking, served
 from tests.support import ROOT
 
@@ -205,9 +207,12 @@ def test_nobody_is_there(domain: int):
 
 
 def program(*words: str, lines: str = "") -> tuple[int, str, str]:
-    command = [sys.executable, "-m", "cxbridge", "ros2", "terminal", *words]
-    done = subprocess.run(command, input=lines, capture_output=True, text=True, timeout=120, check=False)
-    return done.returncode, done.stdout, done.stderr
+    terminal = nursery().begin(["ros2", "terminal", *words])
+    with terminal.process, terminal.stdout, terminal.stderr:
+        with terminal.stdin, suppress(BrokenPipeError):  # it may refuse its options first
+            terminal.stdin.write(lines.encode())
+        said, complaint = terminal.stdout.read().decode(), terminal.stderr.read().decode()
+        return terminal.process.wait(120), said, complaint
 
 
 def test_the_program(terminal: Terminal, domain: int):

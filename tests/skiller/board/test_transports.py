@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import os
 import signal
-import subprocess
-import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack
@@ -21,8 +19,8 @@ from cxbridge.clock import RealClock
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.protocol import MasterState
+from tests.forked import nursery
 from tests.skiller.board.rig import Rig, call, states
-from tests.support import ROOT
 
 WAIT_S = 60
 HEARTBEAT_S = 0.2
@@ -149,21 +147,23 @@ class Process:
 
     def __init__(self, folder: Path, url: str, agent: str, *arguments: str) -> None:
         (folder / "wave.py").write_text(WAVE)
-        command = [sys.executable, "-m", "cxbridge", "skill", "executor", f"{folder}/wave.py:Wave"]
-        self.popen = subprocess.Popen(
-            [*command, "--agent", agent, "--connect", url, *arguments],
-            cwd=ROOT,
-            stderr=subprocess.PIPE,
-            text=True,
-        )
+        command = ["skill", "executor", f"{folder}/wave.py:Wave", "--agent", agent, "--connect", url]
+        self._forked = nursery().begin([*command, *arguments])
 
     def signal(self, number: int) -> None:
-        os.kill(self.popen.pid, number)
+        os.kill(self._forked.process.number, number)
 
     def end(self) -> tuple[int, str]:
         """Return the exit status and what was logged."""
-        _, log = self.popen.communicate(timeout=WAIT_S)
-        return self.popen.returncode, log
+        log = self._forked.stderr.read().decode()
+        return self._forked.process.wait(WAIT_S), log
+
+    def close(self) -> None:
+        """Kill it, if it still runs."""
+        forked = self._forked
+        with forked.process, forked.stdin, forked.stdout, forked.stderr:
+            forked.process.kill()
+            forked.process.wait(WAIT_S)
 
 
 @pytest.fixture
@@ -171,8 +171,7 @@ def processes() -> Iterator[list[Process]]:
     made: list[Process] = []
     yield made
     for process in made:
-        with process.popen:
-            process.popen.kill()
+        process.close()
 
 
 def there(rig: Rig, board: int, *names: str) -> Callable[[], bool]:

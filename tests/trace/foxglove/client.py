@@ -81,7 +81,8 @@ class FoxgloveClient:
 def connected(url: str) -> Iterator[FoxgloveClient]:
     """Connect to a server, and receive what it says of itself."""
     client = pytest.importorskip("websockets.sync.client", reason="needs websockets")
-    with client.connect(url, subprotocols=[PROTOCOL], max_size=None) as socket:
+    # a queue that was full would keep the answer to our good-bye away from us, for ten seconds
+    with client.connect(url, subprotocols=[PROTOCOL], max_size=None, max_queue=None) as socket:
         assert socket.subprotocol == PROTOCOL
         found = FoxgloveClient(socket)
         found.until(lambda: bool(found.info))

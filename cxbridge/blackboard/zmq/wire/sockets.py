@@ -24,6 +24,9 @@ SERVER_QUEUE = 4096
 CLIENT_QUEUE = 1000
 """Frames that wait for the server at most."""
 
+BACKLOG = 1024
+"""Connections that may come at once; the system has those that are too many try again after a second."""
+
 FAREWELL_MS = 300
 """How long what was sent last may take to leave."""
 
@@ -74,6 +77,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         socket.sndhwm = SERVER_QUEUE
         socket.rcvhwm = CLIENT_QUEUE
         socket.handshake_ivl = 5000
+        socket.backlog = BACKLOG
         if keys is not None and endpoint.startswith("tcp:"):
             keys.apply(socket)
         _bind_patiently(socket, endpoint)

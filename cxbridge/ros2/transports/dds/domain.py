@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import os
+import threading
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Final
 
 from cyclonedds.core import Entity
@@ -90,3 +91,18 @@ def delete(entity: Entity) -> None:
     not in its table for ended.
     """
     entity.__del__()
+
+
+def delete_all(writers: Sequence[Entity]) -> None:
+    """End writers at the same time.
+
+    Each one waits until others have acknowledged what it wrote: for a tenth of a second, and for a whole one
+    when one of them was killed a moment ago.
+    """
+    threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers[1:]]
+    for thread in threads:
+        thread.start()
+    for writer in writers[:1]:
+        delete(writer)
+    for thread in threads:
+        thread.join()

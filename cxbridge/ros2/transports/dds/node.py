@@ -42,7 +42,7 @@ from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Re
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
-from cxbridge.ros2.transports.dds.domain import default_reach, delete, enter, lacks_security
+from cxbridge.ros2.transports.dds.domain import default_reach, delete, delete_all, enter, lacks_security
 from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, matched, named
 from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN, domain_id
 
@@ -216,9 +216,13 @@ class DdsNode(Node):
         """Leave the network."""
         for server in self._servers:
             server.close()
-        while self._readers:
-            self._end(next(iter(self._readers)))
-        for entity in (*self._writers, self._graph, self._waits, self._never, self._participant):
+        while self._readers:  # not announced one by one: DDS tells that all is gone
+            _, reader = self._readers.popitem()
+            self._waits.detach(reader.condition)
+            delete(reader.condition)
+            delete(reader.entity)
+        delete_all((*self._writers, self._graph))
+        for entity in (self._waits, self._never, self._participant):
             delete(entity)
         self._leave_domain()
 
