@@ -64,10 +64,8 @@ def performers(stranger: str, protocol: str, domain: int) -> Iterator[Callable[.
 
     yield begin
     for process in made:
-        process.kill()
-        process.wait()
-        assert process.stdout is not None
-        process.stdout.close()
+        with process:  # its pipes are closed, too
+            process.kill()
 
 
 def said(process: subprocess.Popen[str]) -> list[str]:

@@ -8,6 +8,7 @@ import re
 from collections.abc import Iterable, Sequence
 
 import pytest
+from msgspec import structs
 
 from cxbridge.cli.main import main
 from cxbridge.history.exchange import Exchange, SkillMessage
@@ -218,7 +219,7 @@ def test_a_request_with_names_and_a_mapping_is_printed_whole(tmp_path):
         "parameters": '{"text":"hi","mapped_action":"say{}"}',
     }
     event = InterfaceMessage(0, "SkillExecutorInterface::e", "RequestMessage", 1, "B", "queued", values)
-    again = dataclasses.replace(event, uid="SkillExecutorInterface::f")
+    again = structs.replace(event, uid="SkillExecutorInterface::f")
     late = InterfaceMessage(
         5, "SkillBoardInterface::B", "FinishMessage", 2, "e", "queued", {"master": 9, "executor": "f"}
     )
