@@ -45,7 +45,7 @@ class DaemonExplainer:
     :param environment: the executive's environment, None while there is none.
     :param where: what the answers say they are about.
     :param folders: where the agent's CLIPS files are.
-    :param with_firings: whether firings are recorded, so that to hear of them costs nothing more.
+    :param with_firings: whether firings are recorded, so that to receive them costs nothing more.
     """
 
     def __init__(

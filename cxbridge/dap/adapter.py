@@ -53,7 +53,7 @@ class Adapter:
         self._stop: Stop | None = None
         self._run_phase = Phase.LAUNCHED
         self._is_known = self._is_over = self._checked = False
-        self._tells_changes = False
+        self._sends_invalidated = False
         self.problem = ""
         """Why the client's stream cannot be read any further; empty while it can."""
         any_time, stopped = phases.KNOWN, Phase.STOPPED
@@ -134,11 +134,11 @@ class Adapter:
         try:
             status = self._there.run(self)
         except CxbridgeError as error:
-            self.tell("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
+            self.send_event("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
         self._run_phase = Phase.OVER
-        self.tell("exited", {"exitCode": status})
-        self.tell("terminated")
+        self.send_event("exited", {"exitCode": status})
+        self.send_event("terminated")
 
     def _take(self, request: protocol.Request | None) -> None:
         """Carry out a request, and answer it."""
@@ -160,7 +160,7 @@ class Adapter:
             answer.body = {"error": {"id": 1, "format": answer.message, "showUser": True}}
         self._wire.write(answer)
         if answer.success and request.command == "launch":
-            self.tell("initialized")
+            self.send_event("initialized")
 
     def _carry_out(self, request: protocol.Request) -> Any:
         """Return the body of the answer to a request.
@@ -185,14 +185,14 @@ class Adapter:
         if not self._checked and self._there.is_loaded:
             self._checked = True
             for each in self._breakpoints.check():
-                self.tell("breakpoint", {"reason": "changed", "breakpoint": each})
+                self.send_event("breakpoint", {"reason": "changed", "breakpoint": each})
 
     def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
         """Carry out requests until one goes on."""
         self._stop = Stop(stopped, self._sources.of)
         reason = "exception" if self._breakpoints.is_filter(stopped.breakpoint) else stopped.reason
         numbers = [stopped.breakpoint] if stopped.breakpoint else []
-        self.tell(
+        self.send_event(
             "stopped",
             protocol.StoppedBody(
                 reason,
@@ -213,7 +213,7 @@ class Adapter:
         finally:
             self._stop = None
 
-    def tell(self, name: str, body: Mapping[str, object] | protocol.Shape | None = None) -> None:
+    def send_event(self, name: str, body: Mapping[str, object] | protocol.Shape | None = None) -> None:
         """Send an event."""
         self._wire.write(protocol.Event(name, body))
 
@@ -235,7 +235,7 @@ class Adapter:
         if arguments.path_format != "path":
             raise CxbridgeError(f"files are named by their paths here, not as '{arguments.path_format}'")
         self._is_known = True
-        self._tells_changes = arguments.supports_invalidated_event
+        self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
@@ -243,7 +243,7 @@ class Adapter:
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._target)
         if self._target.can_go_back:
-            self.tell("capabilities", {"capabilities": {"supportsStepBack": True}})
+            self.send_event("capabilities", {"capabilities": {"supportsStepBack": True}})
 
     def _begin(self, _arguments: protocol.Nothing) -> None:
         self._run_phase = Phase.RUNNING
@@ -251,7 +251,7 @@ class Adapter:
     def _terminate(self, _arguments: protocol.EndArguments) -> None:
         if self._phase is Phase.LAUNCHED:  # there is nothing that could end by itself
             self._run_phase = Phase.OVER
-            self.tell("terminated")
+            self.send_event("terminated")
 
     def _disconnect(self, _arguments: protocol.EndArguments) -> None:
         self._is_over = True
@@ -300,7 +300,7 @@ class Adapter:
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
         value = self._here.change(arguments.variables_reference, arguments.name, arguments.value)
-        self._tell_change()
+        self._send_invalidated()
         return {"value": value}
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
@@ -308,14 +308,14 @@ class Adapter:
             self._here.check_frame(arguments.frame_id)
         body, printed = self._here.evaluate(arguments.expression)
         for line in printed:
-            self.tell("output", {"category": "console", "output": f"{line}\n"})
+            self.send_event("output", {"category": "console", "output": f"{line}\n"})
         if arguments.context == "repl":
-            self._tell_change()
+            self._send_invalidated()
         return body
 
-    def _tell_change(self) -> None:
-        if self._tells_changes:
-            self.tell("invalidated", {"areas": ["stacks", "variables"]})
+    def _send_invalidated(self) -> None:
+        if self._sends_invalidated:
+            self.send_event("invalidated", {"areas": ["stacks", "variables"]})
 
     def _source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
         wanted = arguments.source or protocol.Source(source_reference=arguments.source_reference)

@@ -51,18 +51,20 @@ class LiveRun(Target):
     def run(self, client: Client) -> int:
         """Run the scenario; returns the exit status of `cxbridge run`."""
 
-        def tell_line(event: Event) -> None:
+        def send_line(event: Event) -> None:
             if isinstance(event, LogLine):
                 category = _CATEGORIES.get(event.level, "stdout")
-                client.tell("output", {"category": category, "output": f"{event.component}: {event.text}\n"})
+                client.send_event(
+                    "output", {"category": category, "output": f"{event.component}: {event.text}\n"}
+                )
 
         result = run_scenario(
-            self._options, tell_line, lambda assembly: self._attach(assembly, client), interactive=True
+            self._options, send_line, lambda assembly: self._attach(assembly, client), interactive=True
         )
         for agent in self._agents:
             agent.raise_error()
         reason = "ended by the client" if self._interrupted else result.reason
-        client.tell("output", {"category": "console", "output": f"{reason}\n"})
+        client.send_event("output", {"category": "console", "output": f"{reason}\n"})
         return _INTERRUPTED if self._interrupted else result.status
 
     def _attach(self, assembly: Assembly, client: Client) -> None:
@@ -81,7 +83,7 @@ class LiveRun(Target):
                 assembly.loop.stop()
 
         assembly.loop.add(Hook.PRE_LOOP, pump)
-        client.tell("thread", {"reason": "started", "threadId": number})
+        client.send_event("thread", {"reason": "started", "threadId": number})
         if self._stop_on_entry:
             agent.debugger.stop()
         if self._interrupted:

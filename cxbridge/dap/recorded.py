@@ -171,8 +171,8 @@ class RecordedRun(Target):
     def run(self, client: Client) -> int:
         """Go through the recording as the client asks for; returns 0."""
         for note in self._scrubber.notes:
-            client.tell("output", {"category": "console", "output": f"{note}\n"})
-        client.tell("thread", {"reason": "started", "threadId": 1})
+            client.send_event("output", {"category": "console", "output": f"{note}\n"})
+        client.send_event("thread", {"reason": "started", "threadId": 1})
         self._wanted = "entry"
         while not self._over.is_set():
             stopped = self._go(client)
@@ -317,7 +317,7 @@ class RecordedRun(Target):
             return None
         if item.log:
             text = item.logged(lambda expression: self._shown(stopped.moment, expression))
-            client.tell("output", {"category": "console", "output": f"{text}\n"})
+            client.send_event("output", {"category": "console", "output": f"{text}\n"})
             return None
         return stopped
 

@@ -149,7 +149,7 @@ class Client(Protocol):
         :param is_over: whether there is nothing to wait for any more.
         """
 
-    def tell(self, name: str, body: Mapping[str, object] | Shape | None = None) -> None:
+    def send_event(self, name: str, body: Mapping[str, object] | Shape | None = None) -> None:
         """Send an event."""
 
 

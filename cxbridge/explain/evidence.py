@@ -38,7 +38,7 @@ STORY_TYPES: Final = (
     InterfaceWrite,
     InterfaceMessage,
 )
-"""The events that tell how goals came about."""
+"""The events that show how goals came about."""
 
 MOST_FIRINGS: Final = 200_000
 """Firings that are remembered, the last ones."""

@@ -195,7 +195,7 @@ def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.Foldin
 
 
 def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
-    """Tell of each rule how often it fired in the last recording."""
+    """Return for each rule how often it fired in the last recording."""
     file = ls.file(params.text_document.uri)
     known = ls.session.knowledge
     if file is None or not known.recording:

@@ -69,7 +69,7 @@ class ReportedMachine:
 
 
 class ReportedGame:
-    """A game as the referee's messages tell it.
+    """A game as the referee's messages report it.
 
     :param pay: reports to the referee that a base went down the slide of a machine.
     """

@@ -88,7 +88,7 @@ class EventStreams:
         self.clients += 1
         self._collector.want(selection.kinds, more=True)
         if self._ticker is None:
-            self._ticker = asyncio.create_task(self._tell())
+            self._ticker = asyncio.create_task(self._poll_events())
         gone = asyncio.create_task(_disconnected(receive))
         together = request.query_params.get("together") == "true"
         following = asyncio.create_task(self._follow(send, selection, position, together=together))
@@ -181,7 +181,7 @@ class EventStreams:
     def _id(self, position: Position) -> str:
         return f"{self._epoch}-{position}"
 
-    async def _tell(self) -> None:
+    async def _poll_events(self) -> None:
         """Look for events as long as there are clients."""
         while self.clients and not self._closed:
             if self._collect():

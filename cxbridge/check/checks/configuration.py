@@ -155,11 +155,11 @@ def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
         )
 
 
-def _check_keys(agent: Agent, told: set[Place]) -> Iterator[Finding]:
+def _check_keys(agent: Agent, named: set[Place]) -> Iterator[Finding]:
     """Yield a finding for each key that nobody reads, but those in places that a finding names already."""
     checked, seen = KeyCheck(), set[str]()
     in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
-    lines = {(place.file, place.line) for place in told}
+    lines = {(place.file, place.line) for place in named}
     for value in agent.config.walk("/"):
         path = parts_of(value.path)
         unknown = checked.first_unknown(path)

@@ -109,17 +109,17 @@ def _rules(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
 
 def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     read = usage.read_templates()
-    told: set[str] = set()
+    reported: set[str] = set()
     for construct in own:
         for fact in construct.facts:
             name = fact.template
-            if name in told | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
+            if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
             if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it
             if not agent.model.is_defined(Name(Kind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue
-            told.add(name)
+            reported.add(name)
             yield _finding(
                 FACT,
                 construct,
@@ -139,12 +139,12 @@ def _asserts(usage: Usage, template: str) -> int:
 
 def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     made = {word for construct in usage.constructs for word in construct.words} | usage.others
-    told: set[str] = set()
+    reported: set[str] = set()
     for construct in own:
         for pattern in construct.patterns:
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
-                if name not in made | told:
-                    told.add(name)
+                if name not in made | reported:
+                    reported.add(name)
                     hint = did_you_mean(name, _classes(usage))
                     message = (
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
@@ -152,8 +152,8 @@ def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
                     yield _finding(NOT_FORMULATED, construct, pattern.start, message, hint)
         for fact in construct.facts:
             name = next(iter(fact.slots.get(_CLASS, ())), "")
-            if fact.template == _GOAL and name and name not in told:
-                told.add(name)
+            if fact.template == _GOAL and name and name not in reported:
+                reported.add(name)
                 yield from _way(agent, usage, construct, fact, name)
 
 

@@ -122,15 +122,19 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         if slot.head == "name"
         for value in slot.arguments
     }
-    told: set[str] = set()
+    reported: set[str] = set()
     for file in model.files:
         if agent.is_of_core(file.path):
             continue
         for mention in file.mentions:
             name = mention.name
-            if name.kind is not Kind.PREDICATE or mention.use is not Use.MATCHED or name.text in known | told:
+            if (
+                name.kind is not Kind.PREDICATE
+                or mention.use is not Use.MATCHED
+                or name.text in known | reported
+            ):
                 continue
-            told.add(name.text)
+            reported.add(name.text)
             if any(f"domain/fact/{name.text}" in each.text for each in agent.files):
                 continue  # a fact by its id
             at = Place(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
@@ -208,13 +212,13 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
     operators = {action.name for each in parsed for action in each.domain.actions}
-    told = mapped | named
+    reported = mapped | named
     for file in agent.model.files:
         for mention in () if agent.is_of_core(file.path) else file.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is Kind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
-            if is_planned and name in operators - told:
-                told.add(name)
+            if is_planned and name in operators - reported:
+                reported.add(name)
                 at = Place(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
                 hint = did_you_mean(name, mapped - operators)
                 yield Finding(NOT_EXECUTED, at, f"nobody executes the action '{name}'", hint)

@@ -32,10 +32,12 @@ def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: s
     """
     rows = run_rows(result.graph)
     drawn = _drawn(rows)
-    told = [] if len(drawn) == len(rows) else [f"{len(rows) - len(drawn)} runs of {len(rows)} are not drawn"]
+    remarks = (
+        [] if len(drawn) == len(rows) else [f"{len(rows) - len(drawn)} runs of {len(rows)} are not drawn"]
+    )
     page = Page(
         title="Exploration",
-        lead=_lead(result, command) + notes(told),
+        lead=_lead(result, command) + notes(remarks),
         sections=[
             Section("map", "Runs", draw([rows[number] for number in drawn], drawn)),
             Section("faults", "What faults lead to", _faults(rows)),

@@ -102,12 +102,12 @@ def _timeline(score: Score, timeline: Timeline) -> str:
         Group("Machines", machines),
         Group("Orders", [_order_lane(order, score) for order in score.orders]),
     ]
-    told = f"Machines that did nothing: {', '.join(still)}. " if still else ""
+    idle = f"Machines that did nothing: {', '.join(still)}. " if still else ""
     label = "What robots, machines and orders did when; the tables below sum it up"
     return (
         _legend(timeline)
         + draw(groups, timeline.seconds, label)
-        + f'<p class="dim">Seconds of the production. {html(told)}Point at a bar to see more.</p>'
+        + f'<p class="dim">Seconds of the production. {html(idle)}Point at a bar to see more.</p>'
     )
 
 

@@ -58,7 +58,7 @@ class ExpertServer(Closing):
         self._node, self._feature, self._rights, self._log = node, feature, rights, log
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
-        self._told = -1
+        self._published_version = -1
         for which in settings.serve:
             for name, kind in services_of(which, settings.node.distribution).items():
                 node.serve_later(check_topic(namespace + name), kind, self._answering(which, name))
@@ -104,11 +104,11 @@ class ExpertServer(Closing):
         self._node.poll()
         self._planner.loop()
         env = self._feature.env
-        if self._topics and env is not None and self._told != self._feature.version:
-            self._told = self._feature.version
-            self._tell(env)
+        if self._topics and env is not None and self._published_version != self._feature.version:
+            self._published_version = self._feature.version
+            self._publish(env)
 
-    def _tell(self, env: ClipsEnvironment) -> None:
+    def _publish(self, env: ClipsEnvironment) -> None:
         with env.lock:
             message = knowledge_message(self._feature.expert(env))
         self._updates.publish(_NOTHING)

@@ -283,12 +283,12 @@ class Terminal:
         _no_more("check actors", rest)
         signs: dict[str, tuple[str, int]] = {}
 
-        def hear(message: Message) -> None:
+        def take_sign(message: Message) -> None:
             sign = PROTOCOL.sign(message)
             signs[sign.node] = (sign.action, sign.life)
 
         topic = self._client.namespace + PROTOCOL.signs_topic
-        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, hear)
+        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, take_sign)
         self._client.wait(lambda: False, LISTENING_S)
         end()
         for node, (action, life) in sorted(signs.items()):

@@ -55,7 +55,7 @@ class _Asked:
     """An action that was asked for, until it is over.
 
     :ivar performer: who was confirmed; empty before.
-    :ivar told: its last FEEDBACK; None: none has come.
+    :ivar feedback: its last FEEDBACK; None: none has come.
     :ivar end: its FINISH.
     :ivar idle_signs: how often it has said, one after the other, that it does not execute anything.
     """
@@ -63,7 +63,7 @@ class _Asked:
     def __init__(self, request: Word) -> None:
         self.request = request
         self.performer = ""
-        self.told: Word | None = None
+        self.feedback: Word | None = None
         self.end: Word | None = None
         self.idle_signs = 0
 
@@ -115,7 +115,7 @@ class HubSkills(RosExecutor):
     def start(self) -> None:
         """Join the domain and the hub: performers know us before we ask."""
         namespace = self.node_settings.namespace
-        self._hub = Hub(self.join(), self.protocol, namespace, self._heard, self._signed)
+        self._hub = Hub(self.join(), self.protocol, namespace, self._take_word, self._signed)
 
     def close(self) -> None:
         """Leave the hub and the domain."""
@@ -190,19 +190,19 @@ class HubSkills(RosExecutor):
                 self._say(Kind.REJECT, name, key)
 
     def _follow(self, asked: _Asked) -> Generator[Progress | None, None, None]:
-        told: Word | None = None
+        feedback: Word | None = None
         since_us = self.clock.now_us()
         while True:
             self.poll()
             if asked.end is not None:
                 return
             self._check(asked, since_us)
-            if asked.told is told:
+            if asked.feedback is feedback:
                 yield None
                 continue
-            told = asked.told
-            if told is not None:
-                yield Progress(told.progress, told.status)
+            feedback = asked.feedback
+            if feedback is not None:
+                yield Progress(feedback.progress, feedback.status)
 
     def _check(self, asked: _Asked, since_us: int) -> None:
         """Fail when the performer is not there any more, or does something else."""
@@ -220,12 +220,12 @@ class HubSkills(RosExecutor):
     # --- the hub ------------------------------------------------------------------------------------------
 
     def _say(self, kind: Kind, node: str, key: Key) -> None:
-        assert self._hub is not None  # nothing is heard, and no skill executed, before the start
+        assert self._hub is not None  # nothing is received, and no skill executed, before the start
         mapped = self._asked.request.mapped if self._asked is not None and kind is Kind.CONFIRM else ""
         self._hub.say(Word(kind, node, key, mapped))
 
-    def _heard(self, word: Word) -> None:
-        """Hear a word of anybody, ourselves included."""
+    def _take_word(self, word: Word) -> None:
+        """Take a word of anybody, ourselves included."""
         if word.kind == Kind.REQUEST:
             if self._ours.get(word.key) != word.node:
                 self._ours.pop(word.key, None)
@@ -235,7 +235,7 @@ class HubSkills(RosExecutor):
         if asked is None or (word.node, word.key) != (asked.performer, asked.request.key) or asked.end:
             return
         if word.kind == Kind.FEEDBACK:
-            asked.told, asked.idle_signs = word, 0
+            asked.feedback, asked.idle_signs = word, 0
             performer = self._known_performer(word)
             performer.life_us = self.clock.now_us() if performer.life_us else 0
         elif word.kind == Kind.FINISH:

@@ -191,7 +191,7 @@ class HubPerformer(Closing):
         """REQUESTs that nobody has answered yet, with the time until which it makes sense."""
         self._jobs: dict[Key, _Job] = {}
         self._next_sign_us = 0
-        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._heard)
+        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_word)
         self.topic = self._hub.topic
 
     @property
@@ -237,7 +237,7 @@ class HubPerformer(Closing):
 
     # --- what others say ----------------------------------------------------------------------------------
 
-    def _heard(self, word: Word) -> None:
+    def _take_word(self, word: Word) -> None:
         key = word.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return

@@ -374,13 +374,13 @@ class _Client(Client):
         number = self._under_way = next(iter(self._waiting))
         args, done, failed = self._waiting[number]
 
-        def ended(hear: Callable[[Any], None] | None, what: Any) -> None:
+        def ended(receive: Callable[[Any], None] | None, what: Any) -> None:
             is_waited_for = self._waiting.pop(number, None) is not None
             if self._under_way == number:
                 self._under_way = None
                 self._next()
-            if is_waited_for and hear is not None:
-                hear(what)
+            if is_waited_for and receive is not None:
+                receive(what)
 
         self._send(args, partial(ended, done), partial(ended, failed))
 
@@ -410,7 +410,7 @@ class _ActionClient(Client):
         return 0
 
     def forget(self, number: int) -> None:
-        """Do nothing: who forgets a goal hears of it no more."""
+        """Do nothing: a goal that is forgotten is reported no more."""
 
     @property
     def servers(self) -> frozenset[int]:

@@ -78,7 +78,7 @@ class NavGraphEstimator(Estimator):
         self._start = start or Property("")
         self._interface = interface
         self._drive: _Drive | None = None
-        self._tell((*pose, 0.0))
+        self._publish_pose((*pose, 0.0))
 
     @classmethod
     def from_config(
@@ -131,11 +131,11 @@ class NavGraphEstimator(Estimator):
         return Outcome(path.cost / self.selection.speed)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
-        """Go on along the way, and tell the pose."""
+        """Go on along the way, and publish the pose."""
         if self._drive is not None and self._drive.call is call:
-            self._tell(self._drive.pose(seconds * self.selection.speed))
+            self._publish_pose(self._drive.pose(seconds * self.selection.speed))
 
-    def _tell(self, pose: tuple[float, float, float]) -> None:
+    def _publish_pose(self, pose: tuple[float, float, float]) -> None:
         self._pose = pose
         if self._interface is not None:
             x, y, heading = pose

@@ -44,7 +44,7 @@ def goal_badge(mode: str, outcome: str) -> str:
 def goal_tree(roots: Sequence[GoalNode], label: str) -> str:
     """Return a tree of goals, which arrow keys walk, open and close.
 
-    :param label: what tree it is, for those who hear the page.
+    :param label: what tree it is, for screen readers.
     """
     if not roots:
         return '<p class="none">no goals</p>'

@@ -53,7 +53,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :raises DisconnectedError: when no server answers.
     """
 
-    tells_writes = False
+    reports_writes = False
 
     def __init__(  # noqa: PLR0913 - settings, by name
         self,
@@ -142,7 +142,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     # -- looking around
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return what there is to tell of the interfaces that match; see the base class."""
+        """Return a description of the interfaces that match; see the base class."""
         self._check_here()
         body: dict[str, Any] = {"type_glob": type_glob, "id_glob": id_glob}
         reply = self._sender.request("list", body, timeout=self.timeout)
@@ -182,7 +182,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._sender.request("sync", {}, timeout=seconds)
         self._dispatcher.drain(seconds)
 
-    # -- being told
+    # -- notifications
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
         port = self._interfaces.copy_of(instance)
@@ -191,7 +191,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return port.listeners
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        """Tell ``observer`` of interfaces that come into being or vanish; see the base class."""
+        """Notify ``observer`` of interfaces that come into being or vanish; see the base class."""
         self._check_here()
         super().register_observer(observer, type_glob, id_glob)
         existence = self._interfaces.existence

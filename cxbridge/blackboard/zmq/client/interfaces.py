@@ -74,7 +74,7 @@ class OpenInterfaces:
         self._epoch = b""
         self._same_epoch = False
         self._reopening = 0
-        self._told_lost = False
+        self._loss_announced = False
         self.existence: Final = ExistenceWatch(observers, dispatcher)
         self.reason = ""
         """Why the last session ended."""
@@ -138,7 +138,7 @@ class OpenInterfaces:
             return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
-        """Make an instance invalid; its listeners hear of its end still."""
+        """Make an instance invalid; its listeners are still notified of its end."""
         with self._lock:
             copy = self._copies[instance.type, instance.id]
             del self._instances[instance.serial.bytes]
@@ -207,7 +207,7 @@ class OpenInterfaces:
             self.flushing = False
 
     def note_skipped(self) -> None:
-        """Count an update that listeners do not hear of, as they are too slow."""
+        """Count an update of which listeners are not notified, as they are too slow."""
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:
@@ -327,14 +327,14 @@ class OpenInterfaces:
         with self._sender.lock:
             self._sender.set_ready()
             self.flush()
-        if self._told_lost:
-            self._told_lost = False
+        if self._loss_announced:
+            self._loss_announced = False
             self._board.announce(True, f"connected to {self._url} again")
 
     def lost(self, reason: str) -> None:
         """Note that there is no session: nobody else is to be seen."""
-        if self._epoch and not self._told_lost:
-            self._told_lost = True
+        if self._epoch and not self._loss_announced:
+            self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
             self._board.announce(False, text)
         self.reason = reason
@@ -384,7 +384,7 @@ class OpenInterfaces:
     def _deliver(self, body: DeliverBody, block: bytes) -> None:
         """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
-        self._sender.tell_delivered(DeliveredBody(body.delivery, code, detail))
+        self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
 
     def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
         instance = self._instances.get(body.instance)

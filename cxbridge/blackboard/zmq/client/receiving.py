@@ -95,8 +95,8 @@ class EventReceiver(Dispatcher):
         super().__init__(name, report)  # begins the thread
 
     def _reset(self) -> None:
-        self.heard = time.monotonic()
-        """When something was heard last; seconds, monotonic."""
+        self.last_received_s = time.monotonic()
+        """When something was received last; seconds, monotonic."""
         self.welcome: Any = None
         """The server's Welcome; None before it came."""
         self.fault = ""
@@ -193,7 +193,7 @@ class EventReceiver(Dispatcher):
                 before = now()
                 data = recv()
                 self._receiving = False
-                self.heard = after = now()
+                self.last_received_s = after = now()
                 self._take(data)
                 if after - before < _AT_ONCE:
                     self.take()  # there may be more: the copies before the listeners
@@ -291,7 +291,7 @@ class EventReceiver(Dispatcher):
             self._take(data)
             if self.fault:
                 return
-        self.heard = time.monotonic()
+        self.last_received_s = time.monotonic()
         if self._credit >= self._return_at:
             self._give_credit()
 

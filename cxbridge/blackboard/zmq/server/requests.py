@@ -205,7 +205,7 @@ class RequestHandler:
             )
 
             def done(code: Code, detail: int) -> None:
-                self._tell(sender, received, _OUTCOMES.get(code, REFUSED))
+                self._emit(sender, received, _OUTCOMES.get(code, REFUSED))
                 session.answer(body.request, code, detail)
 
             self.deliveries.start(
@@ -215,11 +215,11 @@ class RequestHandler:
             self._board.memory_of(sender).transmit(sender, received)
             session.answer(body.request, Code.OK if received.enqueued else Code.DECLINED)
         else:
-            self._tell(sender, received, REFUSED)
+            self._emit(sender, received, REFUSED)
             session.answer(body.request, Code.NO_WRITER)
 
-    def _tell(self, sender: Interface, message: Message, outcome: str) -> None:
-        """Tell the bus of a message from one client to another."""
+    def _emit(self, sender: Interface, message: Message, outcome: str) -> None:
+        """Emit the event of a message from one client to another."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
     def _on_delivered(self, session: ZmqSession, frame: ZmqFrame) -> None:

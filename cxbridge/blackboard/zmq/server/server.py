@@ -175,14 +175,14 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._wakeup.set()
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Tell the clients that watch."""
-        self._tell_existence(True, interface_type, interface_id)
+        """Notify the clients that watch."""
+        self._notify_existence(True, interface_type, interface_id)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Tell the clients that watch."""
-        self._tell_existence(False, interface_type, interface_id)
+        """Notify the clients that watch."""
+        self._notify_existence(False, interface_type, interface_id)
 
-    def _tell_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
+    def _notify_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
         body = {"created": created, "type": interface_type, "id": interface_id}
         if self.inside():
             self._send_existence(body)
@@ -298,7 +298,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _is_next(self, session: ZmqSession, number: int) -> bool:
         """Note a number; return whether it is not a duplicate's, and none is missing."""
-        session.heard = time.monotonic()
+        session.last_received_s = time.monotonic()
         if number == session.numbers_in + 1:
             session.numbers_in = number
             return True
@@ -334,10 +334,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _look_after_sessions(self, now: float, gap: float) -> None:
         """Send heartbeats, find who is dead, give up what takes too long."""
-        stalled = gap > self.heartbeat  # this process stood still: the clients could not be heard
+        stalled = gap > self.heartbeat  # this process stood still: nothing of the clients could be received
         for session in tuple(self._sessions.values()):
             if stalled:
-                session.heard = now
+                session.last_received_s = now
             session.check_alive(now)
         self._requests.deliveries.expire(now)
         self._end_failed()
@@ -366,7 +366,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._requests.end(session)
 
     def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: Code, text: str) -> None:
-        """Tell somebody that there is no session for it, and end the one that there may be."""
+        """Notify somebody that there is no session for it, and end the one that there may be."""
         session = self._sessions.get(route[1:])
         try:
             envelope = encode("gone", 0, {"code": int(code), "text": text})

@@ -67,7 +67,7 @@ class ZmqSession:
     credit: int = 0
     numbers_in: int = 0
     numbers_out: int = 0
-    heard: float = 0.0
+    last_received_s: float = 0.0
     sent: float = 0.0
     watching: bool = False
     failed: bool = False
@@ -81,7 +81,7 @@ class ZmqSession:
 
     def __post_init__(self) -> None:
         self.credit = self.window
-        self.heard = self.sent = self.now()
+        self.last_received_s = self.sent = self.now()
         self._route = EVENTS + self.id
         self._send = sender(self.socket)
 
@@ -140,7 +140,7 @@ class ZmqSession:
 
     def check_alive(self, now: float) -> None:
         """Send a heartbeat when it is due; fail when the client was silent for too long."""
-        if now - self.heard > DEATH * self.heartbeat:
+        if now - self.last_received_s > DEATH * self.heartbeat:
             self.fail(self, Code.SILENT)
         elif now - self.sent > BEAT * self.heartbeat:
             self.send("beat", {})

@@ -134,7 +134,7 @@ def _row_class(row: AlignedRow) -> str:
 
 
 def _row_sign(row: AlignedRow) -> str:
-    """Return how two events stand to each other, as a sign and for those who hear the page."""
+    """Return how two events stand to each other, as a sign and for screen readers."""
     if row.same:
         return ""
     if row.b is None:
