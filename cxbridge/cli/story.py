@@ -14,7 +14,7 @@ from cxbridge.cli.console import ConsoleLog
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, Level, LogLine
 from cxbridge.explain.brief import BRIEF_TYPES, BriefReasons, forget_oldest
-from cxbridge.history.outcome import ENDED_MODES, Outcome, goal_outcome
+from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
 from cxbridge.mainloop import Hook
 from cxbridge.printing import one_line, terminal_of
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
 
-_WORD: Final = max(len(outcome.word) for outcome in Outcome)
+_WORD: Final = max(len(outcome.word) for outcome in OutcomeKind)
 _SHORT_S: Final = 0.05
 """A shorter time is not worth a word."""
 
@@ -139,7 +139,7 @@ class RunStory:
         except OSError as error:
             self._failed = error
 
-    def _plain_mark(self, outcome: Outcome) -> str:
+    def _plain_mark(self, outcome: OutcomeKind) -> str:
         icon = f"{outcome.icon} " if self._brush.on else ""
         return f"{icon}{outcome.word:{_WORD}}"
 
@@ -159,7 +159,7 @@ class RunStory:
             yield self._tree_line(line) if isinstance(line, GoalLine) else one_line(line)
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)
-        how = Outcome.COMPLETED if result.status == COMPLETED else Outcome.FAILED
+        how = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
         yield self._brush(one_line(result.verdict), how.colour) + self._brush(one_line(result.figures), "dim")
 
     def _tree_line(self, line: GoalLine) -> str:

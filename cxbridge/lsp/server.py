@@ -15,7 +15,7 @@ from cxbridge import __version__
 from cxbridge.agent.names import SourceFile
 from cxbridge.errors import CxbridgeError
 from cxbridge.lsp.examination import Examinations
-from cxbridge.lsp.knowledge import Knowledge
+from cxbridge.lsp.knowledge import AgentKnowledge
 from cxbridge.lsp.positions import Positions, path_of, uri_of
 from cxbridge.lsp.publishing import FindingsOfFiles
 from cxbridge.lsp.session import Session, files_below, find_scenario, last_recording
@@ -198,11 +198,11 @@ class AgentServer(LanguageServer):
         self.findings.begin()
         return self._options
 
-    def _take(self, knowledge: Knowledge) -> None:
+    def _take(self, knowledge: AgentKnowledge) -> None:
         if knowledge.error:
             self._log_warning(knowledge.error)
         if not self._has_agent:  # of the agent in its place, only the functions are of use
-            knowledge = Knowledge(
+            knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
         if knowledge.is_complete or knowledge.findings:

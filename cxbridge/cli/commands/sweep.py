@@ -99,7 +99,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
-    from cxbridge.sweep.summary import Comparison, SweepSummary
+    from cxbridge.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _jobs(agent, play)
@@ -114,7 +114,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     if others:
         (second,) = others
         found["against"] = SweepSummary(second).as_dict()
-        compared = Comparison({row.seed: row for row in first}, {row.seed: row for row in second})
+        compared = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
         found["comparison"] = compared.as_dict()
     if outputs.as_json:
         say_json(found)

@@ -20,7 +20,7 @@ from cxbridge.executive.robmem.queries.aggregate import aggregate
 from cxbridge.executive.robmem.queries.query import compile_query
 from cxbridge.executive.robmem.queries.sorting import order_of, sort_documents
 from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.updates.modifiers import Moment
+from cxbridge.executive.robmem.updates.modifiers import UpdateMoment
 from cxbridge.executive.robmem.updates.update import Changed, Update, with_id
 from cxbridge.executive.robmem.values import Document, copy, encode_stored, from_ms
 
@@ -254,8 +254,8 @@ class EmbeddedStore(Store):
     def _now(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
 
-    def _moment(self) -> Moment:
-        return Moment(self._now(), self._next_stamp)
+    def _moment(self) -> UpdateMoment:
+        return UpdateMoment(self._now(), self._next_stamp)
 
     def _next_stamp(self) -> Timestamp:
         """Return a timestamp behind all before."""

@@ -10,7 +10,7 @@ from cxbridge.closing import Closing
 from cxbridge.events import Logger
 from cxbridge.executive.features.problem_expert import ProblemExpertFeature
 from cxbridge.rights import Right, Rights
-from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, Service, answer, knowledge_message
+from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
 from cxbridge.ros2.experts.nodes import NodeCodec
@@ -74,7 +74,7 @@ class ExpertServer(Closing):
             return partial(self._plan, self._planner.plan if last == "get_plan" else self._planner.validate)
         return partial(self._answer, name, _SERVICES[which][last])
 
-    def _answer(self, name: str, service: Service, request: Message, reply: Reply) -> None:
+    def _answer(self, name: str, service: ExpertService, request: Message, reply: Reply) -> None:
         env = self._feature.env
         refused = self._why_not(name) if service.changes else ""
         if env is None or refused:

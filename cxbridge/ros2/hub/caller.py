@@ -19,7 +19,7 @@ from cxbridge.errors import ConfigError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
 from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.words import HubProtocol, Key, Kind, Life, Sign, Word
+from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge.ros2.skills import fill
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
@@ -128,7 +128,7 @@ class HubSkills(RosExecutor):
         known = self._known[call.skill]
         key = Key(known.action, _arguments(known, call), self._agent_id)
         mapped = str(call.get(MAPPED_ACTION, "") if known.mapped is None else fill(known.mapped, call, {}))
-        asked = _Asked(Word(Kind.REQUEST, call.name or self._name, key, mapped))
+        asked = _Asked(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
         return (
             yield from self.within(known.timeout_s, f"{key} on {self.topic}", self._perform(known, asked))
         )
@@ -148,7 +148,7 @@ class HubSkills(RosExecutor):
         finally:
             self._asked = None
             if asked.performer and asked.end is None:
-                self._say(Kind.CANCEL, asked.performer, asked.request.key)
+                self._say(WordKind.CANCEL, asked.performer, asked.request.key)
         assert asked.end is not None  # else it is still followed
         if not asked.end.success:
             words = asked.end.status or f"{asked.performer} has failed"
@@ -187,7 +187,7 @@ class HubSkills(RosExecutor):
         for name, performer in self._performers.items():
             is_ready = performer.sign.life == Life.READY and performer.life_us > recent_us
             if is_ready and performer.sign.action == key.action and performer.answer_us < recent_us:
-                self._say(Kind.REJECT, name, key)
+                self._say(WordKind.REJECT, name, key)
 
     def _follow(self, asked: _Asked) -> Generator[Progress | None, None, None]:
         feedback: Word | None = None
@@ -219,26 +219,26 @@ class HubSkills(RosExecutor):
 
     # --- the hub ------------------------------------------------------------------------------------------
 
-    def _say(self, kind: Kind, node: str, key: Key) -> None:
+    def _say(self, kind: WordKind, node: str, key: Key) -> None:
         assert self._hub is not None  # nothing is received, and no skill executed, before the start
-        mapped = self._asked.request.mapped if self._asked is not None and kind is Kind.CONFIRM else ""
+        mapped = self._asked.request.mapped if self._asked is not None and kind is WordKind.CONFIRM else ""
         self._hub.say(Word(kind, node, key, mapped))
 
     def _take_word(self, word: Word) -> None:
         """Take a word of anybody, ourselves included."""
-        if word.kind == Kind.REQUEST:
+        if word.kind == WordKind.REQUEST:
             if self._ours.get(word.key) != word.node:
                 self._ours.pop(word.key, None)
-        elif word.kind == Kind.RESPONSE:
+        elif word.kind == WordKind.RESPONSE:
             self._answered(word)
         asked = self._asked
         if asked is None or (word.node, word.key) != (asked.performer, asked.request.key) or asked.end:
             return
-        if word.kind == Kind.FEEDBACK:
+        if word.kind == WordKind.FEEDBACK:
             asked.feedback, asked.idle_signs = word, 0
             performer = self._known_performer(word)
             performer.life_us = self.clock.now_us() if performer.life_us else 0
-        elif word.kind == Kind.FINISH:
+        elif word.kind == WordKind.FINISH:
             asked.end = word
 
     def _answered(self, word: Word) -> None:
@@ -248,9 +248,9 @@ class HubSkills(RosExecutor):
         asked = self._asked
         if asked is not None and asked.request.key == word.key and not asked.performer:
             asked.performer = word.node
-            self._say(Kind.CONFIRM, word.node, word.key)
+            self._say(WordKind.CONFIRM, word.node, word.key)
         else:
-            self._say(Kind.REJECT, word.node, word.key)
+            self._say(WordKind.REJECT, word.node, word.key)
 
     def _known_performer(self, word: Word) -> _Performer:
         sign = Sign(word.node, word.key.action, Life.NOT_READY)

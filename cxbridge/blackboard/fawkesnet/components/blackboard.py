@@ -20,7 +20,7 @@ from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
 from cxbridge.blackboard.fawkesnet.hashes import fawkes_hash
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
+from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
 from cxbridge.blackboard.observers import Observer
@@ -107,7 +107,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
             bb.BoardKind.LIST: self._list_matching,
         }
 
-    def start(self, hub: Hub) -> None:
+    def start(self, hub: FawkesNetworkHub) -> None:
         """Begin to report interfaces that come and go."""
         self._births = _Births(hub.broadcast)
         self._board.register_observer(self._births)

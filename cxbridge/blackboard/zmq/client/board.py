@@ -11,7 +11,7 @@ from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import DisconnectedError, TransportError
-from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.opening import OpenRequest
@@ -75,7 +75,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self.url: Final = url
         self.timeout: Final = timeout
         self._context, self._own_context = context_for(context, [url])
-        wakeup = Wakeup()
+        wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
             f"BlackBoard events {url}", self.report_fault, self._context, wakeup.set
         )

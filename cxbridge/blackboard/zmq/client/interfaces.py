@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.client.existence import ExistenceWatch
 from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender, PendingRequest
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code, Stamp
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode, Stamp
 from cxbridge.blackboard.zmq.wire.dataframes import (
     UPDATE_HEADER,
     VERSION,
@@ -93,7 +93,7 @@ class OpenInterfaces:
         opened: list[Interface] = []
 
         def on_reply(frame: ZmqFrame) -> None:
-            if frame.body.code == Code.OK:
+            if frame.body.code == ResultCode.OK:
                 opened.append(self._enter(request, frame))
 
         schema = request.interface_class.SCHEMA
@@ -221,11 +221,11 @@ class OpenInterfaces:
         body, block = send_body(sender, message), message.to_bytes()
         reply = self._sender.request("send", body, block, timeout=self._timeout, repeat=False)
         match reply.body.code:
-            case Code.OK:
+            case ResultCode.OK:
                 message.mark_enqueued(self._board.clock.now_us())
-            case Code.DECLINED:
+            case ResultCode.DECLINED:
                 pass
-            case Code.NO_WRITER:
+            case ResultCode.NO_WRITER:
                 self._board.refuse_message(sender, message)
             case _:
                 raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
@@ -278,7 +278,7 @@ class OpenInterfaces:
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
-            if frame.body.code != Code.OK:
+            if frame.body.code != ResultCode.OK:
                 self._give_up(copy, instance, frame)
             elif copy is None or not open_here:  # closed meanwhile
                 self._close_late(opened.instance)
@@ -304,7 +304,7 @@ class OpenInterfaces:
         return seq < copy.expected if self._same_epoch else seq == 0
 
     def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
-        code = Code(frame.body.code).name
+        code = ResultCode(frame.body.code).name
         self._board.warn(f"{instance.uid} of {instance.owner or 'nobody'} could not be opened again: {code}")
         instance.invalidate()
         if copy is not None:
@@ -386,9 +386,9 @@ class OpenInterfaces:
         code, detail = self._queue_message(body, block)
         self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
 
-    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
         instance = self._instances.get(body.instance)
         port = None if instance is None else self.copy_of(instance)
         if instance is None or port is None or not instance.is_writer:
-            return Code.NO_WRITER, 0
+            return ResultCode.NO_WRITER, 0
         return port.queue_message(instance, body, block)

@@ -18,7 +18,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import DataAudience, EventKind
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.blackboard.zmq.wire.messages import receive_message
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -155,24 +155,24 @@ class InterfaceCopy(BoardPort):
         event = _EVENTS[kind]
         self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(event), event, serial)
 
-    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
         """Ask the listeners and put a message into a writer's queue; in the dispatcher's thread.
 
         :returns: what became of it, and a detail.
         """
         message_class = writer.MESSAGES.get(body.type)
         if message_class is None or len(block) != message_class.SCHEMA.datasize:
-            return Code.UNKNOWN_MESSAGE, 0
+            return ResultCode.UNKNOWN_MESSAGE, 0
         message = receive_message(message_class, body, block, body.sender, self.mem_serial)
         if not self.listeners.accept(message):
-            return Code.DECLINED, 0
+            return ResultCode.DECLINED, 0
         try:
             writer.msgq_append(message)
         except QueueFullError as error:
-            return Code.QUEUE_FULL, error.limit
+            return ResultCode.QUEUE_FULL, error.limit
         except InvalidInstanceError:  # a listener has closed it
-            return Code.NO_WRITER, 0
-        return Code.OK, 0
+            return ResultCode.NO_WRITER, 0
+        return ResultCode.OK, 0
 
     def end_listening(self, instance: Interface) -> None:
         """Stop notifying on behalf of an instance; after what is on its way."""

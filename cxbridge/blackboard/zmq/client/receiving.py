@@ -26,7 +26,7 @@ import zmq
 
 from cxbridge.blackboard.kit.dispatcher import Dispatcher, Work
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, Code, decode
+from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, ResultCode, decode
 from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, ZmqFrame, is_data_frame
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver, rest
 
@@ -356,6 +356,6 @@ class EventReceiver(Dispatcher):
 def _name(code: Any) -> str:
     """Return a code's name; its number when this version does not know it."""
     try:
-        return Code(code).name
+        return ResultCode(code).name
     except ValueError:
         return str(code)

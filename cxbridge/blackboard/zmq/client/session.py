@@ -14,7 +14,7 @@ from typing import Final
 import zmq
 
 from cxbridge.blackboard.kit.errors import TransportError
-from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
@@ -54,7 +54,7 @@ class SessionThread:
         interfaces: OpenInterfaces,
         sender: CommandSender,
         receiver: EventReceiver,
-        wakeup: Wakeup,
+        wakeup: SocketWakeup,
         *,
         heartbeat: float,
         name: str,
