@@ -15,7 +15,7 @@ class ServiceClient(Client):
     """Calls one after the other: the server of rosbridge_suite loses some of those that come at once.
 
     :param encode: makes JSON of a request.
-    :param send: sends a request as JSON; calls one of both functions with what comes of it.
+    :param send: sends a request as JSON; calls one of both functions with the result.
     """
 
     def __init__(
