@@ -196,7 +196,7 @@ Listen = Callable[[Interface, ListenerTable], None]
 def listening(listener: Listener, *kinds: EventKind) -> Listen:
     """Return what registers a listener while an instance is being opened, so that it misses nothing.
 
-    A listener that is registered afterwards hears nothing of what came in between: a message waits in the
+    A listener that is registered afterwards is not notified of what came in between: a message waits in the
     queue then, and openings and closings are never announced. While the instance is being opened nobody has
     it yet: a listener should use the instance that it is given.
 

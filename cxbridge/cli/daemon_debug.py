@@ -76,7 +76,7 @@ def step(
     ] = 10.0,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Let the rules take a step, and tell where they are then; rules that run stop after it.
+    """Let the rules take a step, and report where they are then; rules that run stop after it.
 
     Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
 

@@ -57,7 +57,7 @@ class RunLog(ConsoleLog):
         self._goes_on = False
 
     def attach(self, assembly: Assembly) -> None:
-        """Tell what an agent's rules print from all else that is logged for their environment."""
+        """Separate what an agent's rules print from all else that is logged for their environment."""
         output = assembly.executive.env.output
 
         def print_line(level: Level, line: str) -> None:

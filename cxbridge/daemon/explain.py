@@ -29,7 +29,7 @@ MOST_QUESTIONS: Final = 4
 """Questions that may wait."""
 
 MOST_STEPS: Final = 10_000
-"""Transitions, and firings, that a daemon remembers to tell of goals."""
+"""Transitions, and firings, that a daemon keeps to explain goals."""
 
 MOST_FACTS: Final = 10_000
 """Facts that are copied: the loop stops for about 10 us each."""

@@ -1,7 +1,7 @@
 """Named CLIPS environments and the features they may ask for, as Fawkes' `clips` plugin provides them.
 
 A feature gives an environment functions, templates and rules when the environment requests it, with
-``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` tell which exist,
+``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` show which exist,
 ``(ff-feature-loaded NAME)`` which are there; both survive a reset.
 """
 

@@ -89,7 +89,7 @@ class _Passed:
         elif isinstance(event, LogLine):
             self.refusals.take(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
-            for each in self.histories.values():  # which Skiller is whose, the transitions tell
+            for each in self.histories.values():  # the transitions show which Skiller is whose
                 each.take(event)
 
 

@@ -26,7 +26,7 @@ WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
 
 SAME_US = 100_000
-"""Ends of an action and a skill that are less apart tell nothing: the executive looks now and then."""
+"""Ends of an action and a skill that are less apart prove nothing: the executive looks now and then."""
 
 
 @dataclass(frozen=True, slots=True)

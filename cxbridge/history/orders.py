@@ -1,4 +1,4 @@
-"""The order of a plan-action: who is to execute it, and with which arguments, as far as facts tell."""
+"""The order of a plan-action: who is to execute it, and with which arguments, as far as facts show."""
 
 from __future__ import annotations
 

@@ -203,7 +203,7 @@ def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
 
 
 class RobotInterfaces(Component):
-    """Writes what robots tell over the blackboard besides their skills.
+    """Writes what robots report over the blackboard besides their skills.
 
     :param prefixes: what the ids of a robot's interfaces begin with, by its name: as Fawkes' bbsync mirrors
         them on the blackboard of others, with its name; on its own blackboard with nothing.

@@ -79,7 +79,7 @@ class MoveExecutor(SkillExecutor):
         self.position = self.positions["wp_init"]
 
     def execute(self, call: SkillCall) -> Steps:
-        """Tell twice a second how far it is, and how far it has to go."""
+        """Report twice a second how far it is, and how far it has to go."""
         if (to := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
                 f"there is no waypoint {call.text('3')}: there are {', '.join(self.positions)}"

@@ -140,7 +140,7 @@ class EventStreams:
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _wait(self, send: Send) -> None:
-        """Wait for news, and tell now and then that we live."""
+        """Wait for news, and send a sign of life now and then."""
         news = self._news
         while not self._closed:
             try:

@@ -75,5 +75,5 @@ class WebHost(Protocol):
 
         :param kind: ``rule``, ``goal`` or empty.
         :returns: ``lines`` and ``data``; None when there is no answer in time.
-        :raises CxbridgeError: when there is nothing to tell.
+        :raises CxbridgeError: when there is nothing to explain.
         """

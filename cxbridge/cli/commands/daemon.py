@@ -155,7 +155,7 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
 
 
 def _command(url: str, what: str) -> int:
-    """Tell a daemon what to do; 0 when it has done it, 3 when it has not answered in time."""
+    """Command a daemon; 0 when it has done it, 3 when it has not answered in time."""
     from cxbridge.daemon.client import command
 
     with connect(url, None) as board:

@@ -154,7 +154,7 @@ def _middle(place: int) -> float:
 
 
 def _cut(text: str, pixels: float) -> str:
-    """Return as much of a text as there is room for; nothing when that would tell nothing."""
+    """Return as much of a text as there is room for; nothing when that would mean nothing."""
     letters = int(pixels / _LETTER)
     if len(text) <= letters:
         return text

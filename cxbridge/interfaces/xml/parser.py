@@ -267,7 +267,7 @@ class _Definition:
         return MessageSchema(message_type_name(name), datasize, placed, comment)
 
     def _fits(self, element: Element, name: str) -> bool:
-        """Tell whether a message's name is short enough and new."""
+        """Return whether a message's name is short enough and new."""
         longest = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
         if len(name) > longest:
             self._findings.error(

@@ -100,7 +100,7 @@ class ExpertServer(Closing):
         return f"refused: {what}: {self._rights.why_not(Right.CONTROL)}"
 
     def loop(self) -> None:
-        """Answer what was asked, send plans that are ready, and tell what has changed."""
+        """Answer what was asked, send plans that are ready, and publish what has changed."""
         self._node.poll()
         self._planner.loop()
         env = self._feature.env

@@ -15,7 +15,7 @@ _QOS: Final = QosProfile(depth=100)
 
 
 class Hub(Closing):
-    """Says words on the topic of a protocol, and hears those of all others, and its own.
+    """Says words on the topic of a protocol, and receives those of all others, and its own.
 
     :param node: polled by its owner.
     :param namespace: what comes before the names of the topics.
@@ -67,7 +67,7 @@ class Hub(Closing):
         self._signs.publish(self._protocol.sign_message(sign, now_us))
 
     def close(self) -> None:
-        """Hear and say nothing more."""
+        """Receive and say nothing more."""
         for end in self._ends:
             end()
         self._ends = []

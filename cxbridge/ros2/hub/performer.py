@@ -33,7 +33,7 @@ RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free for others again."""
 
 REPEAT_S: Final = 0.5
-"""Seconds until a RESPONSE is repeated that nobody has heard: who asks may have come just now."""
+"""Seconds until a RESPONSE is repeated that nobody has received: who asks may have come just now."""
 
 SIGN_S: Final = 1.0
 """Seconds between signs of life."""
@@ -205,7 +205,7 @@ class HubPerformer(Closing):
         return {each.skill for each in self._actions.values()}
 
     def loop(self) -> None:
-        """Hear what was said, answer, and give signs of life."""
+        """Receive what was said, answer, and give signs of life."""
         self._node.poll()
         now_us = self._clock.now_us()
         for key, (_, until_us) in list(self._wanted.items()):

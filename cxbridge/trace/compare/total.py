@@ -42,7 +42,7 @@ ROWS_AFTER = 16
 """So many rows are shown from the first difference on."""
 
 FEW_ORDER = 1
-"""With at least so many differences, all of order, a person should hear of partial order."""
+"""With at least so many differences, all of order, the report names partial order."""
 
 NOTHING = "(nothing here)"
 OVER = "(the run is over)"

@@ -9,7 +9,7 @@ from cxbridge.trace.html.look import ENDED, MODES, OUTCOMES, Look, goal_look
 from cxbridge.trace.html.text import html
 
 DEEPEST = 12
-"""Levels of a tree that are indented; deeper ones are below each other and tell their level."""
+"""Levels of a tree that are indented; deeper ones are below each other and show their level."""
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,7 @@ class ReplayPositions:
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
             if self._stamps.get(event.uid) == time_us:
-                # it was written again with its old stamp, which tells nothing of when
+                # it was written again with its old stamp, which does not show when
                 return self._high_us + self._offset_us
             self._stamps[event.uid] = time_us
         if time_us < self._high_us - OUT_OF_ORDER_US:

@@ -132,7 +132,7 @@ class FrameReceiver:
         try:
             message = writer.create_message(received.type)
             message.set_from_chunk(received.block)
-            # the wire tells who sent it first, not who sent it last
+            # the wire shows who sent it first, not who sent it last
             message.address(received.id, port.mem_serial, received.source, received.source)
             message.mark_foreign(received.hops + 1)
             if port.listeners.accept(message) and writer.valid:

@@ -1,6 +1,6 @@
 """The thread that connects a client again when its connection is lost, and opens everything again.
 
-It asks the other end something when that has been silent for long. Other threads only tell it of a loss.
+It asks the other end something when that has been silent for long. Other threads only report a loss to it.
 """
 
 from __future__ import annotations
@@ -144,7 +144,7 @@ class Reconnector:
         """
         try:
             self._client.probe()
-        except BlackBoardError:  # the receiving thread tells
+        except BlackBoardError:  # the receiving thread reports it
             return False
         return True
 

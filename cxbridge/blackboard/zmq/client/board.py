@@ -42,7 +42,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives time stamps.
     :param bus: gets log lines; writes are published on the bus of the server's blackboard.
-    :param name: tells people at the server who this is.
+    :param name: shows people at the server who this is.
     :param heartbeat: seconds; the server may want a shorter one.
     :param timeout: seconds that a request may take.
     :param connect_timeout: seconds that connecting may take at the beginning.

@@ -382,7 +382,7 @@ class OpenInterfaces:
                 pass  # a beat, or news of a later version
 
     def _deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
+        """Put a message into a writer's queue and notify the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
         self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
 

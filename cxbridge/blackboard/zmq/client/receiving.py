@@ -224,7 +224,7 @@ class EventReceiver(Dispatcher):
 
         :param name: of the session, for this process.
         :param handler: takes what comes.
-        :param give_credit: tells the server that so many updates were taken; returns whether it could.
+        :param give_credit: reports to the server that so many updates were taken; returns whether it could.
         """
         self._reset()
         self._handler = handler

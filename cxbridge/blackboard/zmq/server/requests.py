@@ -252,7 +252,7 @@ class RequestHandler:
 
 
 def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
-    """Answer with what there is to tell of interfaces."""
+    """Answer with a description of interfaces."""
     infos = [
         {
             "type": info.type,

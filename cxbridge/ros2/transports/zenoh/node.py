@@ -205,7 +205,7 @@ class ZenohNode(Node):
     def _announced(
         self, endpoint: GraphEndpoint, name: TypeName, made: Any, source: InboxSource | None = None
     ) -> Callable[[], None]:
-        """Tell others that there is an endpoint; return what ends it, once."""
+        """Announce an endpoint; return what ends it, once."""
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
