@@ -51,7 +51,7 @@ class HubSkill(Struct, frozen=True):
     patience_s: float
 
 
-class _Asked:
+class _OpenRequest:
     """An action that was asked for, until it is over.
 
     :ivar performer: who was confirmed; empty before.
@@ -97,7 +97,7 @@ class HubSkills(RosExecutor):
         self.skills = tuple(self._known)
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
-        self._asked: _Asked | None = None
+        self._asked: _OpenRequest | None = None
         self._ours: dict[Key, str] = {}
         """What was asked for, with who of ours asked; without what others have asked for since."""
         self._performers: dict[str, _Performer] = {}
@@ -128,7 +128,7 @@ class HubSkills(RosExecutor):
         known = self._known[call.skill]
         key = Key(known.action, _arguments(known, call), self._agent_id)
         mapped = str(call.get(MAPPED_ACTION, "") if known.mapped is None else fill(known.mapped, call, {}))
-        asked = _Asked(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
+        asked = _OpenRequest(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
         return (
             yield from self.within(known.timeout_s, f"{key} on {self.topic}", self._perform(known, asked))
         )
@@ -140,7 +140,7 @@ class HubSkills(RosExecutor):
 
     # --- steps --------------------------------------------------------------------------------------------
 
-    def _perform(self, known: HubSkill, asked: _Asked) -> Generator[Any, None, Progress]:
+    def _perform(self, known: HubSkill, asked: _OpenRequest) -> Generator[Any, None, Progress]:
         self._asked = asked
         try:
             yield from self._deal(known, asked)
@@ -155,7 +155,7 @@ class HubSkills(RosExecutor):
             raise SkillFailedError(words, progress=asked.end.progress)
         return Progress(1.0, asked.end.status)
 
-    def _deal(self, known: HubSkill, asked: _Asked) -> Generator[None, None, None]:
+    def _deal(self, known: HubSkill, asked: _OpenRequest) -> Generator[None, None, None]:
         """Ask until a performer has answered."""
         key, start_us, requests = asked.request.key, self.clock.now_us(), 0
         while True:
@@ -189,7 +189,7 @@ class HubSkills(RosExecutor):
             if is_ready and performer.sign.action == key.action and performer.answer_us < recent_us:
                 self._say(WordKind.REJECT, name, key)
 
-    def _follow(self, asked: _Asked) -> Generator[Progress | None, None, None]:
+    def _follow(self, asked: _OpenRequest) -> Generator[Progress | None, None, None]:
         feedback: Word | None = None
         since_us = self.clock.now_us()
         while True:
@@ -204,7 +204,7 @@ class HubSkills(RosExecutor):
             if feedback is not None:
                 yield Progress(feedback.progress, feedback.status)
 
-    def _check(self, asked: _Asked, since_us: int) -> None:
+    def _check(self, asked: _OpenRequest, since_us: int) -> None:
         """Fail when the performer is not there any more, or does something else."""
         performer = self._performers.get(asked.performer)
         if performer is None or not performer.life_us:
