@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.explain.rules.written import WrittenConstructs
@@ -65,34 +66,6 @@ class Figures:
             web=self.plain(),
             stalled=call.host.stall,
         )
-
-    def whole_status(self, call: ApiCall) -> dict[str, Any]:
-        """Return how the daemon stands, with its environments; in the thread of the main loop."""
-        environments = [
-            {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
-        ]
-        return self.status(call) | {"environments": environments, **stopped(call.host.debugger)}
-
-    def interrupt(self, call: ApiCall) -> dict[str, Any]:
-        """End what rules do at this moment; return how the daemon stands."""
-        call.host.interrupt()
-        return self.status(call)
-
-    def describe_rules(
-        self, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
-    ) -> list[dict[str, Any]]:
-        """Return the models of the rules that :func:`_rules` found."""
-        name, rows, files = found
-        constructs = self.constructs.of(files)
-        models = []
-        for row in rows:
-            model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
-            if (place := constructs.get(("defrule", row.name))) is not None:
-                model |= {"file": place.file, "line": place.line, "core": place.core}
-            if self.collector.counts_firings:
-                model["firings"] = self.collector.firings[name, row.name]
-            models.append(model)
-        return models
 
     def describe_constructs(
         self, _call: ApiCall, wanted: tuple[tuple[str, ...], str, str, bool]
@@ -207,6 +180,35 @@ def _health(call: ApiCall) -> dict[str, Any]:
     return model
 
 
+def _status(figures: Figures, call: ApiCall) -> dict[str, Any]:
+    """Return how the daemon stands, with its environments; in the thread of the main loop."""
+    environments = [{"name": name, **census(env)} for name, env in sorted(call.host.environments().items())]
+    return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
+
+
+def _interrupt(figures: Figures, call: ApiCall) -> dict[str, Any]:
+    """End what rules do at this moment; return how the daemon stands."""
+    call.host.interrupt()
+    return figures.status(call)
+
+
+def _describe_rules(
+    figures: Figures, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
+) -> list[dict[str, Any]]:
+    """Return the models of the rules that :func:`_rules` found."""
+    name, rows, files = found
+    constructs = figures.constructs.of(files)
+    models = []
+    for row in rows:
+        model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
+        if (place := constructs.get(("defrule", row.name))) is not None:
+            model |= {"file": place.file, "line": place.line, "core": place.core}
+        if figures.collector.counts_firings:
+            model["firings"] = figures.collector.firings[name, row.name]
+        models.append(model)
+    return models
+
+
 _ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by default.")
 _NO_ENVIRONMENT: Final = {404: "There is no such environment"}
 
@@ -223,7 +225,7 @@ def _get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> En
 def _command(figures: Figures, what: str, about: str) -> Endpoint:
     def carry_out(call: ApiCall) -> dict[str, Any]:
         call.host.command(what)
-        return figures.whole_status(call)
+        return _status(figures, call)
 
     return Endpoint(
         method="POST",
@@ -240,7 +242,7 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
     return (
         _get(
             "/status",
-            figures.whole_status,
+            partial(_status, figures),
             "How the daemon and its components stand; without environments while the main loop is stuck.",
             "Status",
             stalled=figures.status,
@@ -256,7 +258,7 @@ def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
         Endpoint(
             method="POST",
             path="/cxbridge/interrupt",
-            handler=figures.interrupt,
+            handler=partial(_interrupt, figures),
             about="End what rules do at this moment, as an error in them would.",
             reply="Status",
             right=Right.CONTROL,
@@ -279,7 +281,7 @@ def _of_rules(figures: Figures) -> Sequence[Endpoint]:
             many=True,
             paged=True,
             query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
-            finish=figures.describe_rules,
+            finish=partial(_describe_rules, figures),
             errors=_NO_ENVIRONMENT,
         ),
         _get(
