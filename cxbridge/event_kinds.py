@@ -43,7 +43,7 @@ class View(Enum):
         return tuple(event_type for event_type in EVENT_TYPES.values() if self in event_type.KIND.views)
 
 
-class EventKind(Struct, frozen=True):
+class EventDescription(Struct, frozen=True):
     """What there is to know about a kind of event besides its fields.
 
     :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.
@@ -85,7 +85,7 @@ class Event(Struct, frozen=True):
     :param time_us: the run's clock, microseconds since the epoch.
     """
 
-    KIND: ClassVar[EventKind] = EventKind("")
+    KIND: ClassVar[EventDescription] = EventDescription("")
 
     time_us: int
 

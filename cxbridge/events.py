@@ -14,7 +14,7 @@ from enum import Enum
 from typing import Any
 
 from cxbridge.clock import Clock
-from cxbridge.event_kinds import Event, EventKind, RecordLevel, View, pattern_fields
+from cxbridge.event_kinds import Event, EventDescription, RecordLevel, View, pattern_fields
 
 __all__ = [
     "BlockWrite",
@@ -51,7 +51,7 @@ class Level(Enum):
 class LogLine(Event, frozen=True):
     """A line of text for people, from a component, at a level."""
 
-    KIND = EventKind("log", "/log")
+    KIND = EventDescription("log", "/log")
 
     level: Level
     component: str
@@ -67,7 +67,7 @@ class RuleFired(Event, frozen=True):
     :param basis: the facts it fired for as CLIPS prints them, e.g. ``f-8,f-86,*``.
     """
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "rule",
         "/rules",
         level=RecordLevel.RULES,
@@ -92,7 +92,7 @@ class FactChange(Event, frozen=True):
     :param text: the fact as CLIPS prints it on one line, e.g. ``(time 1 2)``.
     """
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "fact",
         "/facts",
         level=RecordLevel.FACTS,
@@ -116,7 +116,7 @@ class GoalTransition(Event, frozen=True):
     :param priority: as CLIPS prints it; empty: not recorded.
     """
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "goal",
         "/goals",
         views=(View.TRANSITIONS,),
@@ -149,7 +149,7 @@ class PlanActionTransition(Event, frozen=True):
         ``(warn "This is a text")``; empty: not recorded.
     """
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "plan-action",
         "/plan-actions",
         views=(View.TRANSITIONS,),
@@ -170,7 +170,7 @@ class PlanActionTransition(Event, frozen=True):
 class SkillStatus(Event, frozen=True):
     """What a Skiller says about itself, as the executive reads it: one for each new SkillerInterface fact."""
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "skill",
         "/skills",
         views=(View.TRANSITIONS, View.SKILLS),
@@ -200,7 +200,7 @@ class InterfaceWrite(Publication, frozen=True):
     :param values: field names and their values, in declaration order.
     """
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "interface",
         "/bb/",
         "uid",
@@ -224,7 +224,7 @@ class InterfaceMessage(Event, frozen=True):
     :param values: field names and their values, in declaration order.
     """
 
-    KIND = EventKind("message", "/messages/", "uid")
+    KIND = EventDescription("message", "/messages/", "uid")
 
     uid: str
     message: str
@@ -251,7 +251,7 @@ class PlannerCall(Event, frozen=True):
         times when it is just an order.
     """
 
-    KIND = EventKind("planner", "/planner")
+    KIND = EventDescription("planner", "/planner")
 
     env: str
     call: str
@@ -274,7 +274,7 @@ class NavGraphRead(Event, frozen=True):
     :param edges: by their ends: ``from``, ``to``, ``directed``.
     """
 
-    KIND = EventKind("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
+    KIND = EventDescription("navgraph", "/navgraph", patterns=pattern_fields("graph"), subject=("graph",))
 
     graph: str
     nodes: Mapping[str, Any]
@@ -288,7 +288,7 @@ class LoopTime(Event, frozen=True):
     :param duration_us: real time from its first to its last hook, microseconds.
     """
 
-    KIND = EventKind("loop", "/loops", level=RecordLevel.RULES, on_demand=True)
+    KIND = EventDescription("loop", "/loops", level=RecordLevel.RULES, on_demand=True)
 
     loop: int
     duration_us: int

@@ -99,7 +99,7 @@ def _character(match: re.Match[str]) -> str:
 class VisibleStream:
     """A text stream that passes nothing on that a terminal would obey: what no printer forgets.
 
-    All else is the stream's own. What the program itself has to tell a terminal goes to :attr:`terminal`.
+    All else is the stream's own. What the program itself sends to a terminal goes to :attr:`terminal`.
 
     :param stream: e.g. ``sys.stdout``.
     """

@@ -215,7 +215,7 @@ def pytest_runtest_call(item: pytest.Item) -> Generator[None, None, None]:
 def pytest_runtest_makereport(
     item: pytest.Item, call: pytest.CallInfo[None]
 ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
-    """Tell of the runs of a test that failed."""
+    """Report the runs of a test that failed."""
     if call.excinfo is not None and not item.config.getoption("fulltrace"):
         _hide_library(call.excinfo)
     report = yield

@@ -20,7 +20,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.blackboard.zmq.server import sessions
 from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, SESSION_SIZE, Code, decode, encode
+from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, SESSION_SIZE, ResultCode, decode, encode
 from cxbridge.blackboard.zmq.wire.dataframes import (
     DeliveredBody,
     SendBody,
@@ -249,7 +249,7 @@ class Fuzzed:
         try:
             self.server._take(self.wire, route, frames[0], frames[1:])  # noqa: SLF001
         except ProtocolError as error:
-            self.server._send_away(self.wire, route, Code.PROTOCOL, error.message)  # noqa: SLF001
+            self.server._send_away(self.wire, route, ResultCode.PROTOCOL, error.message)  # noqa: SLF001
         self.server._end_failed()  # noqa: SLF001
 
     def act_here(self, script: _Script) -> None:

@@ -10,7 +10,7 @@ from mcap.reader import make_reader
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import TraceError
-from cxbridge.event_kinds import EVENT_TYPES, EventKind, RecordLevel, pattern_fields
+from cxbridge.event_kinds import EVENT_TYPES, EventDescription, RecordLevel, pattern_fields
 from cxbridge.events import Event, EventBus
 from cxbridge.trace.compare.selection import Selection
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -26,7 +26,7 @@ BEFORE = dict(EVENT_TYPES)
 class BatteryCharge(Event, frozen=True):
     """A battery has another charge."""
 
-    KIND = EventKind(
+    KIND = EventDescription(
         "battery",
         "/battery/",
         "robot",

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.xml.tree import Element, read_tree
@@ -15,7 +15,7 @@ def read_interface(path: str, text: str) -> SourceFile:
     try:
         root = read_tree(text.encode("utf-8", "surrogateescape"), path)
     except InterfaceDefinitionError as error:
-        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
         return SourceFile(path, text, (), problem)
     if root.name != "interface":
         return SourceFile(path, text, ())

@@ -126,7 +126,7 @@ class Piece(Struct, frozen=True, dict=True):
         return tuple(mention for mention in self.mentions if mention.use is Use.DEFINED)
 
 
-class Problem(Struct, frozen=True):
+class ParseProblem(Struct, frozen=True):
     """Why a file could not be read as a whole.
 
     :param line: from 1, as ``column``.
@@ -165,7 +165,7 @@ class SourceFile(Struct, frozen=True, dict=True):
     path: str
     text: str
     pieces: tuple[PlacedPiece, ...]
-    problem: Problem | None = None
+    problem: ParseProblem | None = None
 
     @cached_property
     def lines(self) -> Lines:

@@ -6,11 +6,11 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import Group, Item, Word, read_items
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _CONNECTIVES: Final = frozenset(
@@ -30,7 +30,7 @@ def read_pddl(path: str, text: str) -> SourceFile:
         items, problem = read_items(text), None
     except PddlError as error:
         items = ()
-        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
     if problem is None:
         sections = [
             (section, _place(lines, section.position))
@@ -116,13 +116,13 @@ class _Section:
                 self._formula(item, "")
 
     def _action(self, rest: tuple[Item, ...]) -> None:
-        if not rest or not isinstance(rest[0], Word):
+        if not rest or not isinstance(rest[0], BracketWord):
             return
         action = rest[0].text
         self._words(rest[:1], Kind.ACTION, Use.DEFINED)
         key = ""
         for item in rest[1:]:
-            if isinstance(item, Word) and item.text.startswith(":"):
+            if isinstance(item, BracketWord) and item.text.startswith(":"):
                 key = item.text
             elif key == ":parameters" and isinstance(item, Group):
                 self._typed(item.items, Kind.PARAMETER, action)
@@ -157,7 +157,7 @@ class _Section:
 
     def _parts(self, group: Group) -> tuple[Item, ...]:
         """Note the predicate of a group, and return its other parts."""
-        words = tuple(item.text for item in group.items[:2] if isinstance(item, Word))
+        words = tuple(item.text for item in group.items[:2] if isinstance(item, BracketWord))
         if words in _TIMES:
             return group.items[2:]
         if not group.head:
@@ -168,7 +168,7 @@ class _Section:
 
     def _words(self, items: Iterable[Item], kind: Kind, use: Use, owner: str = "") -> None:
         for item in items:
-            if isinstance(item, Word):
+            if isinstance(item, BracketWord):
                 start = _place(self._lines, item.position) - self._start
                 end = start + len(item.text)
                 name = Name(kind, item.text.removeprefix("?"), owner)

@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, Problem, SourceFile, Use
+from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
@@ -24,7 +24,7 @@ def read_yaml(path: str, text: str) -> SourceFile:
     try:
         documents = parse_documents(text, path)
     except ConfigError as error:
-        problem = Problem(error.message, error.line or 1, error.column or 1, error.hint or "")
+        problem = ParseProblem(error.message, error.line or 1, error.column or 1, error.hint or "")
         return SourceFile(path, text, (), problem)
     reader = _Reader(text)
     for document in documents:

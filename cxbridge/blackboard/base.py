@@ -39,7 +39,7 @@ class BlackBoard(ABC):
 
     As a context manager it is shut down at the end.
 
-    :cvar tells_writes: whether its bus hears of every write of the interfaces that are open here. Where it
+    :cvar reports_writes: whether its bus gets every write of the interfaces that are open here. Where it
         does not, listeners do: each reads the block of its very write.
 
     :param registry: gives the classes of types that are named by a string.
@@ -47,7 +47,7 @@ class BlackBoard(ABC):
     :param bus: gets log lines and writes; None: failing listeners are reported to :mod:`logging`.
     """
 
-    tells_writes: ClassVar[bool] = True
+    reports_writes: ClassVar[bool] = True
 
     def __init__(self, registry: Registry, clock: Clock, bus: EventBus | None = None) -> None:
         self.registry: Final = registry
@@ -193,14 +193,14 @@ class BlackBoard(ABC):
 
     @abstractmethod
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return what there is to tell of the interfaces that match, the oldest first.
+        """Return a description of the interfaces that match, the oldest first.
 
         :param type_glob: shell pattern for the type: ``*``, ``?``, ``[seq]``, ``[!seq]``.
         :param id_glob: shell pattern for the id.
         """
 
     def list_all(self) -> Sequence[InterfaceInfo]:
-        """Return what there is to tell of all interfaces, the oldest first."""
+        """Return a description of all interfaces, the oldest first."""
         return self.list()
 
     # -- the connection, where there is one
@@ -228,10 +228,10 @@ class BlackBoard(ABC):
         :raises BlackBoardError: when it takes too long.
         """
 
-    # -- being told
+    # -- notifications
 
     def register_listener(self, listener: Listener, instance: Interface, *kinds: EventKind) -> None:
-        """Tell ``listener`` of what happens on the interface of ``instance``, until that is closed.
+        """Notify ``listener`` of what happens on the interface of ``instance``, until that is closed.
 
         :param kinds: of which events; without any, of those whose methods ``listener`` overrides (not of
             messages when the instance is not a writer).
@@ -241,7 +241,7 @@ class BlackBoard(ABC):
         listening(listener, *kinds)(instance, self._listeners_of(instance))
 
     def unregister_listener(self, listener: Listener, instance: Interface) -> None:
-        """Tell ``listener`` no more on behalf of ``instance``.
+        """Stop notifying ``listener`` on behalf of ``instance``.
 
         No error when it was not registered, or when the instance is closed.
         """
@@ -256,11 +256,11 @@ class BlackBoard(ABC):
         """
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        """Tell ``observer`` of interfaces that come into being or vanish and match both patterns."""
+        """Notify ``observer`` of interfaces that come into being or vanish and match both patterns."""
         self._observers.register(observer, type_glob, id_glob)
 
     def unregister_observer(self, observer: Observer) -> None:
-        """Tell ``observer`` nothing any more; no error when it was not registered."""
+        """Stop notifying ``observer``; no error when it was not registered."""
         self._observers.unregister(observer)
 
     # -- for ports, and for the log
@@ -277,7 +277,7 @@ class BlackBoard(ABC):
         raise NoWriterError(sender.uid)
 
     def report_fault(self, what: str, error: Exception) -> None:
-        """Tell of a listener that failed."""
+        """Report a listener that failed."""
         if self._log is None:
             import logging  # noqa: PLC0415 - rarely needed, and not quickly imported
 

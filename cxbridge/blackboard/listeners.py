@@ -35,7 +35,7 @@ class EventKind(StrEnum):
 
 
 class Listener:
-    """Derive from it, override what you want to hear of, and register it for an instance of yours.
+    """Derive from it, override the events that you want, and register it for an instance of yours.
 
     The first argument is always the instance it was registered for; its private copy is what you last read.
     """
@@ -89,10 +89,10 @@ def overridden_kinds(listener: Listener, *, messages: bool) -> tuple[EventKind, 
 
 
 Audience = tuple[_Registration, ...]
-"""Those who are to hear of an event."""
+"""Those to notify of an event."""
 
 DataAudience = tuple[Audience, Audience]
-"""Those who are to hear of a write, and those who are to hear of it when data changed."""
+"""Those to notify of a write, and those to notify of it when data changed."""
 
 
 class ListenerTable:
@@ -113,10 +113,10 @@ class ListenerTable:
         self.has_data = False
         """Whether anybody wants data events."""
         self.data_audience: DataAudience | None = None
-        """Who is to hear of a write that happens now; None: nobody. Asked at each write."""
+        """Whom to notify of a write that happens now; None: nobody. Asked at each write."""
 
     def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
-        """Tell ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
+        """Notify ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
         with self._lock:
             for kind in kinds:
                 key = (kind, id(listener), id(instance))
@@ -127,7 +127,7 @@ class ListenerTable:
             self._note_data()
 
     def unregister(self, listener: Listener | None, instance: Interface | None) -> bool:
-        """Tell ``listener`` no more on behalf of ``instance``; None stands for any. Return whether it was."""
+        """Stop notifying ``listener`` for ``instance``; None stands for any. Return whether it was."""
         found = False
         with self._lock:
             for kind, entries in list(self._entries.items()):
@@ -149,23 +149,23 @@ class ListenerTable:
         self.data_audience = (refreshed, altered) if refreshed or altered else None
         self.has_data = self.data_audience is not None
 
-    def tell_data(self, audience: DataAudience, changed: bool) -> None:
+    def notify_data(self, audience: DataAudience, changed: bool) -> None:
         """Announce to those still registered that data were written, then, if so, that they changed."""
         refreshed, altered = audience
         if refreshed:
-            self.tell(refreshed, EventKind.DATA_REFRESHED)
+            self.notify_audience(refreshed, EventKind.DATA_REFRESHED)
         if changed and altered:
-            self.tell(altered, EventKind.DATA_CHANGED)
+            self.notify_audience(altered, EventKind.DATA_CHANGED)
 
     def notify(self, kind: EventKind, *args: UUID) -> None:
         """Deliver an event to all listeners of its kind, in the order of registration."""
-        self.tell(self.audience(kind), kind, *args)
+        self.notify_audience(self.audience(kind), kind, *args)
 
     def audience(self, kind: EventKind) -> Audience:
-        """Return who is to hear of an event that happens now and is delivered later."""
+        """Return whom to notify of an event that happens now and is delivered later."""
         return self._entries.get(kind, ())
 
-    def tell(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
+    def notify_audience(self, audience: Audience, kind: EventKind, *args: UUID) -> None:
         """Deliver an event to those of an audience who are still registered."""
         for entry in audience:
             if entry.active:
@@ -196,7 +196,7 @@ Listen = Callable[[Interface, ListenerTable], None]
 def listening(listener: Listener, *kinds: EventKind) -> Listen:
     """Return what registers a listener while an instance is being opened, so that it misses nothing.
 
-    A listener that is registered afterwards hears nothing of what came in between: a message waits in the
+    A listener that is registered afterwards is not notified of what came in between: a message waits in the
     queue then, and openings and closings are never announced. While the instance is being opened nobody has
     it yet: a listener should use the instance that it is given.
 

@@ -91,7 +91,7 @@ class LocalBlackBoard(BlackBoard):
             self._memories.clear()
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return what there is to tell of the interfaces that match; see the base class."""
+        """Return a description of the interfaces that match; see the base class."""
         with self._lock:
             if is_plain(type_glob) and is_plain(id_glob):
                 found = self._memories.get((type_glob, id_glob))

@@ -86,7 +86,7 @@ class InterfaceMemory(BoardPort):
             return (*self._readers.values(), *writer)
 
     def info(self) -> InterfaceInfo:
-        """Return what there is to tell of the interface now."""
+        """Return a description of the interface now."""
         with self._lock:
             seconds, microseconds = STAMP.unpack_from(self._data)
             return InterfaceInfo(
@@ -140,7 +140,7 @@ class InterfaceMemory(BoardPort):
             self._lock.release()
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Take over the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+        """Take over the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises InvalidInstanceError: when ``writer`` was closed meanwhile.
         """
@@ -154,13 +154,13 @@ class InterfaceMemory(BoardPort):
             if changed:
                 self._changed = version
             self._data[:] = block
-            audience = self.listeners.data_audience  # who comes later can read the data, and is not told
+            audience = self.listeners.data_audience  # who comes later can read the data, and is not notified
         finally:
             self._lock.release()
         if self._bus is not None and self._bus.wants(Publication):
             emit_write(self._bus, self.now_us(), self.uid, self.hash, block, writer.as_dict)
         if audience is not None:
-            self.listeners.tell_data(audience, changed)
+            self.listeners.notify_data(audience, changed)
         return version
 
     def next_id(self, last: int) -> int:
@@ -184,7 +184,7 @@ class InterfaceMemory(BoardPort):
             emit_message(self._bus, self.now_us(), self.uid, sender.owner, message, outcome)
 
     def _transmit(self, sender: Interface, message: Message) -> None:
-        """Do what :meth:`transmit` says, without telling the bus."""
+        """Do what :meth:`transmit` says, without emitting to the bus."""
         writer = self._writer
         if writer is not None:
             if not self.listeners.accept(message):

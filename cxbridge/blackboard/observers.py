@@ -13,7 +13,7 @@ from cxbridge.blackboard.names import matches
 
 
 class Observer:
-    """Derive from it to hear of interfaces that come into being and vanish."""
+    """Derive from it to be notified of interfaces that come into being and vanish."""
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
         """Somebody opened an interface that nobody had open."""
@@ -23,7 +23,7 @@ class Observer:
 
 
 class _ObserverRegistration(Struct, eq=False):
-    """An observer and the interfaces it wants to hear of."""
+    """An observer and the interfaces that it watches."""
 
     observer: Observer
     type_glob: str
@@ -45,12 +45,12 @@ class ObserverTable:
         self._watches: tuple[_ObserverRegistration, ...] = ()
 
     def register(self, observer: Observer, type_glob: str, id_glob: str) -> None:
-        """Tell ``observer`` of interfaces that match both patterns."""
+        """Notify ``observer`` of interfaces that match both patterns."""
         with self._lock:
             self._watches = (*self._watches, _ObserverRegistration(observer, type_glob, id_glob))
 
     def unregister(self, observer: Observer) -> None:
-        """Tell ``observer`` nothing any more."""
+        """Stop notifying ``observer``."""
         with self._lock:
             for watch in self._watches:
                 watch.active &= watch.observer is not observer

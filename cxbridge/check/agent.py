@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.agent.model import AgentModel, read_source
 from cxbridge.agent.names import Kind, SourceFile
-from cxbridge.check.findings import Place
+from cxbridge.check.findings import SourcePlace
 from cxbridge.check.usage import Construct, Usage, constructs_of
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.closing import Closing
@@ -66,13 +66,13 @@ class ClipsFile:
         """Its lines."""
         return Lines(self.text)
 
-    def place(self, node: SyntaxNode) -> Place:
+    def place(self, node: SyntaxNode) -> SourcePlace:
         """Return where a node of it begins."""
         return self.place_at(node.start)
 
-    def place_at(self, offset: int) -> Place:
+    def place_at(self, offset: int) -> SourcePlace:
         """Return a place by its offset."""
-        return Place(str(self.path), self.lines.at(offset), self.lines.column(offset))
+        return SourcePlace(str(self.path), self.lines.at(offset), self.lines.column(offset))
 
     def calls(self, *names: str) -> Iterator[SyntaxNode]:
         """Yield the lists of the file that begin with one of these words."""
@@ -111,7 +111,7 @@ class AskedFile:
     """
 
     name: str
-    place: Place
+    place: SourcePlace
 
 
 @dataclass
@@ -262,7 +262,7 @@ class Agent(Closing):
             self._preload(interface)
         for stage in STAGES:
             for name in self._core_files(stage):
-                self._load(name, Place(_FROM_CORE))
+                self._load(name, SourcePlace(_FROM_CORE))
             for path in self._entries(stage):
                 self._load_entry(stage, path)
 
@@ -293,7 +293,7 @@ class Agent(Closing):
             for file in value.items if value.is_list else (value.text,):
                 self._load(file, place_of(value))
 
-    def _load(self, name: str, place: Place) -> None:
+    def _load(self, name: str, place: SourcePlace) -> None:
         """Load a file and those that it loads, each once."""
         how, _, bare = name.rpartition("|")
         found = self.find(bare)
@@ -346,9 +346,9 @@ class Agent(Closing):
         self.context.close()
 
 
-def place_of(value: ConfigValue) -> Place:
+def place_of(value: ConfigValue) -> SourcePlace:
     """Return where a value of the configuration was read."""
-    return Place(value.file, value.line, value.mark.column or 0)
+    return SourcePlace(value.file, value.line, value.mark.column or 0)
 
 
 def agents(options: RunOptions) -> list[str | None]:

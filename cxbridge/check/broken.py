@@ -19,7 +19,7 @@ _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
 """Findings about names that a file which is not there may define."""
 
 
-def retold(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
+def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return an error with the findings of the check, and with what the check does not see.
 
     :param options: of the run.

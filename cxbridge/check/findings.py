@@ -34,7 +34,7 @@ class Code:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class SourcePlace:
     """A place in a file.
 
     :param line: from 1; 0: the file as a whole. ``column`` likewise.
@@ -54,7 +54,7 @@ class Finding:
     """
 
     code: Code
-    place: Place
+    place: SourcePlace
     message: str
     hint: str = ""
 
@@ -92,5 +92,5 @@ INPUT: Final = Code(
 
 def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
     """Return the finding for an error."""
-    place = Place(error.file or "", error.line or 0, error.column or 0)
+    place = SourcePlace(error.file or "", error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")

@@ -16,7 +16,7 @@ Values = tuple[SyntaxNode, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class PlannedAction:
+class WrittenAction:
     """An action of a plan, as it is written.
 
     :param name: the word that names the action.
@@ -55,7 +55,7 @@ class _Builder:
         return written(call.arguments[number : number + 1])
 
 
-def planned_actions(files: Iterable[ClipsFile]) -> Iterator[PlannedAction]:
+def planned_actions(files: Iterable[ClipsFile]) -> Iterator[WrittenAction]:
     """Yield the actions whose names are written out."""
     files = list(files)
     builders = dict(pair for file in files for pair in _builders(file))
@@ -67,7 +67,7 @@ def planned_actions(files: Iterable[ClipsFile]) -> Iterator[PlannedAction]:
         for call in file.calls(*builders):
             builder = builders[call.head]
             if len(call.arguments) > builder.action and literal(call.arguments[builder.action]):
-                yield PlannedAction(
+                yield WrittenAction(
                     file,
                     call.arguments[builder.action],
                     call,
@@ -76,12 +76,12 @@ def planned_actions(files: Iterable[ClipsFile]) -> Iterator[PlannedAction]:
                 )
 
 
-def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[PlannedAction]:
+def _of_fact(file: ClipsFile, fact: SyntaxNode) -> Iterator[WrittenAction]:
     slots = {item.head: item.arguments for item in fact.arguments if item.head}
     name = slots.get("action-name", ())
     if len(name) == 1 and literal(name[0]):
         names, values = slots.get("param-names"), slots.get("param-values")
-        yield PlannedAction(
+        yield WrittenAction(
             file,
             name[0],
             fact,

@@ -32,7 +32,7 @@ Slots = Mapping[str, frozenset[str]]
 
 
 @dataclass(frozen=True, slots=True)
-class Fact:
+class FactUse:
     """A pattern of a rule, or a fact that is made.
 
     :param start: where it begins in its piece.
@@ -45,7 +45,7 @@ class Fact:
     slots: Slots
     named: frozenset[str]
 
-    def fits(self, made: Fact, defaults: Mapping[str, str]) -> bool:
+    def fits(self, made: FactUse, defaults: Mapping[str, str]) -> bool:
         """Whether this pattern can match a fact that is made so.
 
         :param defaults: of the slots that the fact may leave out; any word for the others.
@@ -86,7 +86,7 @@ class Construct:
         return read(self.placed.piece.text, close=True)[0]
 
     @cached_property
-    def patterns(self) -> tuple[Fact, ...]:
+    def patterns(self) -> tuple[FactUse, ...]:
         """The patterns that a rule needs a fact for."""
         if self.keyword != "defrule":
             return ()
@@ -105,7 +105,7 @@ class Construct:
         return items[1:] if self.keyword.startswith("def") else (self.node,)
 
     @cached_property
-    def facts(self) -> tuple[Fact, ...]:
+    def facts(self) -> tuple[FactUse, ...]:
         """The facts that it makes, as far as they are written out."""
         made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
@@ -153,7 +153,7 @@ def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
     return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
 
 
-def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[Fact]:
+def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[FactUse]:
     for node in nodes:
         if node.head in ("and", "logical", "exists"):
             yield from _patterns(node.arguments)
@@ -161,7 +161,7 @@ def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[Fact]:
             yield _fact(node, is_made=False)
 
 
-def _fact(node: SyntaxNode, *, is_made: bool) -> Fact:
+def _fact(node: SyntaxNode, *, is_made: bool) -> FactUse:
     slots: dict[str, frozenset[str]] = {}
     named = [item for item in node.arguments if item.head]
     for item in named:
@@ -169,7 +169,7 @@ def _fact(node: SyntaxNode, *, is_made: bool) -> Fact:
         if words is not None and (not is_made or len(words) == 1):
             slots[item.head] = words
     heads = frozenset(item.head for item in named)
-    return Fact(without_module(node.head), node.start, slots, heads)
+    return FactUse(without_module(node.head), node.start, slots, heads)
 
 
 def _words(values: tuple[SyntaxNode, ...]) -> frozenset[str] | None:
@@ -200,9 +200,9 @@ class Usage:
     constructs: tuple[Construct, ...] = ()
 
     @cached_property
-    def made(self) -> dict[str, list[tuple[Construct, Fact]]]:
+    def made(self) -> dict[str, list[tuple[Construct, FactUse]]]:
         """The facts that constructs make, by their templates."""
-        found: dict[str, list[tuple[Construct, Fact]]] = {}
+        found: dict[str, list[tuple[Construct, FactUse]]] = {}
         for construct in self.constructs:
             for fact in construct.facts:
                 found.setdefault(fact.template, []).append((construct, fact))

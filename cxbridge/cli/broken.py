@@ -22,6 +22,6 @@ def in_words_of_check(options: RunOptions) -> Iterator[None]:
     try:
         yield
     except BrokenAgentError as error:
-        from cxbridge.check.broken import retold
+        from cxbridge.check.broken import with_findings
 
-        raise retold(error, options) from None
+        raise with_findings(error, options) from None

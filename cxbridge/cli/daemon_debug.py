@@ -76,7 +76,7 @@ def step(
     ] = 10.0,
     url: Connect = DEFAULT_URL,
 ) -> int:
-    """Let the rules take a step, and tell where they are then; rules that run stop after it.
+    """Let the rules take a step, and report where they are then; rules that run stop after it.
 
     Exit status: 0 done; 2 there is no such step, or no daemon; 3 the step has not ended in time.
 
@@ -103,7 +103,7 @@ def component(
     url: Connect = DEFAULT_URL,
     as_json: AsJson = False,
 ) -> int:
-    """Tell how components stand, in the order of their start, or let one take a step of its life.
+    """Report how components stand, in the order of their start, or let one take a step of its life.
 
     Exit status: 0 done; 2 there is no such component, it is in no state for that step, or it fails.
 

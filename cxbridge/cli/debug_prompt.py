@@ -105,7 +105,7 @@ class DebugPrompt:
 
         :raises KeyboardInterrupt: when a command ends the run.
         """
-        agent.tell(stop, with_name=len(self._agents) > 1)
+        agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
         self._is_quit = True  # unless it goes on
         while agent.debugger.stopped is not None:
@@ -201,8 +201,8 @@ class _Agent:
         """
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
 
-    def tell(self, stop: Stop, *, with_name: bool) -> None:
-        """Tell where it has stopped."""
+    def print_stop(self, stop: Stop, *, with_name: bool) -> None:
+        """Report where it has stopped."""
         seconds = (stop.time_us - self._start_us) / MICROSECONDS
         number = f" (breakpoint {stop.breakpoint})" if stop.breakpoint else ""
         name = f"{self.assembly.name}: " if with_name else ""
@@ -228,7 +228,7 @@ class _Agent:
 
     def _where(self) -> None:
         if self.debugger.stopped is not None:
-            self.tell(self.debugger.stopped, with_name=self._with_name)
+            self.print_stop(self.debugger.stopped, with_name=self._with_name)
 
     def _break(self, spec: str) -> None:
         rows = self._ask("break-add", specs=[spec]) if spec else self._ask("break-list")

@@ -18,7 +18,7 @@ def plain_interrupt() -> Iterator[None]:
     """Let Ctrl-C end the process at once, as it ends a program in C.
 
     While modules are loaded a KeyboardInterrupt would be a traceback at best. At worst it is raised where
-    Python drops what is raised, and nobody ever hears of the signal.
+    Python drops what is raised, and nobody is notified of the signal.
     """
     before = signal.getsignal(signal.SIGINT)
     ours = before is signal.default_int_handler and threading.current_thread() is threading.main_thread()

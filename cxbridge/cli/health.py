@@ -36,7 +36,7 @@ _OLDEST = (3, 11)
 
 
 @dataclass(frozen=True, slots=True)
-class Finding:
+class HealthCheck:
     """One thing that was looked at.
 
     :param required: whether a run of the shipped scenario needs it.
@@ -54,11 +54,11 @@ class Finding:
         return asdict(self)
 
 
-def examine() -> list[Finding]:
+def examine() -> list[HealthCheck]:
     """Look at everything; each thing is tried, not only looked for."""
     return [
-        Finding("cxbridge", fine=True, required=True, detail=__version__),
-        Finding(
+        HealthCheck("cxbridge", fine=True, required=True, detail=__version__),
+        HealthCheck(
             "Python",
             fine=sys.version_info >= _OLDEST,
             required=True,
@@ -76,17 +76,19 @@ def examine() -> list[Finding]:
     ]
 
 
-def _package(name: str) -> Finding:
+def _package(name: str) -> HealthCheck:
     try:
         version = importlib.metadata.version(name)
     except importlib.metadata.PackageNotFoundError:
-        return Finding(name, fine=False, required=True, detail="not installed", remedy=f"pip install {name}")
-    return Finding(name, fine=True, required=True, detail=version)
+        return HealthCheck(
+            name, fine=False, required=True, detail="not installed", remedy=f"pip install {name}"
+        )
+    return HealthCheck(name, fine=True, required=True, detail=version)
 
 
-def _extra(name: str) -> Finding:
+def _extra(name: str) -> HealthCheck:
     absent = missing(name)
-    return Finding(
+    return HealthCheck(
         f"extra {name}",
         fine=not absent,
         required=False,
@@ -95,12 +97,12 @@ def _extra(name: str) -> Finding:
     )
 
 
-def _try(what: str, attempt: Callable[[], str], remedy: str) -> Finding:
+def _try(what: str, attempt: Callable[[], str], remedy: str) -> HealthCheck:
     """Run ``attempt``; what it returns is the detail, what it raises the reason why not."""
     try:
-        return Finding(what, fine=True, required=True, detail=attempt())
+        return HealthCheck(what, fine=True, required=True, detail=attempt())
     except Exception as error:  # noqa: BLE001  whatever is wrong, the user shall read it
-        return Finding(what, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
+        return HealthCheck(what, fine=False, required=True, detail=f"does not work: {error}", remedy=remedy)
 
 
 def _clips() -> str:
@@ -137,9 +139,9 @@ def _shipped() -> str:
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
 
 
-def _speech() -> Finding:
+def _speech() -> HealthCheck:
     found = shutil.which("espeak-ng") or shutil.which("espeak")
-    return Finding(
+    return HealthCheck(
         "speech",
         fine=found is not None or platform.system() != "Linux",
         required=False,
@@ -148,15 +150,15 @@ def _speech() -> Finding:
     )
 
 
-def _speaker() -> list[Finding]:
+def _speaker() -> list[HealthCheck]:
     """Look for what plays speech; elsewhere than on Linux the system does."""
     if platform.system() != "Linux":
         return []
     return [_program("speaker", "aplay", "--speech on is not heard", "apt install alsa-utils")]
 
 
-def _program(what: str, program: str, purpose: str, remedy: str) -> Finding:
+def _program(what: str, program: str, purpose: str, remedy: str) -> HealthCheck:
     found = shutil.which(program)
-    return Finding(
+    return HealthCheck(
         what, fine=found is not None, required=False, detail=found or f"absent: {purpose}", remedy=remedy
     )

@@ -125,7 +125,7 @@ def _call(arguments: Sequence[str] | None) -> object:
 
 
 def _system_failed(error: OSError) -> int:
-    """Tell what the operating system refused, and where; returns the exit status."""
+    """Report what the operating system refused, and where; returns the exit status."""
     if error.filename == STDOUT:
         complain(f"cannot write to stdout: {error.strerror or error}")
         # Python flushes at its end, too, and would complain again

@@ -14,7 +14,7 @@ from cxbridge.cli.console import ConsoleLog
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, Level, LogLine
 from cxbridge.explain.brief import BRIEF_TYPES, BriefReasons, forget_oldest
-from cxbridge.history.outcome import ENDED_MODES, Outcome, goal_outcome
+from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
 from cxbridge.mainloop import Hook
 from cxbridge.printing import one_line, terminal_of
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
 
-_WORD: Final = max(len(outcome.word) for outcome in Outcome)
+_WORD: Final = max(len(outcome.word) for outcome in OutcomeKind)
 _SHORT_S: Final = 0.05
 """A shorter time is not worth a word."""
 
@@ -57,7 +57,7 @@ class RunLog(ConsoleLog):
         self._goes_on = False
 
     def attach(self, assembly: Assembly) -> None:
-        """Tell what an agent's rules print from all else that is logged for their environment."""
+        """Separate what an agent's rules print from all else that is logged for their environment."""
         output = assembly.executive.env.output
 
         def print_line(level: Level, line: str) -> None:
@@ -103,7 +103,7 @@ class RunStory:
         """Follow the goals of an agent, that is made and not started."""
         self._agents += 1
         if not self._quiet:
-            assembly.bus.subscribe(_Teller(assembly, self).take, *BRIEF_TYPES)
+            assembly.bus.subscribe(_GoalFollower(assembly, self).take, *BRIEF_TYPES)
             assembly.loop.add(Hook.POST_LOOP, self._check)
 
     def _check(self) -> None:
@@ -111,7 +111,9 @@ class RunStory:
         if self._failed is not None:
             raise self._failed
 
-    def tell(self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str) -> None:
+    def print_goal(
+        self, agent: str, seconds: float, goal: GoalTransition, took_s: float | None, why: str
+    ) -> None:
         """Print how a goal ended.
 
         :param seconds: since the run began.
@@ -137,7 +139,7 @@ class RunStory:
         except OSError as error:
             self._failed = error
 
-    def _plain_mark(self, outcome: Outcome) -> str:
+    def _plain_mark(self, outcome: OutcomeKind) -> str:
         icon = f"{outcome.icon} " if self._brush.on else ""
         return f"{icon}{outcome.word:{_WORD}}"
 
@@ -157,7 +159,7 @@ class RunStory:
             yield self._tree_line(line) if isinstance(line, GoalLine) else one_line(line)
         for text in () if result.replay is None else result.replay.lines:
             yield one_line(text)
-        how = Outcome.COMPLETED if result.status == COMPLETED else Outcome.FAILED
+        how = OutcomeKind.COMPLETED if result.status == COMPLETED else OutcomeKind.FAILED
         yield self._brush(one_line(result.verdict), how.colour) + self._brush(one_line(result.figures), "dim")
 
     def _tree_line(self, line: GoalLine) -> str:
@@ -172,7 +174,7 @@ class RunStory:
         )
 
 
-class _Teller:
+class _GoalFollower:
     """Follows the goals of one agent."""
 
     def __init__(self, assembly: Assembly, story: RunStory) -> None:
@@ -181,7 +183,7 @@ class _Teller:
         self._story = story
         self._reasons = BriefReasons(self._slots_of)
         self._start_us: int | None = None  # of the first transition: loading is no part of the story
-        self._told: dict[str, str] = {}
+        self._printed: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 
     def _slots_of(self, template: str) -> Iterator[Mapping[str, object]]:
@@ -199,17 +201,17 @@ class _Teller:
             self._end(event)
         elif event.mode == "FORMULATED":  # perhaps again
             self._selected_us.pop(event.goal, None)
-            self._told.pop(event.goal, None)
+            self._printed.pop(event.goal, None)
         elif event.mode == "SELECTED":
             self._selected_us[event.goal] = event.time_us
 
     def _end(self, goal: GoalTransition) -> None:
-        """Tell that a goal has ended, once: it may skip FINISHED."""
-        if self._told.get(goal.goal) == goal.outcome:
+        """Report that a goal has ended, once: it may skip FINISHED."""
+        if self._printed.get(goal.goal) == goal.outcome:
             return
-        self._told[goal.goal] = goal.outcome
-        forget_oldest(self._told)
+        self._printed[goal.goal] = goal.outcome
+        forget_oldest(self._printed)
         begun = self._selected_us.pop(goal.goal, None)
         took_s = None if begun is None else (goal.time_us - begun) / MICROSECONDS
         seconds = (goal.time_us - (self._start_us or 0)) / MICROSECONDS
-        self._story.tell(self._name, seconds, goal, took_s, self._reasons.reason(goal))
+        self._story.print_goal(self._name, seconds, goal, took_s, self._reasons.reason(goal))

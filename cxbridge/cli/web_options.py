@@ -48,7 +48,7 @@ class BrowserOptions:
             import threading
             import webbrowser
 
-            # some browsers take seconds to tell that they have been started
+            # some browsers take seconds to report that they have been started
             threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
 
 

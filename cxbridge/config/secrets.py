@@ -70,7 +70,7 @@ def mask(path: str, text: str) -> str:
     return text
 
 
-def told(value: ConfigValue) -> ConfigValue:
+def masked(value: ConfigValue) -> ConfigValue:
     """Return a value as it may be shown."""
     items = tuple(mask(value.path, text) for text in value.items)
     return replace(value, text=mask(value.path, value.text), items=items)

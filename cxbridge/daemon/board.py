@@ -1,4 +1,4 @@
-"""A daemon on its own blackboard: how its components stand, and messages that tell it what to do.
+"""A daemon on its own blackboard: how its components stand, and messages that command it.
 
 ``DaemonInterface::cxbridge`` is the daemon, each ``ComponentInterface::NAME`` a component. So every way to
 the blackboard is a way to the daemon, recorders included.
@@ -46,7 +46,7 @@ class DaemonBoard:
 
     :param components: the names, in the order of the start.
     :param time_source: name of the clock.
-    :param heard: gets the type of each message as it comes, in the thread that brings it: the main loop
+    :param on_message: gets the type of each message as it comes, in the thread that brings it: the main loop
         may be stuck.
     """
 
@@ -55,7 +55,7 @@ class DaemonBoard:
         board: BlackBoard,
         components: Sequence[str],
         time_source: str,
-        heard: Callable[[str], None] = lambda _type: None,
+        on_message: Callable[[str], None] = lambda _type: None,
     ) -> None:
         # The fields of the interfaces come from their XML definition: there is no static type for them here.
         daemon: Any = board.open_for_writing(
@@ -72,7 +72,7 @@ class DaemonBoard:
         daemon.version = __version__
         daemon.time_source = time_source
         self._lock = threading.RLock()  # the watchdog publishes, too
-        board.register_listener(_Ear(heard), daemon, EventKind.MESSAGE_RECEIVED)
+        board.register_listener(_Ear(on_message), daemon, EventKind.MESSAGE_RECEIVED)
 
     def publish(self, state: str, components: Sequence[ComponentStatus]) -> None:
         """Write how the daemon and its components stand, where it is another way.
@@ -91,7 +91,7 @@ class DaemonBoard:
             self._daemon.state = state
             self._write(self._daemon)
 
-    def tell(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
+    def note(self, *, endpoints: Sequence[str] | None = None, error: str | None = None) -> None:
         """Note where the daemon can be reached, or what went wrong; written with what is published next."""
         with self._lock:
             if self._daemon.valid:
@@ -121,12 +121,12 @@ class DaemonBoard:
 
 
 class _Ear(Listener):
-    """Hears of messages when they come."""
+    """Receives messages when they come."""
 
-    def __init__(self, heard: Callable[[str], None]) -> None:
-        self._heard = heard
+    def __init__(self, on_message: Callable[[str], None]) -> None:
+        self._on_message = on_message
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - as it is
-        """Tell of a message; it goes into the queue."""
-        self._heard(message.type)
+        """Report a message; it goes into the queue."""
+        self._on_message(message.type)
         return True

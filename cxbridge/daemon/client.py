@@ -68,7 +68,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
 
 
 def command(board: BlackBoard, what: str, timeout_s: float) -> bool:
-    """Tell a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
+    """Send a daemon ``Pause``, ``Resume``, ``Reset``, ``Interrupt`` or ``Shutdown``; return whether it did.
 
     :raises BlackBoardError: when there is no daemon.
     """
@@ -89,7 +89,7 @@ def ask_why(board: BlackBoard, name: str, kind: str, rules: int, timeout_s: floa
     """Ask a daemon about a rule or a goal.
 
     :param kind: ``rule``, ``goal`` or empty.
-    :param rules: how many rules to tell of those that fired before each step of a goal.
+    :param rules: how many rules to return of those that fired before each step of a goal.
     :returns: ``lines`` and ``data``; None when it did not answer in time.
     :raises CxbridgeError: when there is no daemon with an executive, or it has nothing to tell.
     """

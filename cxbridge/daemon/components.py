@@ -10,7 +10,7 @@ if TYPE_CHECKING:
 
 
 def component_row(status: ComponentStatus) -> dict[str, Any]:
-    """Return what there is to tell of a component, as JSON can have it."""
+    """Return a description of a component, as JSON can have it."""
     return {
         "name": status.name,
         "state": status.state.name,
@@ -38,7 +38,7 @@ class DaemonComponents:
         self._settle = settle
 
     def status(self) -> list[ComponentStatus]:
-        """Return what there is to tell of each, in the order of their start."""
+        """Return a description of each, in the order of their start."""
         return self._status()
 
     def change_one(self, name: str, transition: str) -> None:

@@ -86,7 +86,7 @@ class Daemon:
             limit_s=settings.watchdog_s,
         )
         names = [node.name for node in nodes]
-        self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.heard)
+        self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.take_command)
         self.parts = DaemonComponents(self.manager, self.components, self._settle)
         self._explainer = self._make_explainer()
         self._requests = DaemonRequests(
@@ -138,7 +138,7 @@ class Daemon:
         for endpoint in endpoints:
             self.log.info(f"Serving {purpose} at {endpoint}")
         self.endpoints += endpoints
-        self.status.tell(endpoints=self.endpoints)
+        self.status.note(endpoints=self.endpoints)
 
     # -- life
 
@@ -265,14 +265,14 @@ class Daemon:
         return self.stalls.apply(self.manager.status())
 
     def _settle(self) -> None:
-        """Tell how the daemon stands."""
+        """Report how the daemon stands."""
         states = {status.state for status in self.manager.status()}
         if self.manager.paused:
             self._state = "PAUSED"
         else:
             self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
         if self.plugins is not None:
-            self.plugins.tell()
+            self.plugins.notify_watchers()
         self._publish()
 
     def _publish(self) -> None:
@@ -280,5 +280,5 @@ class Daemon:
         troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
         if not troubles and self.stalls.text:
             troubles = [self.stalls.text]
-        self.status.tell(error=troubles[0] if troubles and self._state != "PAUSED" else "")
+        self.status.note(error=troubles[0] if troubles and self._state != "PAUSED" else "")
         self.status.publish(self.state, components)

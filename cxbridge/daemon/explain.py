@@ -29,7 +29,7 @@ MOST_QUESTIONS: Final = 4
 """Questions that may wait."""
 
 MOST_STEPS: Final = 10_000
-"""Transitions, and firings, that a daemon remembers to tell of goals."""
+"""Transitions, and firings, that a daemon keeps to explain goals."""
 
 MOST_FACTS: Final = 10_000
 """Facts that are copied: the loop stops for about 10 us each."""
@@ -45,7 +45,7 @@ class DaemonExplainer:
     :param environment: the executive's environment, None while there is none.
     :param where: what the answers say they are about.
     :param folders: where the agent's CLIPS files are.
-    :param with_firings: whether firings are recorded, so that to hear of them costs nothing more.
+    :param with_firings: whether firings are recorded, so that to receive them costs nothing more.
     """
 
     def __init__(

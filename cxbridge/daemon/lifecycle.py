@@ -77,7 +77,7 @@ class ComponentFailedError(CxbridgeError):
 
 @dataclass(frozen=True, slots=True)
 class ComponentStatus:
-    """What there is to tell of a component.
+    """Describes a component.
 
     :param reason: why it is not active; empty when it is, or when nobody has asked for it yet.
     :param since_us: when it came into this state, microseconds since the epoch.
@@ -207,7 +207,7 @@ class LifecycleManager:
         self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
 
     def status(self) -> list[ComponentStatus]:
-        """Return what there is to tell of each component, in the order of their start."""
+        """Return a description of each component, in the order of their start."""
         return [
             ComponentStatus(node.name, node.state, node.reason, self._since[node.name]) for node in self.nodes
         ]
@@ -289,7 +289,7 @@ class LifecycleManager:
             self._wind_down(node, "unloaded")
 
     def find(self, name: str) -> ComponentStatus:
-        """Return what there is to tell of one component.
+        """Return a description of one component.
 
         :raises LifecycleError: when there is none of that name.
         """

@@ -28,11 +28,11 @@ class _Request:
 class Watchers(Protocol):
     """Gets a notice of plugins that come and go: :class:`PluginManager`."""
 
-    def tell_loaded(self, name: str) -> None:
-        """Tell that a plugin was loaded."""
+    def notify_loaded(self, name: str) -> None:
+        """Report that a plugin was loaded."""
 
-    def tell_unloaded(self, name: str) -> None:
-        """Tell that a plugin was unloaded."""
+    def notify_unloaded(self, name: str) -> None:
+        """Report that a plugin was unloaded."""
 
 
 class DaemonPlugins:
@@ -47,7 +47,7 @@ class DaemonPlugins:
         self._allowed = allowed
         self._requests: deque[_Request] = deque()
         self._closed = False
-        self._told: list[str] = []
+        self._notified: list[str] = []
         self.watchers: Watchers | None = None
         """Gets what comes and goes, no matter who asked for it."""
 
@@ -100,16 +100,16 @@ class DaemonPlugins:
             request.done.set()
         return found
 
-    def tell(self) -> None:
-        """Tell the watchers what came and went since the last time."""
-        before, self._told = self._told, list(self.loaded())
+    def notify_watchers(self) -> None:
+        """Notify the watchers of what came and went since the last time."""
+        before, self._notified = self._notified, list(self.loaded())
         if self.watchers is not None:
             for name in before:
-                if name not in self._told:
-                    self.watchers.tell_unloaded(name)
-            for name in self._told:
+                if name not in self._notified:
+                    self.watchers.notify_unloaded(name)
+            for name in self._notified:
                 if name not in before:
-                    self.watchers.tell_loaded(name)
+                    self.watchers.notify_loaded(name)
 
     def close(self) -> None:
         """Refuse what is asked for from now on, and what waits."""

@@ -62,19 +62,19 @@ class DaemonRequests:
             node,
             lambda: [component_row(each) for each in components.status()],
             components.change_one,
-            DaemonState(bus, node, loop).tell,
+            DaemonState(bus, node, loop).describe,
         )
         """What operations work on."""
 
     def attend(self) -> None:
-        """Tell where the rules are stopped, and carry out the next request. Called once a loop."""
+        """Report where the rules are stopped, and carry out the next request. Called once a loop."""
         if (self._interface.msgq_empty() and self._stopped is self._stop) or not self._interface.valid:
             return
-        self._tell_stop()
+        self._report_stop()
         message = self._interface.msgq_pop()
         if message is not None:
             self._answer(str(message.verb), str(message.token), str(message.arguments))
-            self._tell_stop()
+            self._report_stop()
 
     def resume(self) -> None:
         """Go on where the rules are stopped."""
@@ -86,7 +86,7 @@ class DaemonRequests:
         """Where the rules are stopped now."""
         return None if self._node is None else self._node.stopped
 
-    def _tell_stop(self) -> None:
+    def _report_stop(self) -> None:
         stop = self._stopped
         if stop is self._stop:
             return

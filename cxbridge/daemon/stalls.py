@@ -18,10 +18,10 @@ if TYPE_CHECKING:
 
 
 class DaemonStalls:
-    """What there is to tell of a loop that does not come to its end.
+    """Describes a loop that does not come to its end.
 
     :param environments: returns the CLIPS environments there are.
-    :param publish: brings what there is to tell onto the blackboard, from any thread.
+    :param publish: publishes the report on the blackboard, from any thread.
     :param allowed: whether clients may interrupt.
     :param limit_s: seconds that a loop may take.
     """
@@ -40,7 +40,7 @@ class DaemonStalls:
         self._stall: Stall | None = None
         self._loop, self._turn = loop, -1
         self._log, self._notifier, self._publish, self._allowed = log, notifier, publish, allowed
-        self.watchdog = Watchdog(loop, environments, self._tell, limit_s)
+        self.watchdog = Watchdog(loop, environments, self._report, limit_s)
 
     @property
     def text(self) -> str:
@@ -67,8 +67,8 @@ class DaemonStalls:
         self._log.info("A client asks to interrupt")
         self.watchdog.interrupt()
 
-    def heard(self, message: str) -> None:
-        """Hear of a command that has come: a loop that is stuck cannot carry it out."""
+    def take_command(self, message: str) -> None:
+        """Take a command that has come: a loop that is stuck cannot carry it out."""
         if not self._allowed or message == "ResumeMessage":
             return
         if message == INTERRUPT:
@@ -76,8 +76,8 @@ class DaemonStalls:
         elif self._now() is not None:
             self.watchdog.interrupt()
 
-    def _tell(self, stall: Stall | None) -> None:
-        """Tell of a loop that does not come to its end, or has come to it; in the watchdog's thread."""
+    def _report(self, stall: Stall | None) -> None:
+        """Report a loop that does not come to its end, or has come to it; in the watchdog's thread."""
         self._stall, self._turn = stall, self._loop.turns
         if stall is None:
             self._log.info("The loop goes on")

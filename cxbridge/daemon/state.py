@@ -25,7 +25,7 @@ _TEXT: Final = 200
 
 
 class DaemonState:
-    """Gathers what there is to tell.
+    """Gathers the state of the daemon.
 
     :param bus: has the log and the skills.
     :param node: the executive; None: there shall be none.
@@ -50,7 +50,7 @@ class DaemonState:
         elif isinstance(event, SkillStatus):
             self._skills[event.skiller] = (event.skill_string[:_TEXT], event.status)
 
-    def tell(self, given: Mapping[str, Any]) -> dict[str, Any]:
+    def describe(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return it, as JSON can have it.
 
         :param given: ``since``: of the log what is behind this line number. ``goals``: so many at most,

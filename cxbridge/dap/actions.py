@@ -19,7 +19,7 @@ _WORDS: Final = ("then", "else", "do")
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class RuleAction:
     """An action of a right-hand side.
 
     :param start: where it begins in the text.
@@ -33,7 +33,7 @@ class Action:
 
 
 @dataclass(frozen=True, slots=True)
-class RuleLines:
+class FileRule:
     """A rule of a file.
 
     :param first: the line that it begins on, from 1, and ``last`` the one that it ends on.
@@ -43,19 +43,19 @@ class RuleLines:
     name: str
     first: int
     last: int
-    actions: tuple[Action, ...]
+    actions: tuple[RuleAction, ...]
 
 
-def rules_of(text: str) -> Iterator[RuleLines]:
+def rules_of(text: str) -> Iterator[FileRule]:
     """Yield the rules of a file that are closed, in their order."""
     lines = Lines(text)
     for found in definitions(text):
         if found.kind == "defrule":
             last = lines.at(found.node.end - 1)
-            yield RuleLines(found.name, found.line, last, tuple(_actions(found, lines)))
+            yield FileRule(found.name, found.line, last, tuple(_actions(found, lines)))
 
 
-def _actions(rule: Definition, lines: Lines) -> Iterator[Action]:
+def _actions(rule: Definition, lines: Lines) -> Iterator[RuleAction]:
     items = rule.node.arguments
     arrow = next((place for place, node in enumerate(items) if node.text == "=>"), None)
     if arrow is None:
@@ -82,12 +82,12 @@ def bound(ces: Sequence[CE]) -> tuple[str, ...]:
     return tuple(names)
 
 
-def _sequence(nodes: Iterable[SyntaxNode], names: tuple[str, ...], lines: Lines) -> Iterator[Action]:
+def _sequence(nodes: Iterable[SyntaxNode], names: tuple[str, ...], lines: Lines) -> Iterator[RuleAction]:
     """Yield the actions of a sequence, each before those within it."""
     for node in nodes:
         if node.items is None:
             continue
-        yield Action(node.start, lines.at(node.start), names)
+        yield RuleAction(node.start, lines.at(node.start), names)
         for inner, more in _within(node):
             yield from _sequence(inner, (*names, *(name for name in more if name not in names)), lines)
         names = _after(node, names)

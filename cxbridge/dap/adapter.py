@@ -13,9 +13,9 @@ import msgspec
 from cxbridge.dap import phases, protocol
 from cxbridge.dap.breaking import FILTERS, Breakpoints
 from cxbridge.dap.launching import make_target
-from cxbridge.dap.phases import Phase, check_phase
-from cxbridge.dap.stops import Sources, Stop
-from cxbridge.dap.target import Place, Stopped, Target
+from cxbridge.dap.phases import SessionPhase, check_phase
+from cxbridge.dap.stops import Sources, StopView
+from cxbridge.dap.target import FileLine, Stopped, Target
 from cxbridge.dap.wire import Wire, WireError
 from cxbridge.errors import CxbridgeError
 
@@ -50,18 +50,18 @@ class Adapter:
         self._sources = Sources()
         self._breakpoints = Breakpoints(self._sources)
         self._target: Target | None = None
-        self._stop: Stop | None = None
-        self._run_phase = Phase.LAUNCHED
+        self._stop: StopView | None = None
+        self._run_phase = SessionPhase.LAUNCHED
         self._is_known = self._is_over = self._checked = False
-        self._tells_changes = False
+        self._sends_invalidated = False
         self.problem = ""
         """Why the client's stream cannot be read any further; empty while it can."""
-        any_time, stopped = phases.KNOWN, Phase.STOPPED
+        any_time, stopped = phases.KNOWN, SessionPhase.STOPPED
         launched = phases.LAUNCHED
-        self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], Phase]] = {
-            "initialize": (protocol.InitializeArguments, self._initialize, Phase.NEW),
-            "launch": (dict[str, Any], self._launch, Phase.READY),
-            "configurationDone": (protocol.Nothing, self._begin, Phase.LAUNCHED),
+        self._handlers: Mapping[str, tuple[type[Any], Callable[[Any], Any], SessionPhase]] = {
+            "initialize": (protocol.InitializeArguments, self._initialize, SessionPhase.NEW),
+            "launch": (dict[str, Any], self._launch, SessionPhase.READY),
+            "configurationDone": (protocol.Nothing, self._begin, SessionPhase.LAUNCHED),
             "setBreakpoints": (protocol.SetBreakpointsArguments, self._set_lines, any_time),
             "setFunctionBreakpoints": (
                 protocol.SetFunctionBreakpointsArguments,
@@ -89,26 +89,26 @@ class Adapter:
             "stepOut": (protocol.StepArguments, lambda given: self._step(given, "loop"), stopped),
             "stepBack": (protocol.StepArguments, lambda given: self._go_back(given, "rule"), stopped),
             "reverseContinue": (protocol.ThreadArguments, lambda given: self._go_back(given, ""), stopped),
-            "pause": (protocol.PauseArguments, self._pause, Phase.RUNNING),
+            "pause": (protocol.PauseArguments, self._pause, SessionPhase.RUNNING),
             "terminate": (protocol.EndArguments, self._terminate, launched),
             "disconnect": (protocol.EndArguments, self._disconnect, phases.ANY),
         }
 
     @property
-    def _phase(self) -> Phase:
+    def _phase(self) -> SessionPhase:
         """How far the session has come."""
         if self._stop is not None:
-            return Phase.STOPPED
+            return SessionPhase.STOPPED
         if self._target is not None:
             return self._run_phase
-        return Phase.READY if self._is_known else Phase.NEW
+        return SessionPhase.READY if self._is_known else SessionPhase.NEW
 
     def serve(self) -> None:
         """Serve until the client has gone, or :attr:`problem` says what is wrong with what it sends."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
             self._take(self._inbox.get())
-            if self._phase is Phase.RUNNING:
+            if self._phase is SessionPhase.RUNNING:
                 self._run()
 
     def _read(self) -> None:
@@ -134,11 +134,11 @@ class Adapter:
         try:
             status = self._there.run(self)
         except CxbridgeError as error:
-            self.tell("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
+            self.send_event("output", {"category": "stderr", "output": f"cxbridge: error: {error}\n"})
             status = error.exit_status
-        self._run_phase = Phase.OVER
-        self.tell("exited", {"exitCode": status})
-        self.tell("terminated")
+        self._run_phase = SessionPhase.OVER
+        self.send_event("exited", {"exitCode": status})
+        self.send_event("terminated")
 
     def _take(self, request: protocol.Request | None) -> None:
         """Carry out a request, and answer it."""
@@ -160,7 +160,7 @@ class Adapter:
             answer.body = {"error": {"id": 1, "format": answer.message, "showUser": True}}
         self._wire.write(answer)
         if answer.success and request.command == "launch":
-            self.tell("initialized")
+            self.send_event("initialized")
 
     def _carry_out(self, request: protocol.Request) -> Any:
         """Return the body of the answer to a request.
@@ -185,14 +185,14 @@ class Adapter:
         if not self._checked and self._there.is_loaded:
             self._checked = True
             for each in self._breakpoints.check():
-                self.tell("breakpoint", {"reason": "changed", "breakpoint": each})
+                self.send_event("breakpoint", {"reason": "changed", "breakpoint": each})
 
     def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
         """Carry out requests until one goes on."""
-        self._stop = Stop(stopped, self._sources.of)
+        self._stop = StopView(stopped, self._sources.of)
         reason = "exception" if self._breakpoints.is_filter(stopped.breakpoint) else stopped.reason
         numbers = [stopped.breakpoint] if stopped.breakpoint else []
-        self.tell(
+        self.send_event(
             "stopped",
             protocol.StoppedBody(
                 reason,
@@ -213,7 +213,9 @@ class Adapter:
         finally:
             self._stop = None
 
-    def tell(self, name: str, body: Mapping[str, object] | protocol.Shape | None = None) -> None:
+    def send_event(
+        self, name: str, body: Mapping[str, object] | protocol.ProtocolObject | None = None
+    ) -> None:
         """Send an event."""
         self._wire.write(protocol.Event(name, body))
 
@@ -225,7 +227,7 @@ class Adapter:
         return self._target
 
     @property
-    def _here(self) -> Stop:
+    def _here(self) -> StopView:
         assert self._stop is not None, "requests that need it come while it is stopped"
         return self._stop
 
@@ -235,7 +237,7 @@ class Adapter:
         if arguments.path_format != "path":
             raise CxbridgeError(f"files are named by their paths here, not as '{arguments.path_format}'")
         self._is_known = True
-        self._tells_changes = arguments.supports_invalidated_event
+        self._sends_invalidated = arguments.supports_invalidated_event
         return CAPABILITIES
 
     def _launch(self, arguments: dict[str, Any]) -> None:
@@ -243,15 +245,15 @@ class Adapter:
         if not arguments.get("noDebug"):
             self._breakpoints.attach(self._target)
         if self._target.can_go_back:
-            self.tell("capabilities", {"capabilities": {"supportsStepBack": True}})
+            self.send_event("capabilities", {"capabilities": {"supportsStepBack": True}})
 
     def _begin(self, _arguments: protocol.Nothing) -> None:
-        self._run_phase = Phase.RUNNING
+        self._run_phase = SessionPhase.RUNNING
 
     def _terminate(self, _arguments: protocol.EndArguments) -> None:
-        if self._phase is Phase.LAUNCHED:  # there is nothing that could end by itself
-            self._run_phase = Phase.OVER
-            self.tell("terminated")
+        if self._phase is SessionPhase.LAUNCHED:  # there is nothing that could end by itself
+            self._run_phase = SessionPhase.OVER
+            self.send_event("terminated")
 
     def _disconnect(self, _arguments: protocol.EndArguments) -> None:
         self._is_over = True
@@ -282,7 +284,7 @@ class Adapter:
             raise CxbridgeError(f"there is no thread {number}", hint=f"there are: {there or 'none'}")
 
     def _threads(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        agents = () if self._phase is Phase.OVER else self._there.agents
+        agents = () if self._phase is SessionPhase.OVER else self._there.agents
         return {"threads": [{"id": number, "name": name} for number, name in enumerate(agents, start=1)]}
 
     def _stack(self, arguments: protocol.StackTraceArguments) -> Mapping[str, Any]:
@@ -300,7 +302,7 @@ class Adapter:
 
     def _set_variable(self, arguments: protocol.SetVariableArguments) -> Mapping[str, Any]:
         value = self._here.change(arguments.variables_reference, arguments.name, arguments.value)
-        self._tell_change()
+        self._send_invalidated()
         return {"value": value}
 
     def _evaluate(self, arguments: protocol.EvaluateArguments) -> protocol.EvaluateBody:
@@ -308,21 +310,21 @@ class Adapter:
             self._here.check_frame(arguments.frame_id)
         body, printed = self._here.evaluate(arguments.expression)
         for line in printed:
-            self.tell("output", {"category": "console", "output": f"{line}\n"})
+            self.send_event("output", {"category": "console", "output": f"{line}\n"})
         if arguments.context == "repl":
-            self._tell_change()
+            self._send_invalidated()
         return body
 
-    def _tell_change(self) -> None:
-        if self._tells_changes:
-            self.tell("invalidated", {"areas": ["stacks", "variables"]})
+    def _send_invalidated(self) -> None:
+        if self._sends_invalidated:
+            self.send_event("invalidated", {"areas": ["stacks", "variables"]})
 
     def _source(self, arguments: protocol.SourceArguments) -> Mapping[str, Any]:
         wanted = arguments.source or protocol.Source(source_reference=arguments.source_reference)
         return {"content": self._sources.named(wanted)[1], "mimeType": "text/x-clips"}
 
     def _loaded(self, _arguments: protocol.Nothing) -> Mapping[str, Any]:
-        return {"sources": [self._sources.of(Place(file, 1)) for file in self._there.files()]}
+        return {"sources": [self._sources.of(FileLine(file, 1)) for file in self._there.files()]}
 
     # -- going
 

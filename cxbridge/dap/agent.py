@@ -10,7 +10,7 @@ from clips._clips import lib
 from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.dap.expressions import expanded
 from cxbridge.dap.probes import Probes
-from cxbridge.dap.target import Firing, Moment, Place
+from cxbridge.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
@@ -50,7 +50,7 @@ class DebuggedAgent:
         self.fired: RuleFired | None = None
         self.gone: dict[int, FactChange] = {}
         self._context = OperationContext(EVERYTHING, self)
-        self._places: dict[str, Place] = {}
+        self._places: dict[str, FileLine] = {}
         self._read = 0
         assembly.bus.subscribe(self._take, RuleFired, FactChange)
         self._watches = False
@@ -95,7 +95,7 @@ class DebuggedAgent:
     def _expand(self, text: str, stop: Stop) -> str:
         return expanded(text, LiveMoment(self, stop)) if "?" in text else text
 
-    def place(self, rule: str) -> Place | None:
+    def place(self, rule: str) -> FileLine | None:
         """Return where a rule is written, in the last of the loaded files that define it."""
         files = self.env.loader.files
         for file in files[self._read :]:
@@ -104,12 +104,12 @@ class DebuggedAgent:
             except OSError:
                 continue
             path = file.resolve()
-            self._places |= {name: Place(path, line) for name, line in rule_lines(text).items()}
+            self._places |= {name: FileLine(path, line) for name, line in rule_lines(text).items()}
         self._read = len(files)
         return self._places.get(rule)
 
 
-class LiveMoment(Moment):
+class LiveMoment(StoppedEnvironment):
     """An agent whose rules are stopped."""
 
     def __init__(self, agent: DebuggedAgent, stop: Stop) -> None:
@@ -125,7 +125,7 @@ class LiveMoment(Moment):
         self._env = env
         self._within = bool(stop.line)
 
-    def place(self, rule: str) -> Place | None:
+    def place(self, rule: str) -> FileLine | None:
         """Return where a rule is written."""
         return self._agent.place(rule)
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
 from cxbridge.dap.bindings import bindings, matching
-from cxbridge.dap.target import Moment
+from cxbridge.dap.target import StoppedEnvironment
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge.explain.rules.snapshot import Snapshot
@@ -17,7 +17,7 @@ _BINDERS = ("bind", "foreach")
 
 
 @dataclass(frozen=True, slots=True)
-class Answer:
+class ExpressionResult:
     """What came of it.
 
     :param text: the value; of a pattern how many facts match.
@@ -30,7 +30,7 @@ class Answer:
     facts: tuple[FactChange, ...] = ()
 
 
-def variables_of(moment: Moment) -> dict[str, Value]:
+def variables_of(moment: StoppedEnvironment) -> dict[str, Value]:
     """Return the variables of the rule that a moment is about, by name, without ``?``.
 
     :raises CxbridgeError: when they are not known.
@@ -44,7 +44,7 @@ def variables_of(moment: Moment) -> dict[str, Value]:
     return bindings(moment.bare(firing.rule), firing.basis, moment.fact)
 
 
-def known_variables(moment: Moment) -> dict[str, Value]:
+def known_variables(moment: StoppedEnvironment) -> dict[str, Value]:
     """Return the variables, none when they are not known."""
     try:
         return variables_of(moment)
@@ -52,7 +52,7 @@ def known_variables(moment: Moment) -> dict[str, Value]:
         return {}
 
 
-def answer(moment: Moment, text: str) -> Answer:
+def answer(moment: StoppedEnvironment, text: str) -> ExpressionResult:
     """Evaluate an expression, or find the facts that match a pattern.
 
     :raises CxbridgeError: when it is neither, or fails.
@@ -63,7 +63,7 @@ def answer(moment: Moment, text: str) -> Answer:
         name = text.lstrip("$?")
         known = variables_of(moment)
         if name in known:
-            return Answer(show_alone(known[name]))
+            return ExpressionResult(show_alone(known[name]))
         if ":" not in name:
             there = ", ".join(f"?{each}" for each in known) or "none"
             raise ClipsError(f"there is no variable {text} here", hint=f"there are: {there}")
@@ -77,19 +77,19 @@ def answer(moment: Moment, text: str) -> Answer:
         if is_template:  # a name that a function has, too, as time
             return _match(moment, head, text)
         raise
-    return Answer(found.text, found.output)
+    return ExpressionResult(found.text, found.output)
 
 
-def _match(moment: Moment, template: str, pattern: str) -> Answer:
+def _match(moment: StoppedEnvironment, template: str, pattern: str) -> ExpressionResult:
     made, facts = moment.template(template), moment.facts(template)
     assert made is not None
     bare = Snapshot(moment.agent, 0, "", {template: made}, ())
     wanted = set(matching(bare, expanded(pattern, moment), {template: facts}))
     found = tuple(fact for fact in facts if fact.index in wanted)
-    return Answer(f"{len(found)} of {len(facts)} facts match", facts=found)
+    return ExpressionResult(f"{len(found)} of {len(facts)} facts match", facts=found)
 
 
-def expanded(text: str, moment: Moment) -> str:
+def expanded(text: str, moment: StoppedEnvironment) -> str:
     """Return an expression with the values of a moment's variables in the place of their names."""
     return expand(text, known_variables(moment), moment.written) if "?" in text else text
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
 from cxbridge.dap.bindings import facts_of
-from cxbridge.dap.target import Moment, Place
+from cxbridge.dap.target import FileLine, StoppedEnvironment
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
 from cxbridge.executive.breakpoints import describe
 from cxbridge.history.forest import Forest, parent_id
@@ -20,7 +20,7 @@ ACTION: Final = "plan-action"
 
 
 @dataclass(frozen=True, slots=True)
-class Frame:
+class CallFrame:
     """A frame of a stack.
 
     :param kind: ``rule``, ``plan-action``, ``goal`` or ``event``.
@@ -30,7 +30,7 @@ class Frame:
 
     kind: str
     name: str
-    place: Place | None = None
+    place: FileLine | None = None
     fact: FactChange | None = None
 
 
@@ -41,42 +41,42 @@ def slots_of(fact: FactChange) -> Mapping[str, str]:
     return {}
 
 
-def frames_of(moment: Moment) -> list[Frame]:
+def frames_of(moment: StoppedEnvironment) -> list[CallFrame]:
     """Return the stack of a moment, the rule first."""
-    return [*_rule(moment), *_works_for(moment)] or [Frame("event", "between two loops")]
+    return [*_rule(moment), *_works_for(moment)] or [CallFrame("event", "between two loops")]
 
 
-def _rule(moment: Moment) -> Iterator[Frame]:
+def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     firing = moment.firing
     if firing is None:
         if moment.event is not None:
-            yield Frame("event", describe(moment.event))
+            yield CallFrame("event", describe(moment.event))
         return
     place = moment.place(firing.rule)
     if place is not None and firing.line:
-        place = Place(place.file, firing.line, place.text)
-    yield Frame("rule", firing.rule, place)
+        place = FileLine(place.file, firing.line, place.text)
+    yield CallFrame("rule", firing.rule, place)
 
 
-def _works_for(moment: Moment) -> Iterator[Frame]:
+def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
     """Yield the frames of the plan-action, the goal and those above, as far as it is clear which."""
     goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     action, goal = _about(moment)
     if action is not None:
         slots = slots_of(action)
         text = " ".join((slots.get("action-name", ""), *slots.get("param-values", "").split()))
-        yield Frame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
+        yield CallFrame(ACTION, f"action {text}: {slots.get('state', '')}", fact=action)
     forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in goals.items()})
     at = goal if goal in goals else None
     while at is not None:
         slots = slots_of(goals[at])
         outcome = slots.get("outcome", "UNKNOWN")
         state = " ".join((slots.get("mode", ""), *(outcome,) * (outcome != "UNKNOWN")))
-        yield Frame(GOAL, f"goal {goal_title(at, slots.get('class', ''))}: {state}", fact=goals[at])
+        yield CallFrame(GOAL, f"goal {goal_title(at, slots.get('class', ''))}: {state}", fact=goals[at])
         at = forest.parents[at]
 
 
-def _about(moment: Moment) -> tuple[FactChange | None, str]:
+def _about(moment: StoppedEnvironment) -> tuple[FactChange | None, str]:
     """Return the plan-action and the id of the goal that a moment is about."""
     event = moment.event
     if isinstance(event, GoalTransition):
@@ -97,13 +97,13 @@ def _about(moment: Moment) -> tuple[FactChange | None, str]:
     return None, next((name for name in (*_deepest(moment, ids), *named) if name), "")
 
 
-def _deepest(moment: Moment, ids: list[str]) -> list[str]:
+def _deepest(moment: StoppedEnvironment, ids: list[str]) -> list[str]:
     """Return the goals, those first whose parents are among them."""
     parents = {slots_of(fact).get("id", ""): slots_of(fact).get("parent", "") for fact in moment.facts(GOAL)}
     return sorted(ids, key=lambda name: parents.get(name) not in ids)
 
 
-def _plan_action(moment: Moment, key: tuple[str, str, str]) -> FactChange | None:
+def _plan_action(moment: StoppedEnvironment, key: tuple[str, str, str]) -> FactChange | None:
     for fact in moment.facts(ACTION):
         slots = slots_of(fact)
         if (slots.get("goal-id"), slots.get("plan-id"), slots.get("id")) == key:

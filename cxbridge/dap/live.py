@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.dap.agent import DebuggedAgent, LiveMoment
-from cxbridge.dap.target import Client, Stopped, Target
+from cxbridge.dap.target import DebugClient, Stopped, Target
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.explain.rules.environment import rulebook
@@ -48,24 +48,26 @@ class LiveRun(Target):
         """The names of the agents."""
         return [agent.assembly.name for agent in self._agents]
 
-    def run(self, client: Client) -> int:
+    def run(self, client: DebugClient) -> int:
         """Run the scenario; returns the exit status of `cxbridge run`."""
 
-        def tell_line(event: Event) -> None:
+        def send_line(event: Event) -> None:
             if isinstance(event, LogLine):
                 category = _CATEGORIES.get(event.level, "stdout")
-                client.tell("output", {"category": category, "output": f"{event.component}: {event.text}\n"})
+                client.send_event(
+                    "output", {"category": category, "output": f"{event.component}: {event.text}\n"}
+                )
 
         result = run_scenario(
-            self._options, tell_line, lambda assembly: self._attach(assembly, client), interactive=True
+            self._options, send_line, lambda assembly: self._attach(assembly, client), interactive=True
         )
         for agent in self._agents:
             agent.raise_error()
         reason = "ended by the client" if self._interrupted else result.reason
-        client.tell("output", {"category": "console", "output": f"{reason}\n"})
+        client.send_event("output", {"category": "console", "output": f"{reason}\n"})
         return _INTERRUPTED if self._interrupted else result.status
 
-    def _attach(self, assembly: Assembly, client: Client) -> None:
+    def _attach(self, assembly: Assembly, client: DebugClient) -> None:
         """Debug an agent, that is made and not started."""
         agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
         self._agents.append(agent)
@@ -81,13 +83,13 @@ class LiveRun(Target):
                 assembly.loop.stop()
 
         assembly.loop.add(Hook.PRE_LOOP, pump)
-        client.tell("thread", {"reason": "started", "threadId": number})
+        client.send_event("thread", {"reason": "started", "threadId": number})
         if self._stop_on_entry:
             agent.debugger.stop()
         if self._interrupted:
             assembly.interrupt()
 
-    def _stopped(self, client: Client, number: int, stop: Stop) -> None:
+    def _stopped(self, client: DebugClient, number: int, stop: Stop) -> None:
         agent = self._agents[number - 1]
         reason = _REASONS.get(stop.kind, "breakpoint")
         if reason == "pause" and self._stop_on_entry and stop.loop == 1 and stop.fired == 0:

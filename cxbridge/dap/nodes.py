@@ -9,8 +9,8 @@ from typing import Final
 
 from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
 from cxbridge.dap.expressions import variables_of
-from cxbridge.dap.frames import ACTION, GOAL, Frame, slots_of
-from cxbridge.dap.target import Moment
+from cxbridge.dap.frames import ACTION, GOAL, CallFrame, slots_of
+from cxbridge.dap.target import StoppedEnvironment
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge.history.forest import Forest, parent_id
@@ -22,7 +22,7 @@ _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRIN
 
 
 @dataclass(frozen=True, slots=True)
-class Node:
+class VariableNode:
     """Something with a name and a value.
 
     :param children: makes what is below it; None: there is nothing.
@@ -32,20 +32,20 @@ class Node:
     name: str
     value: str
     kind: str = ""
-    children: Callable[[], Sequence[Node]] | None = None
+    children: Callable[[], Sequence[VariableNode]] | None = None
     change: Callable[[str], str] | None = None
     expression: str = ""
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class NodeGroup:
     """A group of nodes of a frame.
 
     :param expensive: whether a client had better not open it by itself.
     """
 
     name: str
-    children: Callable[[], Sequence[Node]]
+    children: Callable[[], Sequence[VariableNode]]
     expensive: bool = False
     hint: str = ""
 
@@ -53,7 +53,7 @@ class Group:
 class _Fact:
     """A fact; it gets another index when it is changed, here or elsewhere among the nodes."""
 
-    def __init__(self, moment: Moment, fact: FactChange) -> None:
+    def __init__(self, moment: StoppedEnvironment, fact: FactChange) -> None:
         self._moment = moment
         self._first = fact
 
@@ -65,9 +65,9 @@ class _Fact:
         found = self._first if index == self._first.index else self._moment.fact(index)
         return found or self._first
 
-    def nodes(self) -> list[Node]:
+    def nodes(self) -> list[VariableNode]:
         return [
-            Node(name, value, change=partial(self._change, name))
+            VariableNode(name, value, change=partial(self._change, name))
             for name, value in slots_of(self._now).items()
         ]
 
@@ -77,92 +77,98 @@ class _Fact:
         return slots_of(self._now).get(slot, text)
 
 
-def groups_of(moment: Moment, frame: Frame) -> list[Group]:
+def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
     """Return what is shown of a frame."""
-    found: list[Group] = []
+    found: list[NodeGroup] = []
     if frame.kind == "rule":
-        found.append(Group("Variables", lambda: _variables(moment), hint="locals"))
+        found.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))
     elif frame.fact is not None:
-        found.append(Group("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
+        found.append(NodeGroup("Slots", _Fact(moment, frame.fact).nodes, hint="locals"))
         if frame.kind == GOAL:
-            found.append(Group("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
-    found.append(Group("Goals", lambda: _goals(moment)))
+            found.append(NodeGroup("Plan", partial(_plan, moment, slots_of(frame.fact).get("id", ""))))
+    found.append(NodeGroup("Goals", lambda: _goals(moment)))
     if moment.agenda() is not None:
-        found.append(Group("Agenda", lambda: _agenda(moment)))
-    found.append(Group("Facts", lambda: _templates(moment), expensive=True))
+        found.append(NodeGroup("Agenda", lambda: _agenda(moment)))
+    found.append(NodeGroup("Facts", lambda: _templates(moment), expensive=True))
     return found
 
 
-def fact_node(moment: Moment, fact: FactChange) -> Node:
+def fact_node(moment: StoppedEnvironment, fact: FactChange) -> VariableNode:
     """Return a fact, with its slots below."""
     changeable = _Fact(moment, fact)
-    return Node(f"f-{fact.index}", fact.text, fact.template, changeable.nodes if slots_of(fact) else None)
+    return VariableNode(
+        f"f-{fact.index}", fact.text, fact.template, changeable.nodes if slots_of(fact) else None
+    )
 
 
-def _variables(moment: Moment) -> list[Node]:
+def _variables(moment: StoppedEnvironment) -> list[VariableNode]:
     try:
         known = variables_of(moment)
     except CxbridgeError as error:
-        return [Node("(not known)", error.message)]
+        return [VariableNode("(not known)", error.message)]
     return [_variable(moment, name, value) for name, value in known.items()]
 
 
-def _variable(moment: Moment, name: str, value: Value) -> Node:
+def _variable(moment: StoppedEnvironment, name: str, value: Value) -> VariableNode:
     text, shown = f"?{name}", show_alone(value)
     if isinstance(value, FactRef):
         fact = moment.fact(value.index)
         if fact is not None:
-            return Node(
+            return VariableNode(
                 text, f"f-{fact.index} {fact.text}", fact.template, _Fact(moment, fact).nodes, None, text
             )
     if isinstance(value, tuple):
-        items = [Node(str(number), show(each)) for number, each in enumerate(value, start=1)]
-        return Node(text, shown, "MULTIFIELD", (lambda: items) if items else None, None, text)
-    return Node(text, shown, _TYPES.get(type(value), ""), None, None, text)
+        items = [VariableNode(str(number), show(each)) for number, each in enumerate(value, start=1)]
+        return VariableNode(text, shown, "MULTIFIELD", (lambda: items) if items else None, None, text)
+    return VariableNode(text, shown, _TYPES.get(type(value), ""), None, None, text)
 
 
-def _goals(moment: Moment) -> list[Node]:
+def _goals(moment: StoppedEnvironment) -> list[VariableNode]:
     facts = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     forest = Forest({name: parent_id(slots_of(fact).get("parent", "")) for name, fact in facts.items()})
 
-    def made(names: Iterable[str]) -> list[Node]:
+    def made(names: Iterable[str]) -> list[VariableNode]:
         return [_goal(moment, facts[name], partial(below, name)) for name in names]
 
-    def below(name: str) -> list[Node]:
+    def below(name: str) -> list[VariableNode]:
         return made(forest.children.get(name, ()))
 
     return made(forest.roots)
 
 
-def _goal(moment: Moment, fact: FactChange, below: Callable[[], list[Node]]) -> Node:
+def _goal(
+    moment: StoppedEnvironment, fact: FactChange, below: Callable[[], list[VariableNode]]
+) -> VariableNode:
     slots = slots_of(fact)
     state = " ".join(slots.get(slot, "") for slot in ("class", "mode", "outcome"))
-    return Node(slots.get("id", ""), state, GOAL, lambda: [*below(), *_Fact(moment, fact).nodes()])
+    return VariableNode(slots.get("id", ""), state, GOAL, lambda: [*below(), *_Fact(moment, fact).nodes()])
 
 
-def _plan(moment: Moment, goal: str) -> list[Node]:
+def _plan(moment: StoppedEnvironment, goal: str) -> list[VariableNode]:
     actions = [fact for fact in moment.facts(ACTION) if slots_of(fact).get("goal-id") == goal]
     found = []
     for fact in actions:
         slots = slots_of(fact)
         name = " ".join(filter(None, (slots.get("action-name", ""), slots.get("param-values", ""))))
         found.append(
-            Node(f"{slots.get('id', '')} {name}", slots.get("state", ""), ACTION, _Fact(moment, fact).nodes)
+            VariableNode(
+                f"{slots.get('id', '')} {name}", slots.get("state", ""), ACTION, _Fact(moment, fact).nodes
+            )
         )
     return found
 
 
-def _agenda(moment: Moment) -> list[Node]:
+def _agenda(moment: StoppedEnvironment) -> list[VariableNode]:
     rows = moment.agenda() or ()
     return [
-        Node(f"{number}", f"{salience} {rule}: {basis}", "activation")
+        VariableNode(f"{number}", f"{salience} {rule}: {basis}", "activation")
         for number, (salience, rule, basis) in enumerate(rows[:MOST_ROWS], start=1)
     ]
 
 
-def _templates(moment: Moment) -> list[Node]:
+def _templates(moment: StoppedEnvironment) -> list[VariableNode]:
     return [
-        Node(
+        VariableNode(
             name,
             f"{count} {'fact' if count == 1 else 'facts'}",
             "deftemplate",
@@ -173,9 +179,11 @@ def _templates(moment: Moment) -> list[Node]:
     ]
 
 
-def _facts(moment: Moment, template: str) -> list[Node]:
+def _facts(moment: StoppedEnvironment, template: str) -> list[VariableNode]:
     facts = moment.facts(template)
     shown = [fact_node(moment, fact) for fact in facts[:MOST_ROWS]]
     if len(facts) > MOST_ROWS:
-        shown.append(Node("...", f"{len(facts) - MOST_ROWS} more; a pattern in the console finds some"))
+        shown.append(
+            VariableNode("...", f"{len(facts) - MOST_ROWS} more; a pattern in the console finds some")
+        )
     return shown

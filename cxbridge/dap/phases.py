@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.errors import CxbridgeError
 
 
-class Phase(Flag):
+class SessionPhase(Flag):
     """How far a session has come."""
 
     NEW = auto()
@@ -23,19 +23,19 @@ class Phase(Flag):
     """The run has ended."""
 
 
-ANY: Final = ~Phase(0)
-KNOWN: Final = ANY & ~Phase.NEW
+ANY: Final = ~SessionPhase(0)
+KNOWN: Final = ANY & ~SessionPhase.NEW
 """The client has said who it is."""
-LAUNCHED: Final = KNOWN & ~Phase.READY
+LAUNCHED: Final = KNOWN & ~SessionPhase.READY
 """There is something to debug, or there was."""
 
 _WHY_NOT: Final = {
-    Phase.NEW: "nothing has been launched: a session begins with the request 'initialize'",
-    Phase.READY: "nothing has been launched",
-    Phase.LAUNCHED: "nothing is stopped now: nothing runs before the request 'configurationDone'",
-    Phase.RUNNING: "nothing is stopped now",
-    Phase.STOPPED: "it is stopped already",
-    Phase.OVER: "the run is over",
+    SessionPhase.NEW: "nothing has been launched: a session begins with the request 'initialize'",
+    SessionPhase.READY: "nothing has been launched",
+    SessionPhase.LAUNCHED: "nothing is stopped now: nothing runs before the request 'configurationDone'",
+    SessionPhase.RUNNING: "nothing is stopped now",
+    SessionPhase.STOPPED: "it is stopped already",
+    SessionPhase.OVER: "the run is over",
 }
 _ONCE: Final = {
     "initialize": "the session is initialized already",
@@ -44,7 +44,7 @@ _ONCE: Final = {
 }
 
 
-def check_phase(command: str, allowed: Phase, now: Phase) -> None:
+def check_phase(command: str, allowed: SessionPhase, now: SessionPhase) -> None:
     """See that a request makes sense now.
 
     :param allowed: the phases in which it does.

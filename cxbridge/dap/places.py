@@ -6,7 +6,7 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from glob import escape
 
-from cxbridge.dap.actions import RuleLines, rules_of
+from cxbridge.dap.actions import FileRule, rules_of
 from cxbridge.executive.breakpoints import Breakpoint
 
 
@@ -36,7 +36,7 @@ class FileLines:
     """
 
     def __init__(self, text: str, *, actions: bool) -> None:
-        self._rules: list[RuleLines] = list(rules_of(text))
+        self._rules: list[FileRule] = list(rules_of(text))
         self._firsts = [rule.first for rule in self._rules]
         self._actions = actions
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Final
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.values import FactRef, Value
-from cxbridge.dap.actions import Action, rules_of
+from cxbridge.dap.actions import RuleAction, rules_of
 from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, to_python
@@ -37,7 +37,7 @@ class Probes:
     def __init__(self, env: ClipsEnvironment, debugger: Debugger) -> None:
         self.error: BaseException | None = None
         self._debugger = debugger
-        self._actions: list[tuple[str, Action]] = []
+        self._actions: list[tuple[str, RuleAction]] = []
         self._context: CData = None
         self._values: dict[str, Value] = {}
         call = callback("void(Environment *, UDFContext *, UDFValue *)", self._reach)

@@ -45,11 +45,11 @@ class Event(msgspec.Struct, tag_field="type", tag="event", omit_defaults=True):
     seq: int = 0
 
 
-class Shape(msgspec.Struct, rename="camel", omit_defaults=True):
+class ProtocolObject(msgspec.Struct, rename="camel", omit_defaults=True):
     """An object of the protocol; what has its default is left out."""
 
 
-class Nothing(Shape):
+class Nothing(ProtocolObject):
     """Arguments that nobody looks at."""
 
 
@@ -68,7 +68,7 @@ def _without_nulls(value: Any) -> Any:
     return [_without_nulls(each) for each in value] if isinstance(value, list) else value
 
 
-class InitializeArguments(Shape):
+class InitializeArguments(ProtocolObject):
     """Of ``initialize``."""
 
     adapter_id: str = msgspec.field(name="adapterID")
@@ -90,7 +90,7 @@ class InitializeArguments(Shape):
     supports_ansi_styling: bool = msgspec.field(default=False, name="supportsANSIStyling")
 
 
-class EndArguments(Shape):
+class EndArguments(ProtocolObject):
     """Of ``disconnect`` and ``terminate``."""
 
     restart: bool = False
@@ -98,14 +98,14 @@ class EndArguments(Shape):
     suspend_debuggee: bool = False
 
 
-class Checksum(Shape):
+class Checksum(ProtocolObject):
     """Of a file."""
 
     algorithm: Literal["MD5", "SHA1", "SHA256", "timestamp"]
     checksum: str
 
 
-class Source(Shape):
+class Source(ProtocolObject):
     """A file, by its path or by a reference of ours."""
 
     name: str = ""
@@ -118,7 +118,7 @@ class Source(Shape):
     checksums: list[Checksum] = []
 
 
-class SourceBreakpoint(Shape):
+class SourceBreakpoint(ProtocolObject):
     """A breakpoint that a client wants in a file."""
 
     line: int
@@ -129,7 +129,7 @@ class SourceBreakpoint(Shape):
     mode: str = ""
 
 
-class SetBreakpointsArguments(Shape):
+class SetBreakpointsArguments(ProtocolObject):
     """Of ``setBreakpoints``."""
 
     source: Source
@@ -145,7 +145,7 @@ class SetBreakpointsArguments(Shape):
         )
 
 
-class FunctionBreakpoint(Shape):
+class FunctionBreakpoint(ProtocolObject):
     """A breakpoint with a name."""
 
     name: str
@@ -153,13 +153,13 @@ class FunctionBreakpoint(Shape):
     hit_condition: str = ""
 
 
-class SetFunctionBreakpointsArguments(Shape):
+class SetFunctionBreakpointsArguments(ProtocolObject):
     """Of ``setFunctionBreakpoints``."""
 
     breakpoints: list[FunctionBreakpoint]
 
 
-class ExceptionFilterOptions(Shape):
+class ExceptionFilterOptions(ProtocolObject):
     """A filter with a condition."""
 
     filter_id: str
@@ -167,21 +167,21 @@ class ExceptionFilterOptions(Shape):
     mode: str = ""
 
 
-class ExceptionPathSegment(Shape):
+class ExceptionPathSegment(ProtocolObject):
     """A part of a tree of exceptions."""
 
     names: list[str]
     negate: bool = False
 
 
-class ExceptionOptions(Shape):
+class ExceptionOptions(ProtocolObject):
     """A tree of exceptions; there is none here."""
 
     break_mode: Literal["never", "always", "unhandled", "userUnhandled"]
     path: list[ExceptionPathSegment] = []
 
 
-class SetExceptionBreakpointsArguments(Shape):
+class SetExceptionBreakpointsArguments(ProtocolObject):
     """Of ``setExceptionBreakpoints``."""
 
     filters: list[str]
@@ -189,7 +189,7 @@ class SetExceptionBreakpointsArguments(Shape):
     exception_options: list[ExceptionOptions] = []
 
 
-class BreakpointLocationsArguments(Shape):
+class BreakpointLocationsArguments(ProtocolObject):
     """Of ``breakpointLocations``."""
 
     source: Source
@@ -199,13 +199,13 @@ class BreakpointLocationsArguments(Shape):
     end_column: Number | None = None
 
 
-class PauseArguments(Shape):
+class PauseArguments(ProtocolObject):
     """Of ``pause``."""
 
     thread_id: int
 
 
-class ThreadArguments(Shape):
+class ThreadArguments(ProtocolObject):
     """Of requests that go on."""
 
     thread_id: int
@@ -224,7 +224,7 @@ class StepInArguments(StepArguments):
     target_id: int | None = None
 
 
-class ValueFormat(Shape):
+class ValueFormat(ProtocolObject):
     """How a value is to be shown; numbers of CLIPS are decimal."""
 
     hex: bool = False
@@ -242,7 +242,7 @@ class StackFrameFormat(ValueFormat):
     include_all: bool = False
 
 
-class StackTraceArguments(Shape):
+class StackTraceArguments(ProtocolObject):
     """Of ``stackTrace``."""
 
     thread_id: int
@@ -251,13 +251,13 @@ class StackTraceArguments(Shape):
     format: StackFrameFormat | None = None
 
 
-class FrameArguments(Shape):
+class FrameArguments(ProtocolObject):
     """Of ``scopes`` and ``stepInTargets``."""
 
     frame_id: int
 
 
-class VariablesArguments(Shape):
+class VariablesArguments(ProtocolObject):
     """Of ``variables``."""
 
     variables_reference: int
@@ -267,7 +267,7 @@ class VariablesArguments(Shape):
     format: ValueFormat | None = None
 
 
-class SetVariableArguments(Shape):
+class SetVariableArguments(ProtocolObject):
     """Of ``setVariable``."""
 
     variables_reference: int
@@ -276,7 +276,7 @@ class SetVariableArguments(Shape):
     format: ValueFormat | None = None
 
 
-class EvaluateArguments(Shape):
+class EvaluateArguments(ProtocolObject):
     """Of ``evaluate``."""
 
     expression: str
@@ -288,14 +288,14 @@ class EvaluateArguments(Shape):
     format: ValueFormat | None = None
 
 
-class SourceArguments(Shape):
+class SourceArguments(ProtocolObject):
     """Of ``source``."""
 
     source_reference: Count
     source: Source | None = None
 
 
-class Breakpoint(Shape):
+class Breakpoint(ProtocolObject):
     """How a breakpoint stands."""
 
     id: int
@@ -305,7 +305,7 @@ class Breakpoint(Shape):
     line: int = 0
 
 
-class StackFrame(Shape):
+class StackFrame(ProtocolObject):
     """A frame of a stack."""
 
     id: int
@@ -316,7 +316,7 @@ class StackFrame(Shape):
     presentation_hint: str = ""
 
 
-class Scope(Shape):
+class Scope(ProtocolObject):
     """A group of variables."""
 
     name: str
@@ -325,7 +325,7 @@ class Scope(Shape):
     presentation_hint: str = ""
 
 
-class Variable(Shape):
+class Variable(ProtocolObject):
     """A variable, or what has some."""
 
     name: str
@@ -337,7 +337,7 @@ class Variable(Shape):
     presentation_hint: dict[str, Any] = {}
 
 
-class EvaluateBody(Shape):
+class EvaluateBody(ProtocolObject):
     """The value of an expression."""
 
     result: str
@@ -345,7 +345,7 @@ class EvaluateBody(Shape):
     type: str = ""
 
 
-class StoppedBody(Shape):
+class StoppedBody(ProtocolObject):
     """The event ``stopped``."""
 
     reason: str

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clipstext.values import show_alone
 from cxbridge.clock import MICROSECONDS
 from cxbridge.dap.expressions import expanded
-from cxbridge.dap.target import Client, Firing, Moment, Place, Stopped, Target
+from cxbridge.dap.target import DebugClient, FileLine, Firing, Stopped, StoppedEnvironment, Target
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.breakpoint_names import MetNames
@@ -53,7 +53,7 @@ class _Sources:
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
 
-    def place(self, rule: str) -> Place | None:
+    def place(self, rule: str) -> FileLine | None:
         """Return where a rule was written: on the disk, or in the recording when that has changed since."""
         name, line = self.constructs.rulebook().places.get(rule, ("", 0))
         if not name:
@@ -63,10 +63,10 @@ class _Sources:
             same = path.read_bytes().decode("utf-8", "surrogateescape") == text
         except OSError:
             same = False
-        return Place(path.resolve(), line, None if same else text)
+        return FileLine(path.resolve(), line, None if same else text)
 
 
-class RecordedMoment(Moment):
+class RecordedMoment(StoppedEnvironment):
     """A recording at one of its moments.
 
     :param state: what holds then.
@@ -87,7 +87,7 @@ class RecordedMoment(Moment):
         self._gone = gone
         self._sources = sources
 
-    def place(self, rule: str) -> Place | None:
+    def place(self, rule: str) -> FileLine | None:
         """Return where a rule was written."""
         return self._sources.place(rule)
 
@@ -168,11 +168,11 @@ class RecordedRun(Target):
         """The environment that is looked at."""
         return [self._env]
 
-    def run(self, client: Client) -> int:
+    def run(self, client: DebugClient) -> int:
         """Go through the recording as the client asks for; returns 0."""
         for note in self._scrubber.notes:
-            client.tell("output", {"category": "console", "output": f"{note}\n"})
-        client.tell("thread", {"reason": "started", "threadId": 1})
+            client.send_event("output", {"category": "console", "output": f"{note}\n"})
+        client.send_event("thread", {"reason": "started", "threadId": 1})
         self._wanted = "entry"
         while not self._over.is_set():
             stopped = self._go(client)
@@ -236,7 +236,7 @@ class RecordedRun(Target):
 
     # -- going
 
-    def _go(self, client: Client) -> Stopped | None:
+    def _go(self, client: DebugClient) -> Stopped | None:
         """Go as is wanted; return where it stops, None when it has come to its end."""
         if self._wanted == "entry":
             return self._first()
@@ -265,7 +265,7 @@ class RecordedRun(Target):
     def _is_mine(self, event: Event) -> bool:
         return isinstance(event, (*TRANSITION_TYPES, RuleFired)) and event.env == self._env
 
-    def _look(self, event: Event, number: int, client: Client) -> Stopped | None:
+    def _look(self, event: Event, number: int, client: DebugClient) -> Stopped | None:
         """Return the stop at an event, if it is one to stop at."""
         if not self._is_mine(event):
             return None
@@ -299,7 +299,7 @@ class RecordedRun(Target):
         return number == 0 or times[number] != times[number - 1]
 
     def _reach(
-        self, identity: int, item: Breakpoint, event: Event, number: int, client: Client
+        self, identity: int, item: Breakpoint, event: Event, number: int, client: DebugClient
     ) -> Stopped | None:
         """Return the stop at a breakpoint, unless it does not stop this time."""
         self._scrubber.go(number + 1)
@@ -317,15 +317,15 @@ class RecordedRun(Target):
             return None
         if item.log:
             text = item.logged(lambda expression: self._shown(stopped.moment, expression))
-            client.tell("output", {"category": "console", "output": f"{text}\n"})
+            client.send_event("output", {"category": "console", "output": f"{text}\n"})
             return None
         return stopped
 
     @staticmethod
-    def _value(moment: Moment, expression: str) -> str:
+    def _value(moment: StoppedEnvironment, expression: str) -> str:
         return moment.evaluate(expanded(expression, moment)).text
 
-    def _shown(self, moment: Moment, expression: str) -> str:
+    def _shown(self, moment: StoppedEnvironment, expression: str) -> str:
         try:
             return self._value(moment, expression)
         except CxbridgeError as error:

@@ -7,24 +7,24 @@ from pathlib import Path
 
 from cxbridge.dap import protocol
 from cxbridge.dap.expressions import answer
-from cxbridge.dap.frames import Frame, frames_of
-from cxbridge.dap.nodes import Node, fact_node, groups_of
-from cxbridge.dap.target import Place, Stopped
+from cxbridge.dap.frames import CallFrame, frames_of
+from cxbridge.dap.nodes import VariableNode, fact_node, groups_of
+from cxbridge.dap.target import FileLine, Stopped
 from cxbridge.errors import CxbridgeError
 
 
-class Stop:
+class StopView:
     """A stop.
 
     :param source_of: returns how a place's file is named to the client.
     """
 
-    def __init__(self, stopped: Stopped, source_of: Callable[[Place], protocol.Source]) -> None:
+    def __init__(self, stopped: Stopped, source_of: Callable[[FileLine], protocol.Source]) -> None:
         self.stopped = stopped
         self._source_of = source_of
-        self._frames: list[Frame] | None = None
-        self._lists: list[Callable[[], Sequence[Node]]] = []
-        self._made: dict[int, list[Node]] = {}
+        self._frames: list[CallFrame] | None = None
+        self._lists: list[Callable[[], Sequence[VariableNode]]] = []
+        self._made: dict[int, list[VariableNode]] = {}
 
     def forget(self) -> None:
         """Look at everything again: something has been changed."""
@@ -32,7 +32,7 @@ class Stop:
         self._made.clear()
 
     @property
-    def _stack(self) -> list[Frame]:
+    def _stack(self) -> list[CallFrame]:
         if self._frames is None:
             self._frames = frames_of(self.stopped.moment)
         return self._frames
@@ -47,7 +47,7 @@ class Stop:
         ]
         return {"stackFrames": shown, "totalFrames": len(stack)}
 
-    def _frame(self, number: int, frame: Frame) -> protocol.StackFrame:
+    def _frame(self, number: int, frame: CallFrame) -> protocol.StackFrame:
         if frame.place is None:
             return protocol.StackFrame(number, frame.name, 0, 0, None, "subtle")
         return protocol.StackFrame(number, frame.name, frame.place.line, 1, self._source_of(frame.place))
@@ -72,11 +72,11 @@ class Stop:
             for group in groups
         ]
 
-    def _number(self, children: Callable[[], Sequence[Node]]) -> int:
+    def _number(self, children: Callable[[], Sequence[VariableNode]]) -> int:
         self._lists.append(children)
         return len(self._lists)
 
-    def _nodes(self, reference: int) -> list[Node]:
+    def _nodes(self, reference: int) -> list[VariableNode]:
         if not 0 < reference <= len(self._lists):
             raise CxbridgeError(f"there are no variables {reference} now")
         if reference not in self._made:
@@ -91,7 +91,7 @@ class Stop:
         nodes = self._nodes(reference)[start:]
         return [self._variable(node) for node in (nodes[:count] if count else nodes)]
 
-    def _variable(self, node: Node) -> protocol.Variable:
+    def _variable(self, node: VariableNode) -> protocol.Variable:
         below = 0 if node.children is None else self._number(node.children)
         # what has parts is looked at, its parts can be changed
         hint = {} if node.change is not None else {"attributes": ["readOnly"]}
@@ -136,7 +136,7 @@ class Sources:
     def __init__(self) -> None:
         self._texts: list[tuple[Path, str]] = []
 
-    def of(self, place: Place) -> protocol.Source:
+    def of(self, place: FileLine) -> protocol.Source:
         """Return how a place's file is named."""
         if place.text is None:
             return protocol.Source(place.file.name, str(place.file))

@@ -12,7 +12,7 @@ from cxbridge.errors import CxbridgeError
 
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
-    from cxbridge.dap.protocol import Shape
+    from cxbridge.dap.protocol import ProtocolObject
     from cxbridge.events import FactChange
     from cxbridge.executive.breakpoints import Breakpoint
     from cxbridge.executive.host.evaluating import Evaluation
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class FileLine:
     """A line of a file.
 
     :param file: its path.
@@ -48,7 +48,7 @@ class Firing:
     line: int = 0
 
 
-class Moment(ABC):
+class StoppedEnvironment(ABC):
     """A CLIPS environment at rest.
 
     :param agent: name of the agent.
@@ -64,7 +64,7 @@ class Moment(ABC):
         """The new indices of facts that were changed at this moment, by those before."""
 
     @abstractmethod
-    def place(self, rule: str) -> Place | None:
+    def place(self, rule: str) -> FileLine | None:
         """Return where a rule is written; None when nobody knows."""
 
     @abstractmethod
@@ -133,11 +133,11 @@ class Stopped:
     agent: int
     reason: str
     description: str
-    moment: Moment
+    moment: StoppedEnvironment
     breakpoint: int = 0
 
 
-class Client(Protocol):
+class DebugClient(Protocol):
     """The other side, as targets see it."""
 
     def pump(self) -> None:
@@ -149,7 +149,7 @@ class Client(Protocol):
         :param is_over: whether there is nothing to wait for any more.
         """
 
-    def tell(self, name: str, body: Mapping[str, object] | Shape | None = None) -> None:
+    def send_event(self, name: str, body: Mapping[str, object] | ProtocolObject | None = None) -> None:
         """Send an event."""
 
 
@@ -168,7 +168,7 @@ class Target(ABC):
         """The names of the agents: one is a thread of the protocol."""
 
     @abstractmethod
-    def run(self, client: Client) -> int:
+    def run(self, client: DebugClient) -> int:
         """Run to the end; returns the exit status.
 
         :raises CxbridgeError: when it cannot be run.

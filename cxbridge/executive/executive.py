@@ -131,7 +131,7 @@ class Executive:
         env.assert_string("(executive-init)")
         env.refresh_agenda()
         self._run()
-        env.tell_settings()
+        env.emit_settings()
         self._check_stage()
 
     def load_core(self) -> None:
@@ -248,7 +248,7 @@ class Executive:
                 f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they go round in circles, "
                 "the environment is destroyed"
             )
-        self.env.tell_settings()
+        self.env.emit_settings()
         self._time.dispose()
         self._manager.destroy(self.env.name)
 

@@ -58,7 +58,7 @@ class Feature(ABC):
         """Give the environment what the feature consists of. Called once an environment."""
 
     def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features wait for nothing
-        """Tell the environment what came in since its last run, e.g. from other threads.
+        """Report to the environment what came in since its last run, e.g. from other threads.
 
         Called before each run of its rules, once a loop, with its lock held.
         """

@@ -1,7 +1,7 @@
 """Named CLIPS environments and the features they may ask for, as Fawkes' `clips` plugin provides them.
 
 A feature gives an environment functions, templates and rules when the environment requests it, with
-``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` tell which exist,
+``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` show which exist,
 ``(ff-feature-loaded NAME)`` which are there; both survive a reset.
 """
 
@@ -34,7 +34,7 @@ class _Entry(Struct):
 
 
 class FeatureInfo(Struct, frozen=True):
-    """What there is to tell of a feature.
+    """Describes a feature.
 
     :param origin: its Python class; of a plug-in that was not loaded yet, what is known about it.
     :param offered: whether environments may request it.
@@ -106,7 +106,7 @@ class EnvironmentManager:
             self._plugins[feature.name] = feature
         else:
             self._features[feature.name] = feature
-        self._tell_offer(feature.name)
+        self._announce_offer(feature.name)
 
     def add_plugin(self, plugin: Plugin) -> None:
         """Offer a plug-in to all environments; one whose name is taken is logged."""
@@ -115,7 +115,7 @@ class EnvironmentManager:
             return
         self.log.info(f"Adding feature {plugin.name} ({plugin})")
         self._plugins[plugin.name] = plugin
-        self._tell_offer(plugin.name)
+        self._announce_offer(plugin.name)
 
     def offer(self, name: str) -> None:
         """Offer a feature again that was withdrawn; no error when it is offered.
@@ -126,7 +126,7 @@ class EnvironmentManager:
         if name in self._withdrawn:
             self.log.info(f"Adding feature {name}")
             self._withdrawn.discard(name)
-            self._tell_offer(name)
+            self._announce_offer(name)
 
     def withdraw(self, name: str) -> None:
         """Offer a feature no more: environments that request it get FALSE. No error when it is not offered.
@@ -161,8 +161,8 @@ class EnvironmentManager:
         if name not in known:
             raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(known)}")
 
-    def _tell_offer(self, name: str) -> None:
-        """Tell the environments that there are of a feature that they may request now."""
+    def _announce_offer(self, name: str) -> None:
+        """Notify the environments that there are of a feature that they may request now."""
         for entry in self._entries.values():
             with entry.environment.lock:
                 entry.environment.assert_string(f"(ff-feature {name})")
@@ -266,7 +266,7 @@ class EnvironmentManager:
         return dict(self._entries[name].functions)
 
     def before_run(self, name: str) -> None:
-        """Let the features of an environment tell it what came in. Its lock must be held."""
+        """Let the features of an environment report to it what came in. Its lock must be held."""
         entry = self._entries[name]
         for feature in entry.waiting:
             feature.before_run(entry.environment)

@@ -28,7 +28,7 @@ _NAME = re.compile(r"[A-Za-z0-9_.-]{1,64}")
 
 @dataclass(frozen=True, slots=True)
 class EnvironmentInfo:
-    """What there is to tell of an environment.
+    """Describes an environment.
 
     :param own: whether it was created by :class:`EnvironmentService`.
     :param facts: how many there are.
@@ -51,7 +51,7 @@ class EnvironmentInfo:
 
 @dataclass(frozen=True, slots=True)
 class LoggerInfo:
-    """What there is to tell of a logger of an environment; see :class:`ClipsLogger`."""
+    """Describes a logger of an environment; see :class:`ClipsLogger`."""
 
     name: str
     priority: int
@@ -90,11 +90,11 @@ class EnvironmentService:
         return tuple(self._manager.environments)
 
     def list(self) -> Sequence[EnvironmentInfo]:
-        """Return what there is to tell of each, in the order in which they were created."""
+        """Return a description of each, in the order in which they were created."""
         return [self.info(name) for name in self._manager.environments]
 
     def info(self, name: str) -> EnvironmentInfo:
-        """Return what there is to tell of an environment.
+        """Return a description of an environment.
 
         :raises ClipsError: when there is none of that name.
         """
@@ -200,11 +200,11 @@ class EnvironmentService:
     # -- features
 
     def features(self) -> Sequence[FeatureInfo]:
-        """Return what there is to tell of each feature, those that were withdrawn included."""
+        """Return a description of each feature, those that were withdrawn included."""
         return self._manager.catalogue
 
     def feature(self, feature: str) -> FeatureInfo:
-        """Return what there is to tell of a feature.
+        """Return a description of a feature.
 
         :raises ClipsError: when there is none of that name.
         """

@@ -28,7 +28,7 @@ class Explanation:
 
 
 def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Explanation:
-    """Tell of a rule or a goal.
+    """Explain a rule or a goal.
 
     :param kind: ``rule``, ``goal``, or empty: a rule, if there is one of that name, else a goal, else a
         rule that is not there for some reason.
@@ -56,7 +56,7 @@ def explain(evidence: Evidence, name: str, kind: str = "", rules: int = 1) -> Ex
 
 
 def _goal_without_rules(evidence: Evidence, name: str, rules: int, no_rules: CxbridgeError) -> Explanation:
-    """Tell of a goal where it is not known which rules there are.
+    """Explain a goal where it is not known which rules there are.
 
     :param no_rules: why not.
     """
@@ -88,7 +88,7 @@ def _goal(evidence: Evidence, name: str, rules: int) -> Explanation:
 
 
 def _never_formulated(evidence: Evidence, name: str) -> Explanation | None:
-    """Tell why a rule has not fired that makes goals of a class that there are none of; None without any."""
+    """Explain why a rule has not fired that makes goals of a class without goals; None without any."""
     try:
         book, texts = evidence.rulebook(), evidence.rule_texts()
     except CxbridgeError:

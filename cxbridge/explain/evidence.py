@@ -38,7 +38,7 @@ STORY_TYPES: Final = (
     InterfaceWrite,
     InterfaceMessage,
 )
-"""The events that tell how goals came about."""
+"""The events that show how goals came about."""
 
 MOST_FIRINGS: Final = 200_000
 """Firings that are remembered, the last ones."""
@@ -58,7 +58,7 @@ _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 
 @dataclass(frozen=True, slots=True)
-class Step:
+class EvidenceStep:
     """A transition, a planner's call, or what says that a Skiller has another error than before.
 
     :param rules: the rules that fired just before it, the last one last: that one made it.
@@ -91,7 +91,7 @@ class History:
         self.looks: dict[ActionKey, ActionLook] = {}
         self._looks_left = MOST_LOOKS
         self._facts_of = facts_of
-        self.steps: deque[Step] = deque(maxlen=most_steps)
+        self.steps: deque[EvidenceStep] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
         self.orders: dict[ActionKey, ActionOrder] = {}
         self.rules_known = False
@@ -107,7 +107,7 @@ class History:
         elif isinstance(event, InterfaceMessage):
             # an execution reports its progress many times, and that explains nothing
             if is_exchanged(event) and event.message != _FEEDBACK and agent_of(event) in ("", self.env):
-                self.steps.append(Step(event, ()))
+                self.steps.append(EvidenceStep(event, ()))
         elif isinstance(event, _OF_ENVIRONMENT) and event.env == self.env:
             self._take_own(event)
 
@@ -129,7 +129,7 @@ class History:
         else:
             if isinstance(event, PlanActionTransition):
                 self._look(event)
-            self.steps.append(Step(event, tuple(self._rules)))
+            self.steps.append(EvidenceStep(event, tuple(self._rules)))
 
     def _look(self, event: PlanActionTransition) -> None:
         """Look at an action that has failed, once: what comes later is what follows from it."""
@@ -145,7 +145,7 @@ class History:
     def _skill_error(self, event: Event, skiller: str, text: str) -> None:
         before, self._errors[skiller] = self._errors.get(skiller, ""), text
         if text != before:
-            self.steps.append(Step(event, ()))
+            self.steps.append(EvidenceStep(event, ()))
 
 
 _OF_ENVIRONMENT = (RuleFired, FactChange, GoalTransition, PlanActionTransition, PlannerCall, SkillStatus)

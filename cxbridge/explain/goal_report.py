@@ -8,7 +8,7 @@ from typing import Any
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.goal_story import FACT_TEMPLATES, Cause, GoalStory, Storyteller
+from cxbridge.explain.goal_story import FACT_TEMPLATES, Cause, GoalReporter, GoalStory
 from cxbridge.explain.goals import Goals
 from cxbridge.history.orders import PLAN_ACTION, order_of
 
@@ -20,7 +20,7 @@ _MOST_STEPS = 3
 
 
 def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
-    """Tell of the goals that a name stands for.
+    """Report the goals that a name stands for.
 
     :raises CxbridgeError: when there is none, or the source knows no goals.
     """
@@ -30,8 +30,8 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     orders = dict(order_of(slots) for slots in facts[PLAN_ACTION])
     goals = Goals(evidence.history, orders)
     chosen = goals.find(name)
-    teller = Storyteller(evidence, goals, facts)
-    return tuple(teller.tell(goal) for goal in chosen)
+    reporter = GoalReporter(evidence, goals, facts)
+    return tuple(reporter.report(goal) for goal in chosen)
 
 
 def plain(stories: Sequence[GoalStory], evidence: Evidence) -> dict[str, Any]:

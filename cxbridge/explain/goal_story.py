@@ -22,7 +22,7 @@ Facts = Mapping[str, list[Mapping[str, str]]]
 """The facts of some deftemplates: slots, as CLIPS prints their values."""
 
 FACT_TEMPLATES: Final = ("goal", "mutex", *LOOK_TEMPLATES)
-"""The facts that tell what a goal waits for."""
+"""The facts that show what a goal waits for."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -72,7 +72,7 @@ class GoalStory:
     moments: tuple[GoalMoment, ...]
 
 
-class Storyteller:
+class GoalReporter:
     """Reports the goals of a run.
 
     :param evidence: with a history.
@@ -88,7 +88,7 @@ class Storyteller:
         self._roots = RootCauses(evidence, facts, classes)
         self._depth = 0
 
-    def tell(self, goal: GoalRecord) -> GoalStory:
+    def report(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
         waits = goal.ended is None
         parent = self._goals.parent(goal)
@@ -178,7 +178,7 @@ class Storyteller:
         ends = [f"{change.outcome} at {self._at(change)}" for change in goal.former_ends]
         return f"; before, it was {', '.join(ends)}" if ends else ""
 
-    def _because(self, goal: GoalRecord, told: set[str]) -> Iterator[Cause]:
+    def _because(self, goal: GoalRecord, reported: set[str]) -> Iterator[Cause]:
         """Yield what made a goal end as it did."""
         change = goal.ended
         if change is None:
@@ -186,25 +186,27 @@ class Storyteller:
         if change.outcome == "COMPLETED":
             yield from self._completed(goal, change)
             return
-        named = [other for other in self._goals.named_in(change.error, goal) if other.id not in told]
-        found = [Cause(self._outcome(other), self._further(other, told)) for other in named if other.ended]
+        named = [other for other in self._goals.named_in(change.error, goal) if other.id not in reported]
+        found = [
+            Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
+        ]
         if not found:
             found = [self._failed_action(goal, action) for action in failed_actions(goal.actions)]
         if not found:
             found = [
-                Cause(self._outcome(child), self._further(child, told))
+                Cause(self._outcome(child), self._further(child, reported))
                 for child in self._goals.children(goal)
-                if _ended_badly(child, change) and child.id not in told
+                if _ended_badly(child, change) and child.id not in reported
             ][-1:]
         if not found:
             found = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
         yield from found
         yield self._decision(change, goal)
 
-    def _further(self, goal: GoalRecord, told: set[str]) -> tuple[Cause, ...]:
-        if goal.id in told or len(told) > _DEEPEST:
+    def _further(self, goal: GoalRecord, reported: set[str]) -> tuple[Cause, ...]:
+        if goal.id in reported or len(reported) > _DEEPEST:
             return ()
-        return tuple(self._because(goal, told | {goal.id}))
+        return tuple(self._because(goal, reported | {goal.id}))
 
     def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
         """Return which rule ended a goal."""

@@ -77,7 +77,7 @@ class Preconditions:
             if predicate.get("part-of") == parent:
                 atom = ground(predicate, arguments)
                 if self._is_true(atom) != wanted:
-                    yield self._told(atom, wanted=wanted)
+                    yield self._described(atom, wanted=wanted)
 
     def _holds(self, formula: Mapping[str, str], arguments: Mapping[str, str], depth: int) -> bool:
         name = formula.get("id", "")
@@ -97,7 +97,7 @@ class Preconditions:
             return len(set(atom[1:])) == 1
         return atom in self._true
 
-    def _told(self, atom: Atom, *, wanted: bool) -> str:
+    def _described(self, atom: Atom, *, wanted: bool) -> str:
         unknown = [word for word in atom if word.startswith("?")]
         if unknown:
             return f"{atom_text(atom)} has no value for {', '.join(unknown)}"

@@ -29,7 +29,7 @@ from cxbridge.explain.rules.locations import short_path
 from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
-from cxbridge.history.state import FactTables
+from cxbridge.history.state import EnvironmentFacts
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 
@@ -61,7 +61,7 @@ class _Passed:
 
     def __init__(self, run: Run, at_s: float | None) -> None:
         self.histories: dict[str, History] = {}
-        self.facts = FactTables()
+        self.facts = EnvironmentFacts()
         self.refusals = Refusals()
         self.cut = False
         start_us = now_us = None
@@ -89,7 +89,7 @@ class _Passed:
         elif isinstance(event, LogLine):
             self.refusals.take(event)
         elif isinstance(event, InterfaceWrite | InterfaceMessage):
-            for each in self.histories.values():  # which Skiller is whose, the transitions tell
+            for each in self.histories.values():  # the transitions show which Skiller is whose
                 each.take(event)
 
 

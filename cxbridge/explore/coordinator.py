@@ -57,7 +57,7 @@ class _Peer:
         self.pid = 0
         self.edge: Edge | None = None
         self.held: list[Edge] = []
-        self.ordered: list[Edge] = []  # copies that it was told to make, and which are not there yet
+        self.ordered: list[Edge] = []  # copies that it has to make, and which are not there yet
         self.used_s = 0.0  # processor time, as it says
         self.since = time.monotonic()
         self.cpu_s = 0.0
@@ -78,8 +78,8 @@ class _Peer:
         """Count its processor time from now on."""
         self.since, self.cpu_s = time.monotonic(), forking.cpu_seconds(self.pid)
 
-    def tell(self, order: Order) -> None:
-        """Tell it what to do; a process that is gone shows by the end of its connection."""
+    def send(self, order: Order) -> None:
+        """Send it an order; a process that is gone shows by the end of its connection."""
         with contextlib.suppress(OSError):
             self.connection.sendall(frame(order))
 
@@ -128,7 +128,7 @@ class Coordinator(Closing):
                 if key.data is None:
                     self._accept()
                 else:
-                    self._hear(key.data)
+                    self._receive(key.data)
             self._end_endless()
             self._look_after_loader()
 
@@ -172,7 +172,7 @@ class Coordinator(Closing):
             return
         self._holders.remove(peer)
         peer.take(edge)
-        peer.tell(GoOn(edge[1]))
+        peer.send(GoOn(edge[1]))
 
     def _send_along(self, loader: _Peer, edge: Edge) -> None:
         """Let a run begin at the beginning, and follow the path to an edge."""
@@ -185,11 +185,11 @@ class Coordinator(Closing):
     @staticmethod
     def _order_copy(peer: _Peer, edge: Edge, order: Order) -> None:
         peer.ordered.append(edge)
-        peer.tell(order)
+        peer.send(order)
 
     # ---- what they say
 
-    def _hear(self, peer: _Peer) -> None:
+    def _receive(self, peer: _Peer) -> None:
         try:
             data = peer.connection.recv(_CHUNK)
         except OSError:
@@ -239,7 +239,7 @@ class Coordinator(Closing):
             self.hidden[report.hidden] = None
         number = self.graph.reached(peer.release(), report.point, report.digest)
         if number is None:
-            peer.tell(Leave())
+            peer.send(Leave())
             return
         peer.held = [(number, option) for option in self.graph.options(number)]
         self._holders.append(peer)

@@ -18,7 +18,7 @@ from cxbridge.explore.determinism import UsualRun, explain_difference, usual_mom
 from cxbridge.explore.graph import Graph
 from cxbridge.explore.judging import properties_of
 from cxbridge.explore.playing import ExploredRun
-from cxbridge.explore.progress import Progress
+from cxbridge.explore.progress import ProgressReporter
 from cxbridge.explore.replaying import explore_by_replay
 from cxbridge.explore.result import ExploreResult
 from cxbridge.explore.worker import serve
@@ -60,7 +60,7 @@ def explore(
     graph = Graph(bounds.faults, bounds.depth)
     if resume is not None:
         read_checkpoint(resume, graph, about(options, bounds, properties, world, make))
-    progress = Progress(graph, show)
+    progress = ProgressReporter(graph, show)
     coordinator: Coordinator | None = None
     hidden: tuple[str, ...] = ()
     started, cpu_s = time.perf_counter(), _cpu_seconds()

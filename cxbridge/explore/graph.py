@@ -76,7 +76,7 @@ class Leaf(Struct, frozen=True):
     is_given_up: bool = False
 
 
-class Node(Struct):
+class GraphNode(Struct):
     """A choice point in a state.
 
     :param point: as the first run that came here has seen it.
@@ -94,7 +94,7 @@ class Node(Struct):
 class SavedGraph(Struct, frozen=True):
     """A graph as a file can have it; see :class:`Graph`."""
 
-    nodes: list[Node]
+    nodes: list[GraphNode]
     leaves: list[tuple[Edge, Leaf]]
     links: list[tuple[Edge, int]]
     open: list[Edge]
@@ -110,7 +110,7 @@ class Graph:
     """
 
     def __init__(self, faults: int, depth: int | None) -> None:
-        self.nodes: list[Node] = []
+        self.nodes: list[GraphNode] = []
         self.leaves: dict[Edge, Leaf] = {}
         self.links: dict[Edge, int] = {}
         """Where the edges lead that end at a node."""
@@ -167,7 +167,7 @@ class Graph:
             self.explored += self._share(edge)
             return None
         number = len(self.nodes)
-        self.nodes.append(Node(point, edge, faults, self._share(edge)))
+        self.nodes.append(GraphNode(point, edge, faults, self._share(edge)))
         self.links[edge] = number
         if digest:
             self._known[digest] = number
@@ -270,6 +270,6 @@ class Graph:
             if option != USUAL
         ]
 
-    def _choices(self, edge: Edge) -> Iterator[tuple[Node, int]]:
+    def _choices(self, edge: Edge) -> Iterator[tuple[GraphNode, int]]:
         for number, option in self.edges_to(edge):
             yield self.nodes[number], option

@@ -13,7 +13,7 @@ _LEAST_SHARE: Final = 1e-3
 """Below it, an estimate of the whole says nothing."""
 
 
-class Progress:
+class ProgressReporter:
     """Says now and then how far it is.
 
     :param graph: what is known.

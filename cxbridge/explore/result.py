@@ -122,7 +122,7 @@ class ExploreResult:
         }
 
     def lines(self) -> Iterator[str]:
-        """Yield what to tell people."""
+        """Yield the report in lines of text."""
         graph = self.graph
         rest = "complete" if self.is_complete else f"not complete, {len(graph.open)} branches are open"
         yield f"{len(graph.leaves)} runs, {len(graph.nodes)} states, {graph.merged} merged: {rest}"

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceWrite
 from cxbridge.game.judge import PRODUCTION, Standing
-from cxbridge.game.score import Award, Delivery, Order, Score
+from cxbridge.game.score import Award, Delivery, ProductOrder, Score
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -92,7 +92,7 @@ def _score(game: Mapping[str, Any], orders: Sequence[Mapping[str, Any]]) -> Scor
         phase,
         round(game["second"], 3),
         tuple(
-            Order(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
+            ProductOrder(order["number"], order["product"], round(order["begin"], 3), round(order["end"], 3))
             for order in known
         ),
     )

@@ -44,7 +44,7 @@ class Award:
 
 
 @dataclass(frozen=True, slots=True)
-class Order:
+class ProductOrder:
     """A product that was ordered.
 
     :param order: its number.
@@ -73,7 +73,7 @@ class Score:
     awards: tuple[Award, ...]
     phase: str
     game_time: float
-    orders: tuple[Order, ...] = ()
+    orders: tuple[ProductOrder, ...] = ()
 
     @property
     def categories(self) -> dict[str, dict[str, int]]:
@@ -84,7 +84,7 @@ class Score:
             points[award.category] = points.get(award.category, 0) + award.points
         return found
 
-    def delivered(self, order: Order) -> list[float]:
+    def delivered(self, order: ProductOrder) -> list[float]:
         """Return when an order was delivered."""
         return [each.game_time for each in self.deliveries if each.order == order.order]
 

@@ -25,7 +25,7 @@ COMPONENT: Final = "Gateway"
 """Under which the gateway logs."""
 
 SWEEP_S: Final = 0.25
-"""Seconds between two looks at both boards when nothing was heard of them."""
+"""Seconds between two looks at both boards when nothing came from them."""
 
 RIVAL_S: Final = 1.0
 """Seconds that a writer must outlive one of the other side before it is mirrored there."""
@@ -38,7 +38,7 @@ Survey = dict[Key, InterfaceInfo]
 
 @dataclass(frozen=True, slots=True)
 class MirrorInfo:
-    """What there is to tell of an interface that is mirrored.
+    """Describes an interface that is mirrored.
 
     :param uid: ``Type::id``.
     :param source: ``left`` or ``right``: the board that has the writer.
@@ -53,7 +53,7 @@ class MirrorInfo:
 
 
 class _BoardWatch(Observer):
-    """Tells the gateway that there is something to look at."""
+    """Notifies the gateway that there is something to look at."""
 
     def __init__(self, gateway: Gateway) -> None:
         self._gateway = gateway
@@ -75,7 +75,7 @@ class Gateway(Closing):
     :param patterns: what to mirror: ``Type::id`` with shell patterns, or a pattern for the type alone.
     :param bus: gets log lines.
     :param names: what to call the boards in log lines.
-    :param sweep_s: seconds between two looks at both boards when nothing was heard of them.
+    :param sweep_s: seconds between two looks at both boards when nothing came from them.
     :param stand_in: one of the boards is of one program alone, which the gateway stands in for on the other:
         control that it has is the gateway's, so a Skiller notices when the program dies. And what a Skiller
         did before it does something for the program is not shown.
@@ -100,7 +100,7 @@ class Gateway(Closing):
         self._sweep_s = sweep_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
         self._rivals: dict[Key, float] = {}  # when there were writers on both sides, not ours
-        self._told: dict[object, str] = {}
+        self._warned: dict[object, str] = {}
         self._wake = threading.Event()
         self._dirty = threading.Event()
         self._stopping = threading.Event()
@@ -196,16 +196,16 @@ class Gateway(Closing):
         """Return the interfaces of a board that match; None when it cannot be asked."""
         found: Survey = {}
         if not self._boards[side].connected:  # asking would wait for it, and the other board with us
-            self._tell(side, f"{self._names[side]} is away")
+            self._warn_once(side, f"{self._names[side]} is away")
             return None
         try:
             for pattern in self._patterns:
                 for info in self._boards[side].list(pattern.type_glob, pattern.id_glob):
                     found[info.type, info.id] = info
         except BlackBoardError as error:
-            self._tell(side, f"{self._names[side]} cannot be asked: {error.message}")
+            self._warn_once(side, f"{self._names[side]} cannot be asked: {error.message}")
             return None
-        self._told.pop(side, None)
+        self._warned.pop(side, None)
         return found
 
     @staticmethod
@@ -228,7 +228,7 @@ class Gateway(Closing):
             return
         if len(writers) > 1:
             self._rivals[key] = time.monotonic()
-            self._tell(key, "there are writers on both sides, it is not mirrored")
+            self._warn_once(key, "there are writers on both sides, it is not mirrored")
             return
         if time.monotonic() - self._rivals.get(key, -inf) < RIVAL_S:
             # perhaps another gateway's, which stood in for the one that has gone and leaves in a moment:
@@ -237,21 +237,21 @@ class Gateway(Closing):
         self._rivals.pop(key, None)
         side = writers[0]
         try:
-            hooks = Hooks(self._wake.set, self.look_again, partial(self._tell, key))
+            hooks = Hooks(self._wake.set, self.look_again, partial(self._warn_once, key))
             source, target = self._boards[side], self._boards[1 - side]
             self._mirrors[key] = InterfaceMirror(source, target, *key, side, hooks, stand_in=self._stand_in)
         except CxbridgeError as error:
-            self._tell(key, f"cannot be mirrored: {error}")
+            self._warn_once(key, f"cannot be mirrored: {error}")
             return
-        self._told.pop(key, None)
+        self._warned.pop(key, None)
         self._info(f"{'::'.join(key)}: {self._names[side]} -> {self._names[1 - side]}")
 
     # -- for the log
 
-    def _tell(self, about: object, text: str) -> None:
+    def _warn_once(self, about: object, text: str) -> None:
         """Warn of something, once as long as it lasts."""
-        if self._told.get(about) != text:
-            self._told[about] = text
+        if self._warned.get(about) != text:
+            self._warned[about] = text
             if self._log is not None:
                 self._log.warn(f"{'::'.join(about)}: {text}" if isinstance(about, tuple) else text)
 

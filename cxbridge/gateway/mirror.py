@@ -36,12 +36,12 @@ class Hooks:
 
     :param carry: there is something to carry.
     :param look: the mirror cannot go on.
-    :param tell: something went wrong; takes a text for people.
+    :param warn: something went wrong; takes a text for people.
     """
 
     carry: Callable[[], None]
     look: Callable[[], None]
-    tell: Callable[[str], None]
+    warn: Callable[[str], None]
 
 
 class _SourceWatch(Listener):
@@ -78,7 +78,7 @@ class InterfaceMirror:
     :param source: the board that has the writer.
     :param target: the other one.
     :param side: number of the source, for its owner.
-    :param hooks: what to call when there is something to do, or to tell.
+    :param hooks: what to call when there is something to do, or to report.
     :param stand_in: see :class:`~cxbridge.gateway.gateway.Gateway`.
     :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
     """
@@ -186,7 +186,7 @@ class InterfaceMirror:
                 try:
                     self._forward(request)
                 except BlackBoardError as error:
-                    self._hooks.tell(f"{request.type} cannot be delivered: {error.message}")
+                    self._hooks.warn(f"{request.type} cannot be delivered: {error.message}")
             elif (proxy := self._proxies.pop(request, None)) is not None:
                 proxy.close(self._controller())
 

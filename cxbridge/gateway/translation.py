@@ -53,16 +53,20 @@ class AnswerTranslator:
         """Return a block of the writer as the other board shall have it."""
         if self._id_at is None:
             return block
-        told = id_in(block, self._id_at)
-        known = self._known[told] if self._known is not None and told <= MESSAGE_ID_MASK else NO_MESSAGE
+        message_id = id_in(block, self._id_at)
+        known = (
+            self._known[message_id]
+            if self._known is not None and message_id <= MESSAGE_ID_MASK
+            else NO_MESSAGE
+        )
         if self.hides:
-            if told in self._orders:
+            if message_id in self._orders:
                 self.hides = False
                 self._orders.clear()
             else:
                 block = self._idle(block)
-                told = NO_MESSAGE
-        if known not in (NO_MESSAGE, told):
+                message_id = NO_MESSAGE
+        if known not in (NO_MESSAGE, message_id):
             block = with_id(block, self._id_at, known)
         return block if self._controller is None else self._with_controller(block, self._controller)
 

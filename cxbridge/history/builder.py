@@ -74,7 +74,7 @@ UNLIMITED: Final = HistoryLimits(*[sys.maxsize] * 5)
 
 
 class RunHistory:
-    """What a run's events tell. A sink for an event bus; it may be read between two events.
+    """The history that the events of a run make. A sink for an event bus; it may be read between two events.
 
     :param start_us: when the run began; None: with its first event.
     :ivar events: how many events there were.
@@ -111,7 +111,7 @@ class RunHistory:
 
     @classmethod
     def of(cls, events: Iterable[Event], limits: HistoryLimits | None = None) -> Self:
-        """Return the history that events tell."""
+        """Return the history that the events make."""
         made = cls(limits)
         for event in events:
             made.take(event)

@@ -61,7 +61,7 @@ class SkillMessage:
     progress: float = 0.0
 
 
-class _Asked(NamedTuple):
+class _SkillRequest(NamedTuple):
     """What a master has asked for."""
 
     name: str
@@ -82,7 +82,7 @@ class Exchange:
     """
 
     def __init__(self) -> None:
-        self._asked: dict[_Ticket, _Asked] = {}
+        self._asked: dict[_Ticket, _SkillRequest] = {}
         self._open: set[_Ticket] = set()
         self._early: dict[_Ticket, list[InterfaceMessage]] = {}
 
@@ -114,7 +114,7 @@ class Exchange:
         values, kind = event.values, event.message.removesuffix("Message").upper()
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
-        asked = self._asked.get(ticket, _Asked(_number(ticket), "", (), "", ""))
+        asked = self._asked.get(ticket, _SkillRequest(_number(ticket), "", (), "", ""))
         executor = str(values.get("executor", "")) or _own_id(event)
         node = asked.name if event.message == _REQUEST else executor
         said = _said(kind, values)
@@ -143,7 +143,7 @@ def _number(ticket: _Ticket) -> str:
     return f"{ticket[0]}-{ticket[2]}"
 
 
-def _asked(ticket: _Ticket, values: Any) -> _Asked:
+def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
     try:
         parameters = json.loads(str(values.get("parameters", "")))
     except (ValueError, RecursionError):
@@ -153,7 +153,7 @@ def _asked(ticket: _Ticket, values: Any) -> _Asked:
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
     words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
     name = str(values.get("name") or _number(ticket))
-    return _Asked(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
+    return _SkillRequest(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
 
 
 def _said(kind: str, values: Any) -> dict[str, Any]:

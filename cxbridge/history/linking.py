@@ -26,7 +26,7 @@ WAITING = frozenset({"PENDING", "WAITING"})
 RUNNING = "RUNNING"
 
 SAME_US = 100_000
-"""Ends of an action and a skill that are less apart tell nothing: the executive looks now and then."""
+"""Ends of an action and a skill that are less apart prove nothing: the executive looks now and then."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,8 +94,8 @@ def _unlikely(call: SkillExecution, end: int, wait: _Wait) -> tuple[int, int, bo
     """Return what says that an action ran another skill: the less, the better."""
     over = call.end[1] if call.end is not None else end
     gap = abs((end if wait.over is None else wait.over) - over)
-    told = wait.action.order.told_in(call.skill_string)
-    return -told, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
+    mentioned = wait.action.order.count_in(call.skill_string)
+    return -mentioned, gap // SAME_US, wait.action.name != _name(call.skill_string), wait.ordered[0]
 
 
 def _name(skill_string: str) -> str:

@@ -122,7 +122,7 @@ class PlanActionRecord:
     :param number: its place in :attr:`~cxbridge.history.builder.RunHistory.actions`.
     :param goal: id of its goal, and ``plan`` of its plan.
     :param goal_record: its goal, None when that was not seen before.
-    :param order: who is to execute it and with what, as far as facts tell.
+    :param order: who is to execute it and with what, as far as facts show.
     """
 
     number: int

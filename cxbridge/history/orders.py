@@ -1,4 +1,4 @@
-"""The order of a plan-action: who is to execute it, and with which arguments, as far as facts tell."""
+"""The order of a plan-action: who is to execute it, and with which arguments, as far as facts show."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class ActionOrder:
     skiller: str = ""
     arguments: tuple[str, ...] = ()
 
-    def told_in(self, skill_string: str) -> int:
+    def count_in(self, skill_string: str) -> int:
         """Return how many of the arguments a skill string has."""
         words = set(_OF_SKILL_STRING.findall(skill_string))
         return sum(value in words for value in self.arguments)

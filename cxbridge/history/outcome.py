@@ -9,7 +9,7 @@ from enum import Enum
 from typing import Final
 
 
-class Outcome(Enum):
+class OutcomeKind(Enum):
     """What became of a goal, a plan-action or a skill call.
 
     :ivar word: what readers see.
@@ -30,47 +30,47 @@ class Outcome(Enum):
         self.colour = colour
 
 
-LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in Outcome)
+LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in OutcomeKind)
 """What the icons mean."""
 
 ENDED_MODES: Final = ("FINISHED", "EVALUATED", "RETRACTED")
 """Modes of a goal that has an outcome."""
 
 _OF_GOAL: Final = {
-    "COMPLETED": Outcome.COMPLETED,
-    "FAILED": Outcome.FAILED,
-    "REJECTED": Outcome.REJECTED,
+    "COMPLETED": OutcomeKind.COMPLETED,
+    "FAILED": OutcomeKind.FAILED,
+    "REJECTED": OutcomeKind.REJECTED,
 }
 
 _OF_ACTION: Final = {
-    "FORMULATED": Outcome.FORMULATED,
-    "PENDING": Outcome.FORMULATED,
-    "WAITING": Outcome.FORMULATED,
-    "FINAL": Outcome.COMPLETED,
-    "EXECUTION-FAILED": Outcome.FAILED,
-    "FAILED": Outcome.FAILED,
+    "FORMULATED": OutcomeKind.FORMULATED,
+    "PENDING": OutcomeKind.FORMULATED,
+    "WAITING": OutcomeKind.FORMULATED,
+    "FINAL": OutcomeKind.COMPLETED,
+    "EXECUTION-FAILED": OutcomeKind.FAILED,
+    "FAILED": OutcomeKind.FAILED,
 }
 
 _OF_SKILL: Final = {
-    "S_RUNNING": Outcome.RUNNING,
-    "S_FINAL": Outcome.COMPLETED,
-    "S_FAILED": Outcome.FAILED,
-    "stopped": Outcome.RETRACTED,
+    "S_RUNNING": OutcomeKind.RUNNING,
+    "S_FINAL": OutcomeKind.COMPLETED,
+    "S_FAILED": OutcomeKind.FAILED,
+    "stopped": OutcomeKind.RETRACTED,
 }
 
 
-def goal_outcome(mode: str, outcome: str) -> Outcome:
+def goal_outcome(mode: str, outcome: str) -> OutcomeKind:
     """Return what became of a goal, by its slots ``mode`` and ``outcome``."""
     if mode in ENDED_MODES:
-        return _OF_GOAL.get(outcome, Outcome.RETRACTED)
-    return Outcome.RUNNING if mode == "DISPATCHED" else Outcome.FORMULATED
+        return _OF_GOAL.get(outcome, OutcomeKind.RETRACTED)
+    return OutcomeKind.RUNNING if mode == "DISPATCHED" else OutcomeKind.FORMULATED
 
 
-def action_outcome(state: str) -> Outcome:
+def action_outcome(state: str) -> OutcomeKind:
     """Return what became of a plan-action. Waiting for its effects is a part of running it."""
-    return _OF_ACTION.get(state, Outcome.RUNNING)
+    return _OF_ACTION.get(state, OutcomeKind.RUNNING)
 
 
-def skill_outcome(status: str) -> Outcome:
+def skill_outcome(status: str) -> OutcomeKind:
     """Return what became of a skill call, by the status that its Skiller reports."""
-    return _OF_SKILL.get(status, Outcome.FORMULATED)
+    return _OF_SKILL.get(status, OutcomeKind.FORMULATED)

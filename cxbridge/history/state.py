@@ -18,7 +18,7 @@ from cxbridge.events import (
 )
 
 
-class FactTables:
+class EnvironmentFacts:
     """The facts of each CLIPS environment, as the events that were taken leave them."""
 
     def __init__(self) -> None:
@@ -36,9 +36,9 @@ class FactTables:
         else:
             known.pop(event.index, None)
 
-    def copy(self) -> FactTables:
+    def copy(self) -> EnvironmentFacts:
         """Return what does not change with this one."""
-        made = FactTables()
+        made = EnvironmentFacts()
         made.by_env = {env: dict(facts) for env, facts in self.by_env.items()}
         made.templates = {env: set(names) for env, names in self.templates.items()}
         return made
@@ -65,7 +65,7 @@ class RunState:
         """By environment and Skiller."""
         self.interfaces: dict[str, InterfaceWrite] = {}
         """The last write of each interface, by ``Type::id``."""
-        self.facts = FactTables()
+        self.facts = EnvironmentFacts()
         self.rule: RuleFired | None = None
         """The rule that fired last."""
         self._goal_facts: dict[tuple[str, str], int] = {}

@@ -26,7 +26,7 @@ TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     ),
     "plan-action": ("goal-id", "plan-id", "id", "action-name", "state", "param-values"),
 }
-"""The deftemplates whose facts can mean a transition, and the slots that tell it; no other fact, and no other
+"""The deftemplates whose facts can mean a transition, and the slots that show it; no other fact, and no other
 slot, need be shown to the tracker."""
 
 FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {

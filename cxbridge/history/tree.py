@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol, TypeVar
 
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.history.outcome import Outcome, goal_outcome
+from cxbridge.history.outcome import OutcomeKind, goal_outcome
 
 Key = TypeVar("Key", bound=Hashable)
 
@@ -56,7 +56,7 @@ class GoalLine:
 
     branch: str
     title: str
-    outcome: Outcome
+    outcome: OutcomeKind
     state: str
     error: str
 

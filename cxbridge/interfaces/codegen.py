@@ -99,7 +99,7 @@ class _Writer:
         return ["Interface", "Message"] if self._schema.messages else ["Interface"]
 
     def _uses_arrays(self, *, in_messages: bool = False) -> bool:
-        """Tell whether there are array fields."""
+        """Return whether there are array fields."""
         blocks = [message.fields for message in self._schema.messages]
         if not in_messages:
             blocks.append(self._schema.fields)

@@ -70,7 +70,7 @@ def _constant_value(constant: ConstantSchema) -> bool | int | float | str:
 
 
 def describe(schema: InterfaceSchema) -> Iterator[str]:
-    """Tell about a schema in lines of text."""
+    """Describe a schema in lines of text."""
     yield f"{schema.name}: {schema.datasize} bytes, hash {schema.hash_printable}"
     known = known_hashes(schema)
     if known and schema.hash not in known:
@@ -94,7 +94,7 @@ def describe(schema: InterfaceSchema) -> Iterator[str]:
 
 
 def _describe_fields(fields: tuple[FieldSchema, ...], indent: str) -> Iterator[str]:
-    """Tell about fields, one a line: place, size, type and name."""
+    """Describe fields, one a line: place, size, type and name."""
     for field in fields:
         length = "" if field.length is None else f"[{field.length}]"
         yield f"{indent}{field.offset:6d} {field.size:5d}  {field.type}{length} {field.name}"

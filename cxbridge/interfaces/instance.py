@@ -169,7 +169,7 @@ class Interface(SharedBlock):
         return queue.pop()
 
     def msgq_remove(self, message: Message | int) -> bool:
-        """Take a message, or the oldest of this id, out of the queue; tell whether it was there."""
+        """Take a message, or the oldest of this id, out of the queue; return whether it was there."""
         operation = "remove id" if isinstance(message, int) else "remove msg"
         return self._writer_queue(operation).remove(message)
 

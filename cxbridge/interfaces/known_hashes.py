@@ -49,7 +49,7 @@ def hash_for_wire(schema: InterfaceSchema) -> bytes:
 
 
 def accepts_hash(schema: InterfaceSchema, remote: bytes) -> bool:
-    """Tell whether a hash from elsewhere stands for this definition or for a known one of equal layout.
+    """Return whether a hash from elsewhere stands for this definition or for a known one of equal layout.
 
     Known are Fawkes' and, to who uses Fawkes' definitions, the one that comes with cxbridge.
     """

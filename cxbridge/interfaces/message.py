@@ -230,7 +230,7 @@ class MessageQueue:
             return self.waiting.popleft() if self.waiting else None
 
     def remove(self, message: Message | int) -> bool:
-        """Take out ``message``, or the oldest one that has this id; tell whether it was there."""
+        """Take out ``message``, or the oldest one that has this id; return whether it was there."""
         with self._lock:
             for index, queued in enumerate(self.waiting):
                 if queued is message or (isinstance(message, int) and queued.id == message):

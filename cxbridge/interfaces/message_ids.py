@@ -22,7 +22,7 @@ NO_MESSAGE: Final = 0
 """The id of no message."""
 
 ID_FIELDS: Final = ("msgid", "msg_id")
-"""The fields in which writers tell, by convention, which message they work on."""
+"""The fields by which writers show, by convention, which message they work on."""
 
 _U32: Final = struct.Struct("=I")
 

@@ -48,7 +48,7 @@ _PREFIXES = {"set_": 5, "is_": 4}
 
 
 def is_reserved(name: str, reserved: frozenset[str]) -> bool:
-    """Tell whether a name is reserved.
+    """Return whether a name is reserved.
 
     Names with an accessor's prefix are compared as Fawkes does it, which drops one character too many:
     ``set_id`` may be used, ``set__id`` may not.
@@ -60,7 +60,7 @@ def is_reserved(name: str, reserved: frozenset[str]) -> bool:
 
 
 def is_identifier(name: str) -> bool:
-    """Tell whether a name can be an identifier in C++ and Python, which both keep ``__x`` for themselves."""
+    """Return whether a name can be an identifier in C++ and Python; both keep ``__x`` for themselves."""
     return _IDENTIFIER.fullmatch(name) is not None
 
 

@@ -47,7 +47,7 @@ class Port(Protocol[InstanceT_contra]):
         """
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Copy the writer's private block to the shared one and tell the listeners.
+        """Copy the writer's private block to the shared one and notify the listeners.
 
         :param block: the private block, of the size of the shared one.
         :param stamped: the block carries a new time stamp; None: only a comparison can tell.

@@ -13,7 +13,7 @@ from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
 from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
-from cxbridge.lsp.session import Definitions, Session
+from cxbridge.lsp.session import AgentDefinitions, Session
 from cxbridge.suggestions import did_you_mean
 
 UNREADABLE: Final = "CX101"
@@ -94,7 +94,7 @@ _What = tuple[str, str, str]
 """Code, message and hint."""
 
 
-def _template(session: Session, known: Definitions, placed: PlacedPiece, number: int) -> _What | None:
+def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, number: int) -> _What | None:
     mention = placed.piece.mentions[number]
     name = mention.name.text
     if name in known.slots or name in session.knowledge.templates or name == "object":
@@ -109,7 +109,7 @@ def _template(session: Session, known: Definitions, placed: PlacedPiece, number:
     return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, known.slots)
 
 
-def _slot(session: Session, known: Definitions, mention: Mention) -> _What | None:
+def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _What | None:
     name, owner = mention.name.text, mention.name.owner
     slots = known.slots.get(owner, set()) | set(session.knowledge.templates.get(owner, ()))
     if not slots or name in slots or mention.use is Use.DEFINED:
@@ -119,7 +119,7 @@ def _slot(session: Session, known: Definitions, mention: Mention) -> _What | Non
     return code, f"the deftemplate '{owner}' has no slot '{name}'", hint
 
 
-def _function(session: Session, known: Definitions, mention: Mention) -> _What | None:
+def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _What | None:
     name = mention.name.text
     functions = known.names(Kind.FUNCTION) | session.knowledge.functions.keys()
     if name in functions:
@@ -127,7 +127,7 @@ def _function(session: Session, known: Definitions, mention: Mention) -> _What |
     return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
 
 
-def _global(known: Definitions, mention: Mention) -> _What | None:
+def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
     name = mention.name.text
     own = known.names(Kind.GLOBAL)
     if name in own:

@@ -9,7 +9,7 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.lsp.knowledge import Knowledge, decode
+from cxbridge.lsp.knowledge import AgentKnowledge, decode
 
 _LAST_WORDS = 300
 
@@ -21,7 +21,9 @@ class Examinations:
     :param done: gets what was found.
     """
 
-    def __init__(self, options: Callable[[], Mapping[str, Any]], done: Callable[[Knowledge], None]) -> None:
+    def __init__(
+        self, options: Callable[[], Mapping[str, Any]], done: Callable[[AgentKnowledge], None]
+    ) -> None:
         self._options = options
         self._done = done
         self._task: asyncio.Task[None] | None = None
@@ -41,7 +43,7 @@ class Examinations:
             self._again = False
             self._done(await self._examine())
 
-    async def _examine(self) -> Knowledge:
+    async def _examine(self) -> AgentKnowledge:
         self._process = process = await asyncio.create_subprocess_exec(
             sys.executable,
             "-m",
@@ -55,7 +57,7 @@ class Examinations:
             return decode(output)
         except msgspec.DecodeError:
             words = errors.decode("utf-8", "replace").strip()[-_LAST_WORDS:]
-            return Knowledge(error=f"the check ended with status {process.returncode}: {words}")
+            return AgentKnowledge(error=f"the check ended with status {process.returncode}: {words}")
 
     async def close(self) -> None:
         """End what goes on."""

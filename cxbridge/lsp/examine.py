@@ -1,8 +1,8 @@
 """The process that examines an agent: a whole check, and the functions and deftemplates that CLIPS has.
 
 ``python -m cxbridge.lsp.examine`` reads options as JSON from its input and writes a
-:class:`~cxbridge.lsp.knowledge.Knowledge` as JSON. CLIPS is not loaded into the server itself: it answers
-while this goes on, and a file that crashes CLIPS ends this process only.
+:class:`~cxbridge.lsp.knowledge.AgentKnowledge` as JSON. CLIPS is not loaded into the server itself: it
+answers while this goes on, and a file that crashes CLIPS ends this process only.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.explain.coverage.model import RecordedUse
-from cxbridge.lsp.knowledge import FunctionInfo, Knowledge
+from cxbridge.lsp.knowledge import AgentKnowledge, FunctionInfo
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.plain_options import plain_options
 from cxbridge.trace.formats.registry import open_run
@@ -43,7 +43,7 @@ def run_options(plain: Mapping[str, Any]) -> RunOptions:
     return options
 
 
-def examine(options: RunOptions) -> Knowledge:
+def examine(options: RunOptions) -> AgentKnowledge:
     """Return what there is to know about an agent."""
     try:
         findings = [finding.plain() for finding in check(options)]
@@ -52,8 +52,8 @@ def examine(options: RunOptions) -> Knowledge:
             templates = dict(_templates(agent))
             functions = dict(_functions(agent))
     except CxbridgeError as error:
-        return Knowledge(error=str(error))
-    return Knowledge(functions, templates, findings)
+        return AgentKnowledge(error=str(error))
+    return AgentKnowledge(functions, templates, findings)
 
 
 def firings(run: Path) -> dict[str, int]:
@@ -101,7 +101,7 @@ def main() -> None:
     try:
         found = examine(run_options(asked))
     except CxbridgeError as error:
-        found = Knowledge(error=str(error))
+        found = AgentKnowledge(error=str(error))
     if recording:
         fired = firings(Path(recording))
         found = msgspec.structs.replace(found, firings=fired, recording=Path(recording).name)

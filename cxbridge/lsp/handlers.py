@@ -20,7 +20,7 @@ from cxbridge.lsp.describe import describe
 from cxbridge.lsp.kinds import COMPLETION_KINDS, SYMBOL_KINDS
 from cxbridge.lsp.positions import uri_of
 from cxbridge.lsp.server import AgentServer
-from cxbridge.lsp.symbols import Symbol, find, folds, outline
+from cxbridge.lsp.symbols import OutlineSymbol, find, folds, outline
 
 _TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
 _WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}
@@ -166,7 +166,7 @@ def _document_symbols(ls: AgentServer, params: lsp.DocumentSymbolParams) -> list
     return [] if file is None else [_symbol(ls, file, symbol) for symbol in outline(file)]
 
 
-def _symbol(ls: AgentServer, file: SourceFile, symbol: Symbol) -> lsp.DocumentSymbol:
+def _symbol(ls: AgentServer, file: SourceFile, symbol: OutlineSymbol) -> lsp.DocumentSymbol:
     name = symbol.mention.name
     return lsp.DocumentSymbol(
         name.text,
@@ -195,7 +195,7 @@ def _folding(ls: AgentServer, params: lsp.FoldingRangeParams) -> list[lsp.Foldin
 
 
 def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens]:
-    """Tell of each rule how often it fired in the last recording."""
+    """Return for each rule how often it fired in the last recording."""
     file = ls.file(params.text_document.uri)
     known = ls.session.knowledge
     if file is None or not known.recording:

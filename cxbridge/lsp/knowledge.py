@@ -36,7 +36,7 @@ class FunctionInfo(Struct, frozen=True):
         return f"{self.minimum} to {self.maximum} arguments"
 
 
-class Knowledge(Struct, frozen=True):
+class AgentKnowledge(Struct, frozen=True):
     """What an examination of the agent has found.
 
     :param templates: the slots of the deftemplates that CLIPS has.
@@ -59,12 +59,12 @@ class Knowledge(Struct, frozen=True):
         return bool(self.functions)
 
 
-NOTHING: Final = Knowledge()
+NOTHING: Final = AgentKnowledge()
 
 
-def decode(data: bytes) -> Knowledge:
+def decode(data: bytes) -> AgentKnowledge:
     """Return what the process of an examination wrote.
 
     :raises msgspec.DecodeError: when it is something else.
     """
-    return msgspec.json.decode(data, type=Knowledge)
+    return msgspec.json.decode(data, type=AgentKnowledge)

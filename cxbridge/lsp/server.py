@@ -15,7 +15,7 @@ from cxbridge import __version__
 from cxbridge.agent.names import SourceFile
 from cxbridge.errors import CxbridgeError
 from cxbridge.lsp.examination import Examinations
-from cxbridge.lsp.knowledge import Knowledge
+from cxbridge.lsp.knowledge import AgentKnowledge
 from cxbridge.lsp.positions import Positions, path_of, uri_of
 from cxbridge.lsp.publishing import FindingsOfFiles
 from cxbridge.lsp.session import Session, files_below, find_scenario, last_recording
@@ -55,7 +55,7 @@ class AgentServer(LanguageServer):
         self._options: dict[str, Any] = {}
         self._has_agent = False
         self._unsaved: set[str] = set()
-        self._told: set[str] = set()
+        self._shown_errors: set[str] = set()
         self._shown: set[str] = set()
         self._index_task: asyncio.Task[None] | None = None
 
@@ -143,12 +143,12 @@ class AgentServer(LanguageServer):
 
     def _complain(self, text: str) -> None:
         """Show an error of the settings, once."""
-        if text not in self._told:
-            self._told.add(text)
+        if text not in self._shown_errors:
+            self._shown_errors.add(text)
             self.window_show_message(lsp.ShowMessageParams(lsp.MessageType.Error, f"cxbridge: {text}"))
             self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Error, text))
 
-    def _tell(self, text: str) -> None:
+    def _log_warning(self, text: str) -> None:
         self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))
 
     # ---- changes
@@ -198,11 +198,11 @@ class AgentServer(LanguageServer):
         self.findings.begin()
         return self._options
 
-    def _take(self, knowledge: Knowledge) -> None:
+    def _take(self, knowledge: AgentKnowledge) -> None:
         if knowledge.error:
-            self._tell(knowledge.error)
+            self._log_warning(knowledge.error)
         if not self._has_agent:  # of the agent in its place, only the functions are of use
-            knowledge = Knowledge(
+            knowledge = AgentKnowledge(
                 knowledge.functions, firings=knowledge.firings, recording=knowledge.recording
             )
         if knowledge.is_complete or knowledge.findings:

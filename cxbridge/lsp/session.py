@@ -10,7 +10,7 @@ from typing import Final
 
 from cxbridge.agent.model import SUFFIXES, AgentModel, Found
 from cxbridge.agent.names import Kind, Name, SourceFile
-from cxbridge.lsp.knowledge import NOTHING, FunctionInfo, Knowledge
+from cxbridge.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
 _SKIPPED: Final = frozenset({"node_modules", "__pycache__", "build", "site"})
@@ -32,11 +32,11 @@ class Session:
     model: AgentModel = field(default_factory=AgentModel)
     loaded: set[str] = field(default_factory=set)
     library: set[str] = field(default_factory=set)
-    knowledge: Knowledge = NOTHING
+    knowledge: AgentKnowledge = NOTHING
     root: Path | None = None
     is_indexed: bool = False
     _revision: int = 0
-    _cached: dict[bool, tuple[int, Definitions]] = field(default_factory=dict)
+    _cached: dict[bool, tuple[int, AgentDefinitions]] = field(default_factory=dict)
 
     def update(self, path: str, text: str) -> SourceFile | None:
         """Take the text of a file."""
@@ -57,13 +57,13 @@ class Session:
         """Whether the spec loads a file, or every agent has it."""
         return path in self.loaded or path in self.library
 
-    def definitions(self, path: str) -> Definitions:
+    def definitions(self, path: str) -> AgentDefinitions:
         """Return what is defined for a file: for one that the spec loads, by all that it loads."""
         narrow = path in self.loaded
         cached = self._cached.get(narrow)
         if cached is None or cached[0] != self._revision:
             files = (file for file in self.model.files if not narrow or self._counts(file.path))
-            cached = (self._revision, Definitions(files))
+            cached = (self._revision, AgentDefinitions(files))
             self._cached[narrow] = cached
         return cached[1]
 
@@ -82,7 +82,7 @@ class Session:
         return self.knowledge.functions.get(name)
 
 
-class Definitions:
+class AgentDefinitions:
     """The names that some files define."""
 
     def __init__(self, files: Iterable[SourceFile]) -> None:

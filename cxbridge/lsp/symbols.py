@@ -17,7 +17,7 @@ _PARTS: Final = frozenset({Kind.SLOT, Kind.PARAMETER, Kind.FIELD, Kind.MESSAGE, 
 _MOST: Final = 200
 
 
-class Symbol(Struct, frozen=True):
+class OutlineSymbol(Struct, frozen=True):
     """An entry of an outline.
 
     :param mention: the name, where it is defined.
@@ -27,22 +27,22 @@ class Symbol(Struct, frozen=True):
     mention: Mention
     start: int
     end: int
-    parts: tuple[Symbol, ...] = ()
+    parts: tuple[OutlineSymbol, ...] = ()
 
 
-def outline(file: SourceFile) -> list[Symbol]:
+def outline(file: SourceFile) -> list[OutlineSymbol]:
     """Return what a file defines."""
     return [symbol for placed in file.pieces for symbol in _symbols(placed)]
 
 
-def _symbols(placed: PlacedPiece) -> Iterator[Symbol]:
+def _symbols(placed: PlacedPiece) -> Iterator[OutlineSymbol]:
     defined = [mention for mention in placed.mentions if mention.use is Use.DEFINED]
     own = next((each for each in defined if each.name == placed.piece.name), None)
     if own is None:
-        yield from (Symbol(each, each.start, each.end) for each in defined)
+        yield from (OutlineSymbol(each, each.start, each.end) for each in defined)
         return
-    parts = tuple(Symbol(each, each.start, each.end) for each in defined if each is not own)
-    yield Symbol(own, placed.start, placed.end, parts)
+    parts = tuple(OutlineSymbol(each, each.start, each.end) for each in defined if each is not own)
+    yield OutlineSymbol(own, placed.start, placed.end, parts)
 
 
 def find(session: Session, query: str) -> list[Found]:

@@ -7,7 +7,7 @@ from typing import Final, NamedTuple
 from cxbridge.history.outcome import LEGEND
 
 
-class Key(NamedTuple):
+class KeyBinding(NamedTuple):
     """A key.
 
     :param keys: as textual calls them, with commas between.
@@ -27,25 +27,25 @@ class Key(NamedTuple):
 
 
 KEYS: Final = (
-    Key("question_mark", "help", "Keys", "this list", "?"),
-    Key("q", "quit", "Quit", "quit", "q"),
-    Key("slash", "ask('/')", "Filter", "show only what has this text in it; Esc shows all again", "/"),
-    Key("colon", "ask(':')", "", "type a command, see below", ":"),
-    Key("escape", "dismiss", "", "leave the line that is typed, end the filter", "Esc"),
-    Key("n", "next_environment", "Env", "facts and agenda of the next CLIPS environment", "n"),
-    Key("p", "do('pause')", "Pause", "pause the components that work", "p", "live"),
-    Key("r", "do('resume')", "Resume", "resume, and let rules go on that are stopped", "r", "live"),
-    Key("s", "do('step rule')", "Rule", "step a rule", "s", "live"),
-    Key("l", "do('step loop')", "Loop", "step a loop", "l", "live"),
-    Key("t", "do('step transition')", "Transition", "step a transition", "t", "live"),
-    Key("b", "breakpoint", "Break", "set a breakpoint at what is chosen", "b", "live"),
-    Key("d", "delete", "", "remove the breakpoint, retract the fact that is chosen", "d", "live"),
-    Key("a", "ask(':assert (')", "", "assert a fact", "a", "live"),
-    Key("e", "edit", "", "modify the fact that is chosen", "e", "live"),
-    Key("m", "ask(':send ')", "", "send a message to the interface that is chosen", "m", "live"),
-    Key("left", "do('event -1')", "", "back, on by an event", "← →", "recorded"),
-    Key("right", "do('event 1')", "", "", "", "recorded"),
-    Key(
+    KeyBinding("question_mark", "help", "Keys", "this list", "?"),
+    KeyBinding("q", "quit", "Quit", "quit", "q"),
+    KeyBinding("slash", "ask('/')", "Filter", "show only what has this text in it; Esc shows all again", "/"),
+    KeyBinding("colon", "ask(':')", "", "type a command, see below", ":"),
+    KeyBinding("escape", "dismiss", "", "leave the line that is typed, end the filter", "Esc"),
+    KeyBinding("n", "next_environment", "Env", "facts and agenda of the next CLIPS environment", "n"),
+    KeyBinding("p", "do('pause')", "Pause", "pause the components that work", "p", "live"),
+    KeyBinding("r", "do('resume')", "Resume", "resume, and let rules go on that are stopped", "r", "live"),
+    KeyBinding("s", "do('step rule')", "Rule", "step a rule", "s", "live"),
+    KeyBinding("l", "do('step loop')", "Loop", "step a loop", "l", "live"),
+    KeyBinding("t", "do('step transition')", "Transition", "step a transition", "t", "live"),
+    KeyBinding("b", "breakpoint", "Break", "set a breakpoint at what is chosen", "b", "live"),
+    KeyBinding("d", "delete", "", "remove the breakpoint, retract the fact that is chosen", "d", "live"),
+    KeyBinding("a", "ask(':assert (')", "", "assert a fact", "a", "live"),
+    KeyBinding("e", "edit", "", "modify the fact that is chosen", "e", "live"),
+    KeyBinding("m", "ask(':send ')", "", "send a message to the interface that is chosen", "m", "live"),
+    KeyBinding("left", "do('event -1')", "", "back, on by an event", "← →", "recorded"),
+    KeyBinding("right", "do('event 1')", "", "", "", "recorded"),
+    KeyBinding(
         "shift+left,comma",
         "do('transition -1')",
         "",
@@ -53,13 +53,13 @@ KEYS: Final = (
         "Shift ← →",
         "recorded",
     ),
-    Key("shift+right,full_stop", "do('transition 1')", "", "", "", "recorded"),
-    Key("home", "do('begin')", "", "to the begin, to the end", "Home End", "recorded"),
-    Key("end", "do('end')", "", "", "", "recorded"),
-    Key("j", "ask(':jump ')", "Jump", "to a time, in seconds since the begin", "j", "recorded"),
-    Key("space", "do('play')", "Play", "play, and stop playing", "Space", "recorded"),
-    Key("plus", "do('speed +')", "", "play faster, slower: twice, half", "+ -", "recorded"),
-    Key("minus", "do('speed -')", "", "", "", "recorded"),
+    KeyBinding("shift+right,full_stop", "do('transition 1')", "", "", "", "recorded"),
+    KeyBinding("home", "do('begin')", "", "to the begin, to the end", "Home End", "recorded"),
+    KeyBinding("end", "do('end')", "", "", "", "recorded"),
+    KeyBinding("j", "ask(':jump ')", "Jump", "to a time, in seconds since the begin", "j", "recorded"),
+    KeyBinding("space", "do('play')", "Play", "play, and stop playing", "Space", "recorded"),
+    KeyBinding("plus", "do('speed +')", "", "play faster, slower: twice, half", "+ -", "recorded"),
+    KeyBinding("minus", "do('speed -')", "", "", "", "recorded"),
 )
 
 SCRUBBING: Final = frozenset({"left", "right", "shift+left", "shift+right", "home", "end", "space"})

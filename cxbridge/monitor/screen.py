@@ -64,7 +64,7 @@ class MonitorApp(App[None]):
         self._panes = LIVE_PANES if source.is_live else RECORDED_PANES
         self._todo: deque[str] = deque()
         self._seen: deque[MonitorSnapshot | str] = deque(maxlen=1)
-        self._told: deque[str] = deque()
+        self._notices: deque[str] = deque()
         self._view_query = ViewQuery(pane=self._panes[0])
         self._wake = threading.Event()
         self._over = threading.Event()
@@ -74,7 +74,7 @@ class MonitorApp(App[None]):
         self._said = ""
         self._trouble = ""
         self._seen_s = time.monotonic()
-        self.is_told_to_end: Callable[[], bool] = lambda: False
+        self.is_end_requested: Callable[[], bool] = lambda: False
         """Asked at each look whether somebody else wants the end: a signal."""
 
     def compose(self) -> ComposeResult:
@@ -134,11 +134,11 @@ class MonitorApp(App[None]):
                 while self._todo:
                     said = self._do(self._todo.popleft())
                     if said:
-                        self._told.append(said)
+                        self._notices.append(said)
                 self._seen.append(self._source.look(self._view_query))
             except CxbridgeError as error:
                 self._seen.append(error.message)
-            except Exception as error:  # noqa: BLE001 - told: a screen that stands still tells nothing
+            except Exception as error:  # noqa: BLE001 - shown: a screen that stands still explains nothing
                 self._seen.append(f"a fault of cxbridge: {type(error).__name__}: {error}")
             self._wake.wait(self._source.period_s)
             self._wake.clear()
@@ -154,15 +154,15 @@ class MonitorApp(App[None]):
 
     def _deliver(self) -> None:
         """Show what the thread has seen."""
-        if self.is_told_to_end():
+        if self.is_end_requested():
             self.exit()
         elif self.screen_stack:  # else the screen has been taken down,
             with suppress(NoMatches):  # or is being taken down
                 self._show_news()
 
     def _show_news(self) -> None:
-        while self._told:
-            self._said = self._told.popleft()
+        while self._notices:
+            self._said = self._notices.popleft()
             self._show_said()
             self.set_timer(_SAID_S, self._forget_said)
         if self._seen:

@@ -15,14 +15,14 @@ from textual.screen import Screen
 from textual.widgets import DataTable, Footer, RichLog, Tree
 from textual.widgets.tree import TreeNode
 
-from cxbridge.history.outcome import Outcome, action_outcome, skill_outcome
+from cxbridge.history.outcome import OutcomeKind, action_outcome, skill_outcome
 from cxbridge.history.tree import goal_line, goal_title
 from cxbridge.monitor.choosing import goal_forest
 from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
 from cxbridge.printing import indented, one_line
 
 _COLOURS: Final = {
-    **{outcome.name: outcome.colour for outcome in Outcome},
+    **{outcome.name: outcome.colour for outcome in OutcomeKind},
     **{state: action_outcome(state).colour for state in ("FINAL", "EXECUTION-FAILED")},
     **{status: skill_outcome(status).colour for status in ("S_RUNNING", "S_FINAL", "S_FAILED")},
 }

@@ -1,4 +1,4 @@
-"""A process that serves until a signal: its clock, log, blackboards, and what systemd hears of it."""
+"""A process that serves until a signal: its clock, log, blackboards, and what systemd is notified of."""
 
 from __future__ import annotations
 

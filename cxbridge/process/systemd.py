@@ -20,19 +20,19 @@ class Notifier:
         self._address = "\0" + found[1:] if found.startswith("@") else found
 
     def ready(self, status: str) -> None:
-        """Tell that the daemon is up, and what it does."""
+        """Report that the daemon is up, and what it does."""
         self._send(f"READY=1\nSTATUS={one_line(status)}")
 
     def status(self, text: str) -> None:
-        """Tell how it stands, in one line."""
+        """Report how it stands, in one line."""
         self._send(f"STATUS={text}")
 
     def alive(self) -> None:
-        """Tell that it still works, for those who watch that."""
+        """Report that it still works, for those who watch that."""
         self._send("WATCHDOG=1")
 
     def stopping(self) -> None:
-        """Tell that it comes to its end."""
+        """Report that it comes to its end."""
         self._send("STOPPING=1")
 
     def _send(self, text: str) -> None:

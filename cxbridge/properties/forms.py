@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read
 from cxbridge.config.documents import Mark
 from cxbridge.properties.monitor import Monitor, Property, Scene
-from cxbridge.properties.patterns import Pattern
+from cxbridge.properties.patterns import ConditionPattern
 from cxbridge.properties.temporal import After, Always, Eventually, Never
 from cxbridge.suggestions import did_you_mean
 
@@ -42,7 +42,7 @@ class _Reader:
             return self.nodes.pop(0).text
         return ""
 
-    def pattern(self, after: str) -> Pattern:
+    def pattern(self, after: str) -> ConditionPattern:
         """Take conditional elements, at least one of which is a pattern."""
         found: list[SyntaxNode] = []
         while self.nodes and self.nodes[0].items is not None:
@@ -51,7 +51,7 @@ class _Reader:
             raise self.where.error(
                 f"'{after}' needs a pattern: {self.text}", "a pattern is in parentheses: (goal (mode FAILED))"
             )
-        return Pattern(tuple(found), self.where)
+        return ConditionPattern(tuple(found), self.where)
 
     def within(self) -> float | None:
         """Take the time limit, if there is one; nothing may follow it."""

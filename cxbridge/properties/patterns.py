@@ -34,7 +34,7 @@ Values = tuple[str, ...]
 
 
 @dataclass(frozen=True, slots=True)
-class Pattern:
+class ConditionPattern:
     """Conditional elements of CLIPS.
 
     :param elements: the elements.
@@ -82,7 +82,7 @@ def _facts(nodes: tuple[SyntaxNode, ...]) -> Iterator[SyntaxNode]:
             yield node
 
 
-def check_names(pattern: Pattern, env: ClipsEnvironment) -> None:
+def check_names(pattern: ConditionPattern, env: ClipsEnvironment) -> None:
     """Check that an environment has the deftemplates of a pattern, and their slots.
 
     :raises ConfigError: when it has not.
@@ -111,7 +111,9 @@ class Probe:
     :raises ConfigError: when CLIPS does not take the pattern.
     """
 
-    def __init__(self, env: ClipsEnvironment, pattern: Pattern, variables: tuple[str, ...] = ()) -> None:
+    def __init__(
+        self, env: ClipsEnvironment, pattern: ConditionPattern, variables: tuple[str, ...] = ()
+    ) -> None:
         self._env = env
         self._pattern = pattern
         self._name = f"{_NAME}{next(_numbers)}"

@@ -7,7 +7,7 @@ from collections.abc import Hashable
 from functools import partial
 
 from cxbridge.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge.properties.patterns import Pattern, Probe, Values, check_names
+from cxbridge.properties.patterns import ConditionPattern, Probe, Values, check_names
 from cxbridge.properties.tables import Changes, FactTables
 
 
@@ -17,7 +17,7 @@ class PatternMonitor(Monitor):
     :param patterns: those that it asks for.
     """
 
-    def __init__(self, scene: Scene, *patterns: Pattern) -> None:
+    def __init__(self, scene: Scene, *patterns: ConditionPattern) -> None:
         super().__init__(scene)
         self._patterns = patterns
         self._waiting: list[FactTables] = []
@@ -78,7 +78,7 @@ class Never(PatternMonitor):
     One without ``not`` and ``forall`` is looked for at each moment, others after each loop.
     """
 
-    def __init__(self, scene: Scene, pattern: Pattern) -> None:
+    def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
         super().__init__(scene, pattern)
         self._pattern = pattern
         self._probes: dict[FactTables, Probe] = {}
@@ -112,7 +112,7 @@ class Never(PatternMonitor):
 class Always(PatternMonitor):
     """A pattern matches after each loop, from the end of the initialisation on; in each agent."""
 
-    def __init__(self, scene: Scene, pattern: Pattern) -> None:
+    def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
         super().__init__(scene, pattern)
         self._pattern = pattern
         self._probes: dict[FactTables, Probe] = {}
@@ -150,7 +150,7 @@ class Eventually(PatternMonitor):
     :param within_s: since the run began; None: until its end.
     """
 
-    def __init__(self, scene: Scene, pattern: Pattern, within_s: float | None) -> None:
+    def __init__(self, scene: Scene, pattern: ConditionPattern, within_s: float | None) -> None:
         super().__init__(scene, pattern)
         self._pattern = pattern
         self._within_s = within_s
@@ -199,7 +199,9 @@ class After(PatternMonitor):
     :param within_s: so long it may take; None: until the end of the run.
     """
 
-    def __init__(self, scene: Scene, first: Pattern, second: Pattern, within_s: float | None) -> None:
+    def __init__(
+        self, scene: Scene, first: ConditionPattern, second: ConditionPattern, within_s: float | None
+    ) -> None:
         super().__init__(scene, first, second)
         self._first, self._second = first, second
         self._within_s = within_s

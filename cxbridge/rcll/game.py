@@ -62,7 +62,7 @@ class LeagueGame(LeagueSettings):
             scenario=run.scenario or SCENARIO,
             skiller="none",
             clock=self._clock,
-            # what CLIPS refuses of an agent is told with the result: checkouts live with their defects
+            # what CLIPS refuses of an agent is reported with the result: checkouts live with their defects
             strict=bool(run.strict),
             timeout=BEGIN_S
             + SETUP_S

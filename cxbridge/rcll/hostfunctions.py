@@ -10,7 +10,7 @@ from cxbridge.config import Configuration
 from cxbridge.executive.features.config import confvals
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.rcll.machines import Machine, Place
+from cxbridge.rcll.machines import Machine, MachinePlace
 from cxbridge.rcll.placing import NAMES, Placed, place
 from cxbridge.rcll.refbox import Refbox
 
@@ -76,13 +76,13 @@ class MachineFunctions:
         def nothing(*_arguments: Value) -> None:
             """Do nothing: nobody looks at lights here."""
 
-        on("mps-move-conveyor", lambda machine, goal, _way: machine.move(Place(goal)), 2)
+        on("mps-move-conveyor", lambda machine, goal, _way: machine.move(MachinePlace(goal)), 2)
         on("mps-bs-dispense", Machine.dispense, 1)
         on("mps-cs-retrieve-cap", Machine.retrieve_cap)
         on("mps-cs-mount-cap", Machine.mount_cap)
         on("mps-rs-mount-ring", lambda machine, _slide, colour: machine.mount_ring(colour), 2)
         on("mps-ds-process", Machine.deliver, 1)
-        on("mps-deliver", lambda machine: machine.move(Place.OUTPUT))
+        on("mps-deliver", lambda machine: machine.move(MachinePlace.OUTPUT))
         on("mps-ss-retrieve", lambda machine, *_slot: machine.retrieve(), 2)
         on("mps-ss-store", lambda machine, *_slot: machine.store(), 2)
         on("mps-ss-relocate", lambda machine, *_slots: machine.relocate(), 4)

@@ -22,7 +22,7 @@ Report = Callable[[str, str, object], None]
 """Called with the name of a machine, what changed (``BUSY``, ``READY``, ``SLIDE-COUNTER``), and its value."""
 
 
-class Place(StrEnum):
+class MachinePlace(StrEnum):
     """Where a workpiece can be at a machine."""
 
     INPUT = "INPUT"
@@ -48,7 +48,7 @@ class Workplace(Protocol):
 
     name: str
 
-    def has(self, place: Place) -> bool:
+    def has(self, place: MachinePlace) -> bool:
         """Return whether a workpiece is there."""
 
     def put(self, workpiece: Workpiece) -> None:
@@ -57,7 +57,7 @@ class Workplace(Protocol):
     def pay(self) -> None:
         """Let a workpiece go down the slide."""
 
-    def take(self, place: Place) -> Workpiece | None:
+    def take(self, place: MachinePlace) -> Workpiece | None:
         """Take the workpiece there; None when there is none."""
 
 
@@ -71,7 +71,7 @@ class _Work:
     """
 
     seconds: float
-    source: tuple[Place, ...]
+    source: tuple[MachinePlace, ...]
     end: Callable[[], None]
     due_us: int | None = None
 
@@ -84,7 +84,7 @@ class Machine:
 
     def __init__(self, name: str, clock: Clock, report: Report) -> None:
         self.name = name
-        self.belt: dict[Place, Workpiece] = {}
+        self.belt: dict[MachinePlace, Workpiece] = {}
         self.slide = 0
         self.has_cap = False
         self.delivered: list[Workpiece] = []
@@ -96,37 +96,39 @@ class Machine:
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
-        self._begin(DISPENSE_S, (), lambda: self._lay(Place.MIDDLE, Workpiece([colour])))
+        self._begin(DISPENSE_S, (), lambda: self._lay(MachinePlace.MIDDLE, Workpiece([colour])))
 
-    def move(self, goal: Place) -> None:
+    def move(self, goal: MachinePlace) -> None:
         """Move the workpiece on the belt, as soon as there is one."""
-        seconds = BELT_MIDDLE_S if goal is Place.MIDDLE else BELT_END_S
-        others = tuple(place for place in Place if place is not goal)
+        seconds = BELT_MIDDLE_S if goal is MachinePlace.MIDDLE else BELT_END_S
+        others = tuple(place for place in MachinePlace if place is not goal)
         self._begin(seconds, others, lambda: self._carry(others, goal))
 
     def mount_ring(self, colour: str) -> None:
         """Mount a ring on the workpiece in the middle."""
-        self._begin(RING_S, (Place.MIDDLE,), lambda: self.belt[Place.MIDDLE].parts.append(colour))
+        self._begin(
+            RING_S, (MachinePlace.MIDDLE,), lambda: self.belt[MachinePlace.MIDDLE].parts.append(colour)
+        )
 
     def retrieve_cap(self) -> None:
         """Take the cap off the workpiece in the middle."""
-        self._begin(CAP_S, (Place.MIDDLE,), self._take_cap)
+        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._take_cap)
 
     def mount_cap(self) -> None:
         """Mount the cap on the workpiece in the middle."""
-        self._begin(CAP_S, (Place.MIDDLE,), self._give_cap)
+        self._begin(CAP_S, (MachinePlace.MIDDLE,), self._give_cap)
 
     def deliver(self, gate: int) -> None:
         """Deliver the workpiece at the input."""
-        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (Place.INPUT,), self._deliver)
+        self._begin(DELIVERY_S[(gate - 1) % len(DELIVERY_S)], (MachinePlace.INPUT,), self._deliver)
 
     def store(self) -> None:
         """Store the workpiece in the middle."""
-        self._begin(STORAGE_S, (Place.MIDDLE,), lambda: self._drop(Place.MIDDLE))
+        self._begin(STORAGE_S, (MachinePlace.MIDDLE,), lambda: self._drop(MachinePlace.MIDDLE))
 
     def retrieve(self) -> None:
         """Take something out of the storage."""
-        self._begin(STORAGE_S, (), lambda: self._lay(Place.MIDDLE, Workpiece(["STORED"])))
+        self._begin(STORAGE_S, (), lambda: self._lay(MachinePlace.MIDDLE, Workpiece(["STORED"])))
 
     def relocate(self) -> None:
         """Move something within the storage."""
@@ -135,29 +137,29 @@ class Machine:
     def reset(self) -> None:
         """Stop; somebody takes away what is not at the input."""
         self._work.clear()
-        for place in (Place.MIDDLE, Place.OUTPUT):
-            if self.belt.pop(place, None) is not None and place is Place.OUTPUT:
+        for place in (MachinePlace.MIDDLE, MachinePlace.OUTPUT):
+            if self.belt.pop(place, None) is not None and place is MachinePlace.OUTPUT:
                 self._report(self.name, "READY", False)
 
     # -- what robots do at it
 
-    def has(self, place: Place) -> bool:
+    def has(self, place: MachinePlace) -> bool:
         """Return whether a workpiece is there."""
         return place in self.belt
 
     def put(self, workpiece: Workpiece) -> None:
         """Lay a workpiece at the input."""
-        self.belt[Place.INPUT] = workpiece
+        self.belt[MachinePlace.INPUT] = workpiece
 
     def pay(self) -> None:
         """Let a workpiece go down the slide."""
         self.slide += 1
         self._report(self.name, "SLIDE-COUNTER", self.slide)
 
-    def take(self, place: Place) -> Workpiece | None:
+    def take(self, place: MachinePlace) -> Workpiece | None:
         """Take the workpiece there; None when there is none."""
         taken = self.belt.pop(place, None)
-        if taken is not None and not self.belt.keys() & {Place.INPUT, Place.OUTPUT}:
+        if taken is not None and not self.belt.keys() & {MachinePlace.INPUT, MachinePlace.OUTPUT}:
             self._report(self.name, "READY", False)
         return taken
 
@@ -177,35 +179,35 @@ class Machine:
             work.end()
             self._report(self.name, "BUSY", False)
 
-    def _begin(self, seconds: float, source: tuple[Place, ...], end: Callable[[], None]) -> None:
+    def _begin(self, seconds: float, source: tuple[MachinePlace, ...], end: Callable[[], None]) -> None:
         self._report(self.name, "BUSY", True)
         self._work.append(_Work(seconds, source, end))
 
-    def _lay(self, place: Place, workpiece: Workpiece) -> None:
+    def _lay(self, place: MachinePlace, workpiece: Workpiece) -> None:
         self.belt[place] = workpiece
-        if place is not Place.MIDDLE:
+        if place is not MachinePlace.MIDDLE:
             self._report(self.name, "READY", True)
 
-    def _carry(self, sources: tuple[Place, ...], goal: Place) -> None:
+    def _carry(self, sources: tuple[MachinePlace, ...], goal: MachinePlace) -> None:
         # what is nearest to the middle goes first
-        for place in sorted(sources, key=lambda place: place is not Place.MIDDLE):
+        for place in sorted(sources, key=lambda place: place is not MachinePlace.MIDDLE):
             if place in self.belt:
                 self._lay(goal, self.belt.pop(place))
                 return
 
     def _take_cap(self) -> None:
-        parts = self.belt[Place.MIDDLE].parts
+        parts = self.belt[MachinePlace.MIDDLE].parts
         if len(parts) > 1:
             parts.pop()
         self.has_cap = True
 
     def _give_cap(self) -> None:
-        self.belt[Place.MIDDLE].parts.append(f"CAP-OF-{self.name}")
+        self.belt[MachinePlace.MIDDLE].parts.append(f"CAP-OF-{self.name}")
         self.has_cap = False
 
     def _deliver(self) -> None:
-        self.delivered.append(self.belt[Place.INPUT])
-        self._drop(Place.INPUT)
+        self.delivered.append(self.belt[MachinePlace.INPUT])
+        self._drop(MachinePlace.INPUT)
 
-    def _drop(self, place: Place) -> None:
+    def _drop(self, place: MachinePlace) -> None:
         self.belt.pop(place, None)

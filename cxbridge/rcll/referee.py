@@ -96,7 +96,7 @@ class Referee(Component):
         return Machine(name, self._clock, self._report)
 
     def _report(self, machine: str, what: str, value: object) -> None:
-        """Tell the rules what the sensors of a machine see."""
+        """Assert for the rules what the sensors of a machine see."""
         said: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
         if value is True:
             said = TRUE

@@ -8,8 +8,8 @@ from typing import Any, Final
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.protobuf.types import Message
 from cxbridge.game.judge import Standing
-from cxbridge.game.score import POST_GAME, Award, Delivery, Order, Score
-from cxbridge.rcll.machines import Place, Workpiece
+from cxbridge.game.score import POST_GAME, Award, Delivery, ProductOrder, Score
+from cxbridge.rcll.machines import MachinePlace, Workpiece
 from cxbridge.rcll.score import TEAMS
 
 _READY: Final = "READY-AT-OUTPUT"
@@ -49,9 +49,9 @@ class ReportedMachine:
             self._is_made = True
         self.state = message.state
 
-    def has(self, place: Place) -> bool:
+    def has(self, place: MachinePlace) -> bool:
         """Return whether a workpiece is there; a base station gives to either side."""
-        return self._is_made and (place is Place.OUTPUT or self._kind == _BASE_STATION)
+        return self._is_made and (place is MachinePlace.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:
         """Lay a workpiece at the input: the referee's machine takes for granted that there is one."""
@@ -60,7 +60,7 @@ class ReportedMachine:
         """Let a workpiece go down the slide."""
         self._pay(self.name)
 
-    def take(self, place: Place) -> Workpiece | None:
+    def take(self, place: MachinePlace) -> Workpiece | None:
         """Take the workpiece there; None when there is none."""
         if not self.has(place):
             return None
@@ -69,7 +69,7 @@ class ReportedMachine:
 
 
 class ReportedGame:
-    """A game as the referee's messages tell it.
+    """A game as the referee's messages report it.
 
     :param pay: reports to the referee that a base went down the slide of a machine.
     """
@@ -84,7 +84,7 @@ class ReportedGame:
         self._points = dict.fromkeys(TEAMS, 0)
         self._awards: list[Award] = []
         self._deliveries: list[Delivery] = []
-        self._orders: dict[int, Order] = {}
+        self._orders: dict[int, ProductOrder] = {}
         self._delivered: dict[tuple[int, str], int] = {}
 
     def take(self, message: Message) -> None:
@@ -114,7 +114,7 @@ class ReportedGame:
     def _take_OrderInfo(self, message: Message) -> None:  # noqa: N802
         for order in message.orders:
             complexity = _name(order, "complexity")
-            self._orders[order.id] = Order(
+            self._orders[order.id] = ProductOrder(
                 order.id, complexity, order.delivery_period_begin, order.delivery_period_end
             )
             for team, field in _DELIVERED.items():

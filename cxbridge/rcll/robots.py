@@ -10,7 +10,7 @@ from typing import Any, Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.field import Field, Pose, entry
-from cxbridge.rcll.machines import Place, Workpiece, Workplace
+from cxbridge.rcll.machines import MachinePlace, Workpiece, Workplace
 from cxbridge.rcll.stations import StationNodes
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
@@ -149,7 +149,7 @@ class RobotExecutor(SkillExecutor):
         if side.startswith("SHELF"):
             self.robot.held = Workpiece(["BASE_CLEAR", "CAP"])
             return
-        taken = machine.take(Place.INPUT if side == "INPUT" else Place.OUTPUT)
+        taken = machine.take(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
         if taken is None:
             raise SkillFailedError(f"there is no workpiece at {machine.name} {side}")
         self.robot.held = taken
@@ -165,7 +165,7 @@ class RobotExecutor(SkillExecutor):
             self.robot.put_at = machine.name
 
     def _check(self, machine: Workplace, side: str, query: str) -> None:
-        there = machine.has(Place.INPUT if side == "INPUT" else Place.OUTPUT)
+        there = machine.has(MachinePlace.INPUT if side == "INPUT" else MachinePlace.OUTPUT)
         if side == "INPUT" and query == "THERE":
             there |= self.robot.put_at == machine.name  # the machine may have moved it already
         if there != (query == "THERE"):
@@ -203,7 +203,7 @@ def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
 
 
 class RobotInterfaces(Component):
-    """Writes what robots tell over the blackboard besides their skills.
+    """Writes what robots report over the blackboard besides their skills.
 
     :param prefixes: what the ids of a robot's interfaces begin with, by its name: as Fawkes' bbsync mirrors
         them on the blackboard of others, with its name; on its own blackboard with nothing.

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.executive.host.values import Value
-from cxbridge.game.score import Award, Delivery, Order, Score
+from cxbridge.game.score import Award, Delivery, ProductOrder, Score
 from cxbridge.rcll.referee import Referee
 
 TEAMS: Final = ("CYAN", "MAGENTA")
@@ -76,13 +76,13 @@ def score_of(referee: Referee) -> Score:
     )
 
 
-def _orders(referee: Referee) -> Iterator[Order]:
+def _orders(referee: Referee) -> Iterator[ProductOrder]:
     """Yield the orders that were announced."""
     for slots in referee.facts("order"):
         if slots["active"] == "TRUE":
             period = slots["delivery-period"]
             begin, end = period if isinstance(period, tuple) else (0, 0)
-            yield Order(_whole(slots["id"]), str(slots["complexity"]), _whole(begin), _whole(end))
+            yield ProductOrder(_whole(slots["id"]), str(slots["complexity"]), _whole(begin), _whole(end))
 
 
 def _whole(value: Value) -> int:

@@ -50,7 +50,7 @@ def _testbeds(files: Iterable[Path]) -> list[str]:
 
 
 class Verdict:
-    """Hears how the tests end; a sink of log lines. Of several agents one that fails decides."""
+    """Notes how the tests end; a sink of log lines. Of several agents one that fails decides."""
 
     def __init__(self) -> None:
         self.text = ""

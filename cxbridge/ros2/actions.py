@@ -100,7 +100,9 @@ class ActionClient(Closing):
         self._get = node.client(f"{name}/_action/get_result", str(kind.derived("GetResult")))
         self._cancel = node.client(f"{name}/_action/cancel_goal", CANCEL_GOAL)
         self._ends = [
-            node.subscribe(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")), self._told),
+            node.subscribe(
+                f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")), self._take_feedback
+            ),
             node.subscribe(f"{name}/_action/status", _STATUS_TYPE, self._changed, PROFILES["action_status"]),
         ]
 
@@ -192,7 +194,7 @@ class ActionClient(Closing):
         for end in self._ends:
             end()
 
-    def _told(self, message: Message) -> None:
+    def _take_feedback(self, message: Message) -> None:
         sent = self._goals.get(message["goal_id"]["uuid"])
         if sent is not None:
             sent.feedback = message["feedback"]
@@ -219,9 +221,9 @@ class ServedGoal:
         self.status = GoalStatus.ACCEPTED
         self.wants_cancel = False
 
-    def tell(self, feedback: Mapping[str, Any]) -> None:
+    def publish_feedback(self, feedback: Mapping[str, Any]) -> None:
         """Publish feedback."""
-        self._server.tell(self, feedback)
+        self._server.publish_feedback(self, feedback)
 
 
 Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
@@ -290,9 +292,9 @@ class ActionServer(Closing):
                 self._ended(number, GoalStatus.ABORTED, error.result)
             else:
                 if feedback is not None:
-                    self.tell(served, feedback)
+                    self.publish_feedback(served, feedback)
 
-    def tell(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
+    def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
         """Publish feedback on a goal."""
         self._feedback.publish({"goal_id": {"uuid": served.number}, "feedback": feedback})
 
@@ -313,7 +315,7 @@ class ActionServer(Closing):
         self._goals[number] = served
         served.status = GoalStatus.EXECUTING
         self._running[number] = (served, self._execute(served))
-        self._tell_status()
+        self._publish_status()
         return {"accepted": True, "stamp": served.stamp}
 
     def _cancelled(self, request: Message) -> Mapping[str, Any]:
@@ -334,7 +336,7 @@ class ActionServer(Closing):
         )
         for each in chosen:
             each.wants_cancel, each.status = True, GoalStatus.CANCELING
-        self._tell_status()
+        self._publish_status()
         return {
             "return_code": CancelCode.NONE if chosen else CancelCode.REJECTED,
             "goals_canceling": [{"goal_id": {"uuid": each.number}, "stamp": each.stamp} for each in chosen],
@@ -356,12 +358,12 @@ class ActionServer(Closing):
         self._results[number] = {"status": status, "result": result}
         for answer in self._asked.pop(number, ()):
             answer(self._results[number])
-        self._tell_status()
+        self._publish_status()
         while len(self._results) > self._keep:
             old = next(iter(self._results))
             del self._results[old], self._goals[old]
 
-    def _tell_status(self) -> None:
+    def _publish_status(self) -> None:
         self._status.publish(
             {
                 "status_list": [

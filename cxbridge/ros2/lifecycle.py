@@ -16,7 +16,7 @@ _PACKAGE: Final = "lifecycle_msgs"
 _NANOSECONDS: Final = 1000
 
 
-class State(IntEnum):
+class LifecycleState(IntEnum):
     """lifecycle_msgs/msg/State: the first four last, a node passes through the others."""
 
     UNKNOWN = 0
@@ -37,7 +37,7 @@ class State(IntEnum):
         return self.name.lower()
 
 
-class Outcome(IntEnum):
+class TransitionOutcome(IntEnum):
     """How a transition ends: what is added to its number."""
 
     SUCCESS = 0
@@ -46,9 +46,9 @@ class Outcome(IntEnum):
 
 
 _LABELS: Final = {
-    Outcome.SUCCESS: "transition_success",
-    Outcome.FAILURE: "transition_failure",
-    Outcome.ERROR: "transition_error",
+    TransitionOutcome.SUCCESS: "transition_success",
+    TransitionOutcome.FAILURE: "transition_failure",
+    TransitionOutcome.ERROR: "transition_error",
 }
 
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
@@ -58,21 +58,21 @@ ERROR: Final = "error"
 
 # number, name, from, while it is done, to
 _ORDERS: Final = (
-    (1, CONFIGURE, State.UNCONFIGURED, State.CONFIGURING, State.INACTIVE),
-    (2, CLEANUP, State.INACTIVE, State.CLEANINGUP, State.UNCONFIGURED),
-    (3, ACTIVATE, State.INACTIVE, State.ACTIVATING, State.ACTIVE),
-    (4, DEACTIVATE, State.ACTIVE, State.DEACTIVATING, State.INACTIVE),
-    (5, SHUTDOWN, State.UNCONFIGURED, State.SHUTTINGDOWN, State.FINALIZED),
-    (6, SHUTDOWN, State.INACTIVE, State.SHUTTINGDOWN, State.FINALIZED),
-    (7, SHUTDOWN, State.ACTIVE, State.SHUTTINGDOWN, State.FINALIZED),
+    (1, CONFIGURE, LifecycleState.UNCONFIGURED, LifecycleState.CONFIGURING, LifecycleState.INACTIVE),
+    (2, CLEANUP, LifecycleState.INACTIVE, LifecycleState.CLEANINGUP, LifecycleState.UNCONFIGURED),
+    (3, ACTIVATE, LifecycleState.INACTIVE, LifecycleState.ACTIVATING, LifecycleState.ACTIVE),
+    (4, DEACTIVATE, LifecycleState.ACTIVE, LifecycleState.DEACTIVATING, LifecycleState.INACTIVE),
+    (5, SHUTDOWN, LifecycleState.UNCONFIGURED, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
+    (6, SHUTDOWN, LifecycleState.INACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
+    (7, SHUTDOWN, LifecycleState.ACTIVE, LifecycleState.SHUTTINGDOWN, LifecycleState.FINALIZED),
 )
 _ENDS: Final = {
-    State.CONFIGURING: 10,
-    State.CLEANINGUP: 20,
-    State.ACTIVATING: 30,
-    State.DEACTIVATING: 40,
-    State.SHUTTINGDOWN: 50,
-    State.ERRORPROCESSING: 60,
+    LifecycleState.CONFIGURING: 10,
+    LifecycleState.CLEANINGUP: 20,
+    LifecycleState.ACTIVATING: 30,
+    LifecycleState.DEACTIVATING: 40,
+    LifecycleState.SHUTTINGDOWN: 50,
+    LifecycleState.ERRORPROCESSING: 60,
 }
 """The number of the transition out of a state that a node passes through, when all went well."""
 
@@ -101,7 +101,7 @@ class Lifecycle(Closing):
         work: Mapping[str, Work],
         clock: Clock,
         report: Callable[[str], None],
-        state: State = State.UNCONFIGURED,
+        state: LifecycleState = LifecycleState.UNCONFIGURED,
     ) -> None:
         self._work, self._clock, self._report = work, clock, report
         self.state = state
@@ -128,34 +128,41 @@ class Lifecycle(Closing):
         number, _, start, during, goal = order
         self._move(number, name, during)
         outcome = self._do(name)
-        back = State.FINALIZED if during is State.SHUTTINGDOWN else start
+        back = LifecycleState.FINALIZED if during is LifecycleState.SHUTTINGDOWN else start
         self._end(
-            {Outcome.SUCCESS: goal, Outcome.FAILURE: back, Outcome.ERROR: State.ERRORPROCESSING}, outcome
+            {
+                TransitionOutcome.SUCCESS: goal,
+                TransitionOutcome.FAILURE: back,
+                TransitionOutcome.ERROR: LifecycleState.ERRORPROCESSING,
+            },
+            outcome,
         )
-        if outcome is Outcome.ERROR:
-            recovered = self._do(ERROR) if ERROR in self._work else Outcome.FAILURE
-            self._end({Outcome.SUCCESS: State.UNCONFIGURED}, recovered)
-        return outcome is Outcome.SUCCESS
+        if outcome is TransitionOutcome.ERROR:
+            recovered = self._do(ERROR) if ERROR in self._work else TransitionOutcome.FAILURE
+            self._end({TransitionOutcome.SUCCESS: LifecycleState.UNCONFIGURED}, recovered)
+        return outcome is TransitionOutcome.SUCCESS
 
-    def _end(self, goals: Mapping[Outcome, State], outcome: Outcome) -> None:
+    def _end(self, goals: Mapping[TransitionOutcome, LifecycleState], outcome: TransitionOutcome) -> None:
         number = _ENDS[self.state] + outcome
-        self._move(number, _LABELS[outcome], goals.get(outcome, State.FINALIZED))
+        self._move(number, _LABELS[outcome], goals.get(outcome, LifecycleState.FINALIZED))
 
-    def follow(self, state: State) -> None:
+    def follow(self, state: LifecycleState) -> None:
         """Report a transition that was done already: somebody else asked for it in another way."""
         order = next((each for each in _ORDERS if each[2] is self.state and each[4] is state), None)
         if order is not None:
             self._move(order[0], order[1], order[3])
-            self._end({Outcome.SUCCESS: state}, Outcome.SUCCESS)
+            self._end({TransitionOutcome.SUCCESS: state}, TransitionOutcome.SUCCESS)
 
-    def _do(self, name: str) -> Outcome:
+    def _do(self, name: str) -> TransitionOutcome:
         try:
-            return Outcome.SUCCESS if self._work.get(name, _nothing)() else Outcome.FAILURE
+            return (
+                TransitionOutcome.SUCCESS if self._work.get(name, _nothing)() else TransitionOutcome.FAILURE
+            )
         except Exception as error:  # noqa: BLE001 - whatever a node's work raises is an error of its transition
             self._report(f"{name} has failed: {error}")
-            return Outcome.ERROR
+            return TransitionOutcome.ERROR
 
-    def _move(self, number: int, label: str, goal: State) -> None:
+    def _move(self, number: int, label: str, goal: LifecycleState) -> None:
         start, self.state = self.state, goal
         self._events.publish(
             {
@@ -177,7 +184,7 @@ class Lifecycle(Closing):
         return {"current_state": _state(self.state)}
 
     def _get_states(self, _request: Message) -> Mapping[str, Any]:
-        return {"available_states": [_state(each) for each in State]}
+        return {"available_states": [_state(each) for each in LifecycleState]}
 
     def _get_transitions(self, _request: Message) -> Mapping[str, Any]:
         return {"available_transitions": [_order(each) for each in _ORDERS if each[2] is self.state]}
@@ -192,11 +199,11 @@ class Lifecycle(Closing):
         self._events.close()
 
 
-def _state(state: State) -> Mapping[str, Any]:
+def _state(state: LifecycleState) -> Mapping[str, Any]:
     return {"id": int(state), "label": state.label}
 
 
-def _order(order: tuple[int, str, State, State, State]) -> Mapping[str, Any]:
+def _order(order: tuple[int, str, LifecycleState, LifecycleState, LifecycleState]) -> Mapping[str, Any]:
     number, name, start, during, _ = order
     return {
         "transition": {"id": number, "label": name},
@@ -208,11 +215,15 @@ def _order(order: tuple[int, str, State, State, State]) -> Mapping[str, Any]:
 def _ends() -> Iterator[Mapping[str, Any]]:
     """Yield the transitions that follow by themselves."""
     ways = {during: (goal, start) for _, _, start, during, goal in _ORDERS}
-    ways[State.SHUTTINGDOWN] = (State.FINALIZED, State.FINALIZED)
-    ways[State.ERRORPROCESSING] = (State.UNCONFIGURED, State.FINALIZED)
+    ways[LifecycleState.SHUTTINGDOWN] = (LifecycleState.FINALIZED, LifecycleState.FINALIZED)
+    ways[LifecycleState.ERRORPROCESSING] = (LifecycleState.UNCONFIGURED, LifecycleState.FINALIZED)
     for during, (goal, back) in ways.items():
-        wrong = State.FINALIZED if during is State.ERRORPROCESSING else State.ERRORPROCESSING
-        for outcome, end in zip(Outcome, (goal, back, wrong), strict=True):
+        wrong = (
+            LifecycleState.FINALIZED
+            if during is LifecycleState.ERRORPROCESSING
+            else LifecycleState.ERRORPROCESSING
+        )
+        for outcome, end in zip(TransitionOutcome, (goal, back, wrong), strict=True):
             yield {
                 "transition": {"id": _ENDS[during] + outcome, "label": _LABELS[outcome]},
                 "start_state": _state(during),
@@ -235,12 +246,12 @@ class LifecycleClient(Closing):
         """Whether the node is there, and is managed."""
         return self._change.is_served and self._state.is_served
 
-    def state(self, done: Callable[[State], None]) -> None:
+    def state(self, done: Callable[[LifecycleState], None]) -> None:
         """Ask for the state; ``done`` gets it."""
 
         def take(response: Message) -> None:
             found = response["current_state"]["id"]
-            done(State(found) if found in list(State) else State.UNKNOWN)
+            done(LifecycleState(found) if found in list(LifecycleState) else LifecycleState.UNKNOWN)
 
         self._state.call({}, take)
 

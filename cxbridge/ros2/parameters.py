@@ -165,7 +165,7 @@ class Parameters(Closing):
             for service, answer in answers.items()
         ]
         self._events = node.publisher(EVENTS, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"])
-        self._tell("new_parameters", self._declared)
+        self._publish_event("new_parameters", self._declared)
 
     def __getitem__(self, name: str) -> Value:
         return self._declared[name].value
@@ -178,7 +178,7 @@ class Parameters(Closing):
         if type_of(value) is not self._types[name]:
             raise Ros2Error(f"the parameter '{name}' is of type {self._types[name].name}: {value!r}")
         self._declared[name].value = value
-        self._tell("changed_parameters", [name])
+        self._publish_event("changed_parameters", [name])
 
     # --- services -----------------------------------------------------------------------------------------
 
@@ -257,13 +257,13 @@ class Parameters(Closing):
             self._declared[name].value = value
             names.append(name)
             self._changed(name, value)
-        self._tell("changed_parameters", names)
+        self._publish_event("changed_parameters", names)
 
-    def _tell(self, field: str, names: Iterable[str]) -> None:
+    def _publish_event(self, field: str, names: Iterable[str]) -> None:
         seconds, rest = divmod(self._clock.now_us(), MICROSECONDS)
-        told = [{"name": name, "value": message_of(self._declared[name].value)} for name in names]
+        parameters = [{"name": name, "value": message_of(self._declared[name].value)} for name in names]
         stamp = {"sec": seconds, "nanosec": rest * _NANOSECONDS}
-        self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: told})
+        self._events.publish({"stamp": stamp, "node": f"/{self._name}", field: parameters})
 
     def close(self) -> None:
         """Answer no more."""

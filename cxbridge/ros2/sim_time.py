@@ -36,7 +36,7 @@ class SimTimeClock(Clock):
 
     Time never goes backwards: when the simulation is reset, it goes on from where it was.
 
-    :param join: makes the node that hears the messages.
+    :param join: makes the node that receives the messages.
     :param patience_s: seconds of real time to wait for the first message.
     """
 

@@ -131,7 +131,7 @@ class RosSkills(RosExecutor):
             raise SkillFailedError(f"{known.name}: {sent.status.name}{f', {reason}' if reason else ''}")
 
     def _follow(self, known: RosSkill, client: ActionClient, sent: SentGoal) -> Generator[Any, None, None]:
-        seen_us, told, first = self.clock.now_us(), None, 0.0
+        seen_us, reported, first = self.clock.now_us(), None, 0.0
         while True:
             self.poll()
             if sent.is_over:
@@ -142,11 +142,11 @@ class RosSkills(RosExecutor):
                 seen_us = now_us
             elif now_us - seen_us > known.patience_s * MICROSECONDS:
                 raise SkillFailedError(f"the server of {known.name} has vanished")
-            if sent.feedback is None or sent.feedback is told:
+            if sent.feedback is None or sent.feedback is reported:
                 yield None
                 continue
-            told = sent.feedback
-            value = _field(told, known.feedback) if known.feedback else told
+            reported = sent.feedback
+            value = _field(reported, known.feedback) if known.feedback else reported
             number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
             first = max(first, number)
             # what is left becomes less: 1 when nothing is left

@@ -79,21 +79,21 @@ class MoveExecutor(SkillExecutor):
         self.position = self.positions["wp_init"]
 
     def execute(self, call: SkillCall) -> Steps:
-        """Tell twice a second how far it is, and how far it has to go."""
+        """Report twice a second how far it is, and how far it has to go."""
         if (to := self.positions.get(call.text("3"))) is None:
             raise SkillFailedError(
                 f"there is no waypoint {call.text('3')}: there are {', '.join(self.positions)}"
             )
-        start, start_us, tell_us = self.position, self.clock.now_us(), self.clock.now_us()
+        start, start_us, feedback_us = self.position, self.clock.now_us(), self.clock.now_us()
         distance = math.dist(start, to)
         yield Progress(0.0, "Move starting")
         while (driven := (self.clock.now_us() - start_us) / MICROSECONDS * self.speed) < distance:
             share = driven / distance
             self.position = (start[0] + share * (to[0] - start[0]), start[1] + share * (to[1] - start[1]))
-            if self.clock.now_us() < tell_us + _PERIOD_US:
+            if self.clock.now_us() < feedback_us + _PERIOD_US:
                 yield None
                 continue
-            tell_us += _PERIOD_US
+            feedback_us += _PERIOD_US
             left = distance - driven
             yield Progress(share, f"Move running: {left:.2f} m remaining at {self.speed:g} m/s")
         self.position = to

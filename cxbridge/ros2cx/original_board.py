@@ -51,10 +51,10 @@ class OriginalMaster(Master):
         self.executor = executor
         self._go(MasterState.CONFIRMED)
 
-    def told(self, executor: str, progress: float, text: str, now_us: int) -> None:
+    def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
         """Take FEEDBACK of the one that counts, and leave the others alone."""
         if executor == self.executor and self.has_executor:
-            super().told(executor, progress, text, now_us)
+            super().take_feedback(executor, progress, text, now_us)
             self.deadline_us = _NEVER
 
     def finished(self, executor: str, outcome: SkillOutcome, error: str, now_us: int, text: str = "") -> None:

@@ -26,7 +26,7 @@ from cxbridge.ros2cx.plansys2_domain import why_refused
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import PlanCall, PlanningService, PlanResult, ToldCall
+    from cxbridge.executive.planning import PlanCall, PlannerCallReporter, PlanningService, PlanResult
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +58,7 @@ class _PlanSys2User(PlanningUser):
 
         self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")
-        self._calls: list[tuple[_WantedPlan, PlanCall, ToldCall]] = []
+        self._calls: list[tuple[_WantedPlan, PlanCall, PlannerCallReporter]] = []
 
     # ---- functions
 
@@ -85,19 +85,19 @@ class _PlanSys2User(PlanningUser):
     def plan(self, goal_id: str, formula: str, plan_id: str) -> None:
         wanted = _WantedPlan(str(goal_id), str(plan_id), str(formula))
         try:
-            request, told = self.request(wanted.goal_id, wanted.formula)
+            request, reporter = self.request(wanted.goal_id, wanted.formula)
         except PddlError as error:
             # the original says nothing to CLIPS when its problem expert refuses a goal: the agent hangs
             self._log.error(f"Could not set the goal '{formula}' of {goal_id}: {error}")
             self._feedback(wanted, "PLAN-FAILED")
             return
         call = self.service.call(request)
-        started = told.started(Symbol(wanted.plan_id), request.problem)
+        started = reporter.started(Symbol(wanted.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
             # as the original, which blocks: the clock stands still meanwhile
             result = call.wait()
             assert result is not None
-            self._tell(wanted, result, started)
+            self._report_result(wanted, result, started)
         else:
             self._calls.append((wanted, call, started))
 
@@ -125,13 +125,13 @@ class _PlanSys2User(PlanningUser):
     def before_run(self) -> None:
         """Assert the plans that are ready."""
         for entry in list(self._calls):
-            wanted, call, told = entry
+            wanted, call, reporter = entry
             if call.result is not None:
                 self._calls.remove(entry)
-                self._tell(wanted, call.result, told)
+                self._report_result(wanted, call.result, reporter)
 
-    def _tell(self, wanted: _WantedPlan, result: PlanResult, told: ToldCall) -> None:
-        told.ended(result)
+    def _report_result(self, wanted: _WantedPlan, result: PlanResult, reporter: PlannerCallReporter) -> None:
+        reporter.ended(result)
         if result.status.value != "PLANNED":
             self._log.error(
                 f"Could not find plan to reach goal '{wanted.formula}' with id {wanted.goal_id}: "
@@ -155,9 +155,9 @@ class _PlanSys2User(PlanningUser):
     def close(self) -> None:
         """Cancel what is being planned and end the planners' processes."""
         self.service.close()
-        for _, call, told in self._calls:
+        for _, call, reporter in self._calls:
             if (result := call.wait()) is not None:
-                told.ended(result)
+                reporter.ended(result)
         self._calls.clear()
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.brackets import Group, Item, Word, read_items
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
 REQUIREMENTS: Final = frozenset(
     {
@@ -61,7 +61,7 @@ def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
     requirements = [section for section in sections if section.head == ":requirements"]
     for section in requirements:
         for word in section.items[1:]:
-            if isinstance(word, Word) and word.text.removeprefix(":") not in REQUIREMENTS:
+            if isinstance(word, BracketWord) and word.text.removeprefix(":") not in REQUIREMENTS:
                 yield word, f"it knows no requirement {word.text}"
     typed = any(word.text == ":typing" for item in requirements for word in _words(item.items))
     seen: set[str] = set()
@@ -78,13 +78,13 @@ def _reasons(items: tuple[Item, ...]) -> Iterator[tuple[Item, str]]:
 def _of_action(action: Group) -> Iterator[tuple[Item, str]]:
     """Its keys come in one order, and only the condition may be left out."""
     values = dict(zip(action.items[2::2], action.items[3::2], strict=False))
-    keys = [word.text for word in values if isinstance(word, Word)]
+    keys = [word.text for word in values if isinstance(word, BracketWord)]
     wanted = [key for key in _KEYS[action.head] if key in keys or key not in _OPTIONAL]
     if keys != wanted:
         yield action, f"an action must have {', '.join(wanted)}, in this order, and nothing else"
         return
     for key, value in values.items():
-        if isinstance(key, Word) and isinstance(value, Group):
+        if isinstance(key, BracketWord) and isinstance(value, Group):
             yield from _of_value(key.text, value, durative=action.head == ":durative-action")
 
 
@@ -112,8 +112,8 @@ def _groups(items: tuple[Item, ...]) -> list[Group]:
     return [item for item in items if isinstance(item, Group)]
 
 
-def _words(items: tuple[Item, ...]) -> list[Word]:
-    return [item for item in items if isinstance(item, Word)]
+def _words(items: tuple[Item, ...]) -> list[BracketWord]:
+    return [item for item in items if isinstance(item, BracketWord)]
 
 
 def _all(group: Group) -> Iterator[Group]:

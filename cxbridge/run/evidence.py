@@ -21,7 +21,7 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
-from cxbridge.trace.sourcing import tell_configuration
+from cxbridge.trace.sourcing import emit_configuration
 
 INIT_SECONDS = 30.0
 """How long an initialisation may take, on the virtual clock, whose constructs are wanted only."""
@@ -190,7 +190,7 @@ def scenario_rules(
     with Assembly(options) as assembly:
         if sources is not None:
             assembly.bus.subscribe(sources, SourceRead)
-            tell_configuration(assembly.bus, assembly.config)
+            emit_configuration(assembly.bus, assembly.config)
         limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
         with Interrupt(assembly.loop.stop, assembly.interrupt) as interrupt:
             assembly.start()

@@ -315,7 +315,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             try:
                 mode = file.stat().st_mode
             except OSError:
-                continue  # not there, or out of reach: who opens it will tell
+                continue  # not there, or out of reach: who opens it will report that
             if file.suffix in _INPUTS and stat.S_ISREG(mode):
                 raise CxbridgeError(
                     f"--{name} would overwrite this file, which looks like an input",

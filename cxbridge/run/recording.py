@@ -18,7 +18,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.trace.formats.files import keep_previous
 from cxbridge.trace.recorder import Recorder
-from cxbridge.trace.sourcing import EarlySources, interface_source, tell_configuration
+from cxbridge.trace.sourcing import EarlySources, emit_configuration, interface_source
 
 if TYPE_CHECKING:
     from cxbridge.trace.formats.base import RunWriter
@@ -88,7 +88,7 @@ def start_recording(
     )
     early = [] if assembly.early is None else assembly.early.take()
     if options.trace_files:
-        tell_configuration(assembly.bus, assembly.config)
+        emit_configuration(assembly.bus, assembly.config)
     for event in early:
         assembly.bus.emit(event)
     return recorder

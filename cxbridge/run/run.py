@@ -235,7 +235,7 @@ class _Stalls:
         self._most_s = max(timeout_s, LEAST_STALL_S)
         self._log = assembly.bus.logger("Run")
         self._on = on
-        self._watchdog = Watchdog(assembly.loop, self._environments, self._tell, STALL_S)
+        self._watchdog = Watchdog(assembly.loop, self._environments, self._report_stall, STALL_S)
 
     def __enter__(self) -> Self:
         if self._on:
@@ -250,7 +250,7 @@ class _Stalls:
     def _environments(self) -> dict[str, ClipsEnvironment]:
         return {agent.name: agent.executive.env for agent in self._assembly.agents}
 
-    def _tell(self, stall: Stall | None) -> None:
+    def _report_stall(self, stall: Stall | None) -> None:
         if stall is None:
             return
         self._log.warn(f"{stall}; Ctrl-C ends the run")

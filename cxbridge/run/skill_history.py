@@ -43,12 +43,12 @@ def read_samples(path: Path) -> list[Sample]:
             if not isinstance(event, SkillStatus):
                 history.take(event)  # which has the reason of a failure
             history.take(status)
-    told = next((history for history in histories.values() if history.events), RunHistory())
+    first = next((history for history in histories.values() if history.events), RunHistory())
     return [
         Sample(
             call.skill_string, (call.end[1] - call.begin[1]) / MICROSECONDS, _ENDS[call.status], call.error
         )
-        for call in told.calls
+        for call in first.calls
         if call.end is not None and call.end != call.begin and call.status in _ENDS
     ]
 

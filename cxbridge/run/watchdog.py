@@ -59,7 +59,7 @@ class Watchdog:
 
     :param loop: the loop, which runs in the thread that calls :meth:`start`.
     :param environments: returns the CLIPS environments there are.
-    :param tell: gets a stall when the limit has passed, and again each time the time has doubled; gets None
+    :param report: gets a stall when the limit has passed, and again each time the time has doubled; gets None
         when the loop goes on. Called in the watchdog's thread.
     :param limit_s: seconds that a loop may take.
     """
@@ -68,10 +68,10 @@ class Watchdog:
         self,
         loop: MainLoop,
         environments: Callable[[], Mapping[str, ClipsEnvironment]],
-        tell: Callable[[Stall | None], None],
+        report: Callable[[Stall | None], None],
         limit_s: float = LIMIT_S,
     ) -> None:
-        self._loop, self._environments, self._tell = loop, environments, tell
+        self._loop, self._environments, self._report = loop, environments, report
         self._limit_s = limit_s
         self._wake = threading.Event()
         self._over = False
@@ -103,7 +103,7 @@ class Watchdog:
 
     def _run(self) -> None:
         tick_s = min(_TICK_S, self._limit_s / 4) if self._limit_s else _TICK_S
-        turn, took_s, told_s = -1, 0.0, 0.0
+        turn, took_s, reported_s = -1, 0.0, 0.0
         while not self._over:
             if self._wake.wait(tick_s):
                 self._wake.clear()
@@ -112,15 +112,15 @@ class Watchdog:
             if self._loop.turns != turn or not self._loop.working:
                 turn, took_s = self._loop.turns, 0.0
                 self._seen.clear()
-                if told_s:
-                    told_s = 0.0
-                    self._tell(None)
+                if reported_s:
+                    reported_s = 0.0
+                    self._report(None)
                 continue
             took_s += tick_s
             self._look()
-            if self._limit_s and took_s >= max(self._limit_s, 2 * told_s):
-                told_s = took_s
-                self._tell(self._describe(took_s))
+            if self._limit_s and took_s >= max(self._limit_s, 2 * reported_s):
+                reported_s = took_s
+                self._report(self._describe(took_s))
 
     def _break_off(self) -> None:
         """End what rules do, as long as the loop is the one that was meant."""

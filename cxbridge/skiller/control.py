@@ -1,4 +1,4 @@
-"""Exclusive control: who may tell a Skiller what to do.
+"""Exclusive control: who may command a Skiller.
 
 The controller is the *source* instance of a message, known by the text of its serial; it is kept in the
 interface's field ``exclusive_controller``, where everybody can see it.
@@ -87,7 +87,7 @@ class ExclusiveControl:
         return self.controller in ("", serial_of(message))
 
     def admit(self, message: Any, *, again: bool, running: bool) -> bool:
-        """Decide on an ExecSkillMessage, and tell in the log the result.
+        """Decide on an ExecSkillMessage, and log the result.
 
         :param again: there was another one in this loop, which is ignored.
         :param running: a skill string runs, which is aborted.

@@ -48,7 +48,7 @@ class MachineTransition:
 
 
 @dataclass(slots=True)
-class Machine:
+class StateMachine:
     """A state machine, or a graph of which skill uses which.
 
     :param inner: machines within its states.
@@ -57,14 +57,14 @@ class Machine:
     name: str
     states: list[MachineState] = field(default_factory=list)
     transitions: list[MachineTransition] = field(default_factory=list)
-    inner: list[Machine] = field(default_factory=list)
+    inner: list[StateMachine] = field(default_factory=list)
 
     def way(self) -> list[MachineTransition]:
         """Return the transitions that were taken, in order; one that was taken twice comes twice."""
         taken = [(step, item) for item in self.transitions for step in item.steps]
         return [item for _, item in sorted(taken, key=lambda pair: pair[0])]
 
-    def walk(self) -> Iterator[tuple[int, Machine]]:
+    def walk(self) -> Iterator[tuple[int, StateMachine]]:
         """Yield this machine and those within, each with its depth."""
         yield 0, self
         for machine in self.inner:
@@ -76,14 +76,14 @@ class Machine:
         return [state for _, machine in self.walk() for state in machine.states if state.active]
 
 
-def parse_graph(text: str) -> Machine:
+def parse_graph(text: str) -> StateMachine:
     """Read a graph.
 
     :raises SkillerError: when it is none, or cut off: the field of the interface has room for 8191 bytes.
     """
     reader = _DotReader(text)
     reader.expect("digraph")
-    machine = Machine(reader.word())
+    machine = StateMachine(reader.word())
     reader.expect("{")
     reader.body(machine)
     return machine
@@ -116,15 +116,15 @@ class _DotReader:
         self._at += there
         return there
 
-    def body(self, machine: Machine) -> None:
+    def body(self, machine: StateMachine) -> None:
         """Read up to the closing brace."""
         while not self._accept("}"):
             if self._accept("{"):  # states of one rank: nothing to see
-                self.body(Machine(""))
+                self.body(StateMachine(""))
                 continue
             name = self.word()
             if name == "subgraph":
-                inner = Machine(self.word())
+                inner = StateMachine(self.word())
                 self.expect("{")
                 self.body(inner)
                 machine.inner.append(inner)
@@ -137,7 +137,7 @@ class _DotReader:
                 self._node(machine, name, self._attributes())
             self._accept(";")
 
-    def _node(self, machine: Machine, name: str, attr: dict[str, str]) -> None:
+    def _node(self, machine: StateMachine, name: str, attr: dict[str, str]) -> None:
         if name == "graph":
             machine.name = _plain(attr.get("label", machine.name))
         elif name not in ("node", "edge"):

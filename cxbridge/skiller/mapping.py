@@ -19,7 +19,7 @@ from cxbridge.skiller import ecma, numbers, quoting
 from cxbridge.skiller.templates import Doubt, Misfit, Placeholder, find_doubts, parse_template
 
 Message = tuple[Level, str]
-"""Something to tell about a mapping: a level and a text."""
+"""A log line about a mapping: a level and a text."""
 
 Mode = Literal["strict", "fawkes"]
 """How values get into skill strings: kept values (``strict``), or pasted as Fawkes does."""

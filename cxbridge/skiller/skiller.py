@@ -74,7 +74,7 @@ class Skiller(SkillerBackend):
         )
         self._interface.read()
         self._control = ExclusiveControl(self._interface, self._log)
-        # Fawkes reads its own interface, only to hear of readers that leave.
+        # Fawkes reads its own interface, only to be notified of readers that leave.
         self._own_reader = (
             board.open_for_reading("SkillerInterface", name, owner="SkillerExecutionThread")
             if mode == "fawkes"
@@ -131,9 +131,9 @@ class Skiller(SkillerBackend):
             self._process_messages()
         if self._active:
             self._execute()
-            self._tell(self.engine.finish_loop())
+            self._log_problem(self.engine.finish_loop())
         elif self.engine.has_callbacks:
-            self._tell(self.engine.run_idle())
+            self._log_problem(self.engine.run_idle())
 
     def close(self) -> None:
         """Drop the skill string, close all interfaces of the Skiller and of its skills."""
@@ -305,9 +305,9 @@ class Skiller(SkillerBackend):
         self._reset()
 
     def _reset(self) -> None:
-        self._tell(self.engine.reset_all())
+        self._log_problem(self.engine.reset_all())
 
-    def _tell(self, problem: str) -> None:
+    def _log_problem(self, problem: str) -> None:
         """Log what went wrong in skills' code outside of the skill string."""
         if problem:
             self._log.error(problem)

@@ -192,7 +192,7 @@ class SpeechSynthWriter:
         """End the text that is over, begin the next one; to be called once a main loop."""
         if self._speaking and self._voice.is_done():
             self._speaking = False
-            self._tell(self._voice.trouble())
+            self._log_trouble(self._voice.trouble())
             self._interface.final = True
             self._interface.write()
         if self._interface.msgq_empty():
@@ -211,11 +211,11 @@ class SpeechSynthWriter:
             self._interface.duration = self._voice.start(text)
         except SkillerError as error:
             # skills that wait for the text go on; the text is over in the next loop
-            self._tell(str(error))
+            self._log_trouble(str(error))
             self._interface.duration = 0.0
         self._interface.write()
 
-    def _tell(self, trouble: str) -> None:
+    def _log_trouble(self, trouble: str) -> None:
         if trouble:
             self._log.error(f"cannot say '{self._interface.text}': {trouble}")
 

@@ -9,7 +9,7 @@ from typing import Final
 
 from cxbridge.sweep.rows import RunRow
 from cxbridge.sweep.statistics import Interval
-from cxbridge.sweep.summary import Comparison, SweepSummary
+from cxbridge.sweep.summary import AgentComparison, SweepSummary
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import notes, table
 from cxbridge.trace.html.text import html
@@ -50,7 +50,7 @@ def _sections(sweeps: Mapping[str, Sequence[RunRow]]) -> Iterator[Section]:
 
 
 def _comparison(first: Sequence[RunRow], second: Sequence[RunRow]) -> str:
-    compared = Comparison({row.seed: row for row in first}, {row.seed: row for row in second})
+    compared = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
     rows = [["completed runs, difference", *_cells(compared.completed, 100, "%")]]
     if compared.makespan is not None:
         rows.append(["makespan, difference", *_cells(compared.makespan, 1, "s")])

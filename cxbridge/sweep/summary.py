@@ -68,7 +68,7 @@ class SweepSummary:
 
 
 @dataclass(frozen=True, slots=True)
-class Comparison:
+class AgentComparison:
     """Two agents in the same worlds.
 
     :param first: the rows of one, by seed.

@@ -24,7 +24,7 @@ from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
 from cxbridge.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
 
 
-class Channel:
+class WorkerChannel:
     """A worker's ends of its talk with who sweeps.
 
     :param seeds: lists of seeds come from here, after the job.
@@ -60,7 +60,7 @@ class ForkingSeeds:
     :param channel: where the seeds come from and the rows go to.
     """
 
-    def __init__(self, channel: Channel, job: SweepJob) -> None:
+    def __init__(self, channel: WorkerChannel, job: SweepJob) -> None:
         self.seed: int | None = None
         """Of this child; None in the process that serves."""
         self.started = 0.0
@@ -118,7 +118,7 @@ def _received(reading: int, child: int, seed: int) -> RunRow:
     return RunRow(seed, CRASHED, f"its process ended with {how}")
 
 
-def serve(channel: Channel) -> None:
+def serve(channel: WorkerChannel) -> None:
     """Play what comes, until nothing does."""
     job = channel.job()
     try:
@@ -132,7 +132,7 @@ def serve(channel: Channel) -> None:
         channel.send(error)
 
 
-def _serve_forking(channel: Channel, job: SweepJob) -> None:
+def _serve_forking(channel: WorkerChannel, job: SweepJob) -> None:
     """Play all seeds; return when there are none left."""
     chooser = ForkingSeeds(channel, job)
     forking.limit_cpu_seconds(job.cpu_seconds)
@@ -149,7 +149,7 @@ def main() -> None:
     """Be a worker; what the run prints goes to standard error."""
     rows = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
-    serve(Channel(sys.stdin.buffer, rows))
+    serve(WorkerChannel(sys.stdin.buffer, rows))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,7 @@ from contextlib import ExitStack, contextmanager
 from itertools import groupby
 from typing import Any, Final
 
-from cxbridge.check.broken import retold
+from cxbridge.check.broken import with_findings
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import BrokenAgentError
@@ -115,7 +115,7 @@ class AgentRun(Closing):
         try:
             check()
         except BrokenAgentError as error:
-            report = retold(error, self.options)
+            report = with_findings(error, self.options)
             raise AssertionError(f"{report}; strict=False goes on without what is broken") from None
 
     def close(self) -> None:
@@ -184,10 +184,10 @@ class AgentRun(Closing):
             timeout,
         )
         if lacking:
-            told = [
+            violations = [
                 f"{each.property} is violated at {each.seconds:.2f} s: {each.message}" for each in lacking
             ]
-            raise AssertionError("\n".join(told))
+            raise AssertionError("\n".join(violations))
 
     def _until(self, done: Callable[[], object], end: float) -> None:
         self._run(lambda: bool(done()) or self.seconds >= end)

@@ -45,7 +45,7 @@ class TransformListener(Listener, Observer):
         with self._lock:
             if interface_id in self._opened:
                 return
-            self._opened[interface_id] = None  # opening may create it again, of which we hear, too
+            self._opened[interface_id] = None  # opening may create it again, of which we are notified, too
             try:
                 instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
             except BlackBoardError:  # of another version: then nobody can read it

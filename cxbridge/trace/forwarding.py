@@ -58,7 +58,7 @@ class Gap:
 class _Followed:
     """An interface that is open.
 
-    :param published: the block that was read when the listener was new; it may hear of it once more.
+    :param published: the block that was read when the listener was new; it may get it once more.
     """
 
     instance: Interface
@@ -104,7 +104,7 @@ class WriteForwarder(Listener, Observer):
         :raises BlackBoardError: when the blackboard cannot be asked.
         """
         self._board.on_connection(self._on_connection)
-        if self._board.tells_writes and self._board.bus is not None:
+        if self._board.reports_writes and self._board.bus is not None:
             self._board.bus.subscribe(self._on_block_write, BlockWrite)
         for pattern in self._patterns:
             self._board.register_observer(self, pattern.type_glob, pattern.id_glob)
@@ -204,7 +204,7 @@ class WriteForwarder(Listener, Observer):
             instance.read()
             if later and instance.uid not in self._from_bus:
                 self._publish(instance.SCHEMA, instance.uid, instance.to_bytes())
-        if not self._board.tells_writes:
+        if not self._board.reports_writes:
             self._board.register_listener(self, instance, EventKind.DATA_REFRESHED)
             with self._lock:
                 if instance.read():

@@ -9,7 +9,7 @@ from hashlib import sha256
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.config.secrets import told, without_secrets
+from cxbridge.config.secrets import masked, without_secrets
 from cxbridge.events import Event, EventBus, SourceRead
 from cxbridge.trace.formats.base import Attachment
 
@@ -109,8 +109,8 @@ def safe_name(text: str) -> str:
     return (_FOREIGN.sub("_", text).lstrip(".") or "_")[:200]
 
 
-def tell_configuration(bus: EventBus, config: Configuration) -> None:
-    """Tell the bus of the files of a configuration, as they are now, and of the resolved tree.
+def emit_configuration(bus: EventBus, config: Configuration) -> None:
+    """Emit the files of a configuration, as they are now, and the resolved tree, as sources of the run.
 
     Secrets are cut out; a file from which they cannot be cut is left out.
     """
@@ -122,7 +122,7 @@ def tell_configuration(bus: EventBus, config: Configuration) -> None:
         if (harmless := without_secrets(data, str(file))) is not None:
             bus.emit_source("config", "", str(file), harmless)
     tree = {
-        item.path: list(item.items) if item.is_list else item.text for item in map(told, config.search("/"))
+        item.path: list(item.items) if item.is_list else item.text for item in map(masked, config.search("/"))
     }
     text = json.dumps(tree, ensure_ascii=False, indent=1)
     bus.emit_source("config-tree", "", "tree.json", text.encode("utf-8", "backslashreplace"))

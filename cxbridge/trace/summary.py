@@ -18,7 +18,7 @@ class Summary:
     :param seconds: time from its first to its last event.
     :param events: how many events of each kind.
     :param attachments: names and sizes in bytes of the attached files.
-    :param description: lines that tell more of the file than all formats have.
+    :param description: lines that describe more of the file than all formats have.
     :param notes: what the user should know about the file.
     """
 

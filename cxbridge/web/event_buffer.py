@@ -57,7 +57,7 @@ class EventSelection:
         return {group_of(kind) for kind in self.kinds}
 
 
-class Position(NamedTuple):
+class StreamPosition(NamedTuple):
     """How far a client has come.
 
     :param counts: how many events of each group there were up to there; of the others at the end.
@@ -75,16 +75,16 @@ class Position(NamedTuple):
         """How many events there were up to there."""
         return sum(self.counts) + self.lost
 
-    def after(self, group: int) -> Position:
+    def after(self, group: int) -> StreamPosition:
         """Return the position after one more event of a group."""
         counts = list(self.counts)
         counts[group] += 1
-        return Position(tuple(counts), self.lost)
+        return StreamPosition(tuple(counts), self.lost)
 
 
 @dataclass(frozen=True, slots=True)
 class _BufferedEvent:
-    position: Position
+    position: StreamPosition
     kind: str
     env: str
     text: bytes
@@ -122,17 +122,17 @@ class EventBuffer:
     """
 
     def __init__(self, most_events: int = MOST_EVENTS, most_bytes: int = MOST_BYTES) -> None:
-        self.end = Position()
+        self.end = StreamPosition()
         """After the event that came last."""
         self._groups = [_Group(most_events, most_bytes) for _ in range(_OTHERS + 1)]
         self._values: dict[str, Any] = {}
 
     @property
-    def begin(self) -> Position:
+    def begin(self) -> StreamPosition:
         """Before the oldest events that are kept."""
         oldest = (group.entries[0] for group in self._groups if group.entries)
         lost = min((entry.position.lost for entry in oldest), default=self.end.lost)
-        return Position(tuple(group.gone for group in self._groups), lost)
+        return StreamPosition(tuple(group.gone for group in self._groups), lost)
 
     @property
     def count(self) -> int:
@@ -174,8 +174,8 @@ class EventBuffer:
         self._groups[group].add(entry)
 
     def after(
-        self, position: Position, selection: EventSelection
-    ) -> tuple[list[tuple[Position, bytes]], Position, int]:
+        self, position: StreamPosition, selection: EventSelection
+    ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
         """Return what came after a position: a bunch of about :data:`BUNCH_BYTES`.
 
         :returns: the events with the positions after them; the position to go on after; how many events are
@@ -183,7 +183,7 @@ class EventBuffer:
         """
         groups = selection.groups
         later = merge(*(self._groups[each].after(position.counts[each]) for each in groups), key=_order)
-        found: list[tuple[Position, bytes]] = []
+        found: list[tuple[StreamPosition, bytes]] = []
         size, upto = 0, self.end
         for entry in later:
             if selection.wants(entry.kind, entry.env):
@@ -198,7 +198,7 @@ class EventBuffer:
             upto.lost - position.lost + sum(self._gone(position, upto, each) for each in groups),
         )
 
-    def _gone(self, position: Position, upto: Position, group: int) -> int:
+    def _gone(self, position: StreamPosition, upto: StreamPosition, group: int) -> int:
         """Return how many events of a group between two positions are not kept any more."""
         return max(0, min(upto.counts[group], self._groups[group].gone) - position.counts[group])
 

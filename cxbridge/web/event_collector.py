@@ -57,7 +57,7 @@ class EventCollector:
         """Whether :attr:`firings` are counted now."""
         return "rule" in self._open
 
-    # -- in the threads of those who tell
+    # -- in the threads of those who emit
 
     def _take(self, event: Event) -> None:
         pending = self._pending[group_of(event.KIND.name)]

@@ -13,7 +13,7 @@ from starlette.responses import PlainTextResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.web.endpoint import to_json
-from cxbridge.web.event_buffer import GROUPS, EventBuffer, EventSelection, Position
+from cxbridge.web.event_buffer import GROUPS, EventBuffer, EventSelection, StreamPosition
 from cxbridge.web.event_collector import EventCollector, default_kinds
 
 if TYPE_CHECKING:
@@ -56,7 +56,7 @@ class EventStreams:
         self._news = asyncio.Event()
         self._ticker: asyncio.Task[None] | None = None
         self._closed = False
-        self._bunches: dict[tuple[Position, EventSelection, bool], tuple[bytes, Position]] = {}
+        self._bunches: dict[tuple[StreamPosition, EventSelection, bool], tuple[bytes, StreamPosition]] = {}
         self.clients = 0
         """How many follow now."""
         self.dropped = 0
@@ -88,7 +88,7 @@ class EventStreams:
         self.clients += 1
         self._collector.want(selection.kinds, more=True)
         if self._ticker is None:
-            self._ticker = asyncio.create_task(self._tell())
+            self._ticker = asyncio.create_task(self._poll_events())
         gone = asyncio.create_task(_disconnected(receive))
         together = request.query_params.get("together") == "true"
         following = asyncio.create_task(self._follow(send, selection, position, together=together))
@@ -103,7 +103,7 @@ class EventStreams:
             if "interface" in selection.kinds:
                 self._buffer.forget_interfaces()
 
-    def _position(self, request: Request) -> Position:
+    def _position(self, request: Request) -> StreamPosition:
         """Return after what the client wants to go on.
 
         :raises ValueError: when it is not an id.
@@ -121,10 +121,10 @@ class EventStreams:
             return self._buffer.begin
         end = self._buffer.end
         *known, lost = map(min, map(int, counts), (*end.counts, end.lost))
-        return Position(tuple(known), lost)
+        return StreamPosition(tuple(known), lost)
 
     async def _follow(
-        self, send: Send, selection: EventSelection, position: Position, *, together: bool
+        self, send: Send, selection: EventSelection, position: StreamPosition, *, together: bool
     ) -> None:
         await send({"type": "http.response.start", "status": 200, "headers": _HEADERS})
         hello = to_json(
@@ -140,7 +140,7 @@ class EventStreams:
         await send({"type": "http.response.body", "body": b"", "more_body": False})
 
     async def _wait(self, send: Send) -> None:
-        """Wait for news, and tell now and then that we live."""
+        """Wait for news, and send a sign of life now and then."""
         news = self._news
         while not self._closed:
             try:
@@ -151,8 +151,8 @@ class EventStreams:
                 return
 
     def _bunch(
-        self, position: Position, selection: EventSelection, *, together: bool
-    ) -> tuple[bytes, Position]:
+        self, position: StreamPosition, selection: EventSelection, *, together: bool
+    ) -> tuple[bytes, StreamPosition]:
         """Return what came after a position as text, and the position after it; made once for all.
 
         :param together: as one message, whose lines are the events: browsers take a tenth of a millisecond
@@ -172,16 +172,16 @@ class EventStreams:
             bunch = self._bunches[key] = (b"".join(parts), upto)
         return bunch
 
-    def _message(self, events: list[tuple[Position, bytes]]) -> bytes:
+    def _message(self, events: list[tuple[StreamPosition, bytes]]) -> bytes:
         """Return a message with events, one a line."""
         after, _ = events[-1]
         lines = b"\n".join(b"data: " + text for _, text in events)
         return b"id: %s\n%s\n\n" % (self._id(after).encode(), lines)
 
-    def _id(self, position: Position) -> str:
+    def _id(self, position: StreamPosition) -> str:
         return f"{self._epoch}-{position}"
 
-    async def _tell(self) -> None:
+    async def _poll_events(self) -> None:
         """Look for events as long as there are clients."""
         while self.clients and not self._closed:
             if self._collect():

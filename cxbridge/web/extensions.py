@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.explain.rules.written import WrittenConstructs
@@ -179,64 +180,74 @@ def _health(call: ApiCall) -> dict[str, Any]:
     return model
 
 
+def _status(figures: Figures, call: ApiCall) -> dict[str, Any]:
+    """Return how the daemon stands, with its environments; in the thread of the main loop."""
+    environments = [{"name": name, **census(env)} for name, env in sorted(call.host.environments().items())]
+    return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
+
+
+def _interrupt(figures: Figures, call: ApiCall) -> dict[str, Any]:
+    """End what rules do at this moment; return how the daemon stands."""
+    call.host.interrupt()
+    return figures.status(call)
+
+
+def _describe_rules(
+    figures: Figures, _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
+) -> list[dict[str, Any]]:
+    """Return the models of the rules that :func:`_rules` found."""
+    name, rows, files = found
+    constructs = figures.constructs.of(files)
+    models = []
+    for row in rows:
+        model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
+        if (place := constructs.get(("defrule", row.name))) is not None:
+            model |= {"file": place.file, "line": place.line, "core": place.core}
+        if figures.collector.counts_firings:
+            model["firings"] = figures.collector.firings[name, row.name]
+        models.append(model)
+    return models
+
+
+_ENVIRONMENT: Final = Query("env", "Name of a CLIPS environment; executive by default.")
+_NO_ENVIRONMENT: Final = {404: "There is no such environment"}
+
+
 def endpoints(figures: Figures) -> Sequence[Endpoint]:
     """Return the endpoints below ``/api/cxbridge``."""
-    env = Query("env", "Name of a CLIPS environment; executive by default.")
+    return (*_of_daemon(figures), *_of_rules(figures), *_of_interfaces(figures))
 
-    def status(call: ApiCall) -> dict[str, Any]:
-        environments = [
-            {"name": name, **census(env)} for name, env in sorted(call.host.environments().items())
-        ]
-        return figures.status(call) | {"environments": environments, **stopped(call.host.debugger)}
 
-    def describe_rules(
-        _call: ApiCall, found: tuple[str, list[RuleRow], tuple[str, ...]]
-    ) -> list[dict[str, Any]]:
-        name, rows, files = found
-        constructs = figures.constructs.of(files)
-        models = []
-        for row in rows:
-            model = _model("Rule", name=row.name, module=row.module, agenda=row.agenda)
-            if (place := constructs.get(("defrule", row.name))) is not None:
-                model |= {"file": place.file, "line": place.line, "core": place.core}
-            if figures.collector.counts_firings:
-                model["firings"] = figures.collector.firings[name, row.name]
-            models.append(model)
-        return models
+def _get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
+    return Endpoint(method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more)
 
-    def interrupt(call: ApiCall) -> dict[str, Any]:
-        call.host.interrupt()
-        return figures.status(call)
 
-    def command(what: str, about: str) -> Endpoint:
-        def carry_out(call: ApiCall) -> dict[str, Any]:
-            call.host.command(what)
-            return status(call)
+def _command(figures: Figures, what: str, about: str) -> Endpoint:
+    def carry_out(call: ApiCall) -> dict[str, Any]:
+        call.host.command(what)
+        return _status(figures, call)
 
-        return Endpoint(
-            method="POST",
-            path=f"/cxbridge/{what}",
-            handler=carry_out,
-            about=about,
-            reply="Status",
-            right=Right.CONTROL,
-        )
+    return Endpoint(
+        method="POST",
+        path=f"/cxbridge/{what}",
+        handler=carry_out,
+        about=about,
+        reply="Status",
+        right=Right.CONTROL,
+    )
 
-    def get(path: str, handler: Handler, about: str, reply: str, **more: Any) -> Endpoint:
-        return Endpoint(
-            method="GET", path=f"/cxbridge{path}", handler=handler, about=about, reply=reply, **more
-        )
 
-    gone = {404: "There is no such environment"}
+def _of_daemon(figures: Figures) -> Sequence[Endpoint]:
+    """Return the endpoints of the daemon: how it stands, and commands."""
     return (
-        get(
+        _get(
             "/status",
-            status,
+            partial(_status, figures),
             "How the daemon and its components stand; without environments while the main loop is stuck.",
             "Status",
             stalled=figures.status,
         ),
-        get(
+        _get(
             "/health",
             _health,
             "Whether all is well; answered even when the main loop is stuck.",
@@ -247,52 +258,58 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
         Endpoint(
             method="POST",
             path="/cxbridge/interrupt",
-            handler=interrupt,
+            handler=partial(_interrupt, figures),
             about="End what rules do at this moment, as an error in them would.",
             reply="Status",
             right=Right.CONTROL,
             where=Where.THREAD,
         ),
-        command("pause", "Deactivate the components that work."),
-        command("resume", "Activate what is inactive."),
-        command("reset", "Take the components that work down, and start them again."),
-        get(
+        _command(figures, "pause", "Deactivate the components that work."),
+        _command(figures, "resume", "Activate what is inactive."),
+        _command(figures, "reset", "Take the components that work down, and start them again."),
+    )
+
+
+def _of_rules(figures: Figures) -> Sequence[Endpoint]:
+    """Return the endpoints of what CLIPS environments have."""
+    return (
+        _get(
             "/rules",
             _rules,
             "All rules: where they are, how often they are on the agenda.",
             "Rule",
             many=True,
             paged=True,
-            query=(env, Query("name", "A pattern of their names.")),
-            finish=describe_rules,
-            errors=gone,
+            query=(_ENVIRONMENT, Query("name", "A pattern of their names.")),
+            finish=partial(_describe_rules, figures),
+            errors=_NO_ENVIRONMENT,
         ),
-        get(
+        _get(
             "/constructs",
             _constructs,
             "The constructs of the loaded files: where they are, whose they are, their text.",
             "Construct",
             many=True,
             query=(
-                env,
+                _ENVIRONMENT,
                 Query("construct", "A pattern: defrule, deftemplate ..."),
                 Query("name", "A pattern of their names."),
                 Query("text", "Whether with their text.", {"type": "boolean"}),
             ),
             finish=figures.describe_constructs,
-            errors=gone,
+            errors=_NO_ENVIRONMENT,
         ),
-        get(
+        _get(
             "/agenda",
             _agenda,
             "What would fire.",
             "Activation",
             many=True,
             paged=True,
-            query=(env, Query("rule", "A pattern of the rules' names.")),
-            errors=gone,
+            query=(_ENVIRONMENT, Query("rule", "A pattern of the rules' names.")),
+            errors=_NO_ENVIRONMENT,
         ),
-        get(
+        _get(
             "/why",
             _why,
             "Why a rule has not fired, or how a goal came to its outcome.",
@@ -301,7 +318,13 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             errors={400: "There is no such rule or goal"},
             where=Where.THREAD,
         ),
-        get(
+    )
+
+
+def _of_interfaces(figures: Figures) -> Sequence[Endpoint]:
+    """Return the endpoints of the blackboard and of the navigation graphs."""
+    return (
+        _get(
             "/navgraphs",
             figures.maps,
             "The navigation graphs that skills and rules use: nodes in metres, edges.",
@@ -309,7 +332,7 @@ def endpoints(figures: Figures) -> Sequence[Endpoint]:
             many=True,
             where=Where.THREAD,
         ),
-        get(
+        _get(
             "/interfaces",
             _interfaces,
             "The values of all interfaces.",

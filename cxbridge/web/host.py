@@ -71,9 +71,9 @@ class WebHost(Protocol):
         """Return the parent of each coordinate frame, None for roots; by name."""
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Tell why a rule has not fired, or how a goal came about; in any thread but the main loop's.
+        """Explain why a rule has not fired, or how a goal came about; in any thread but the main loop's.
 
         :param kind: ``rule``, ``goal`` or empty.
         :returns: ``lines`` and ``data``; None when there is no answer in time.
-        :raises CxbridgeError: when there is nothing to tell.
+        :raises CxbridgeError: when there is nothing to explain.
         """

@@ -139,7 +139,7 @@ def _answer(question: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
             return False
     except StopIteration as end:
         answer.set_result(end.value)
-    except Exception as error:  # noqa: BLE001 - told to the one who asked
+    except Exception as error:  # noqa: BLE001 - reported to the client
         answer.set_exception(error)
     else:
         answer.set_result(result)

@@ -13,7 +13,7 @@ from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
-from cxbridge.worldmodel.model import Place, SensedValue, WorldModel
+from cxbridge.worldmodel.model import SensedValue, WorldModel, WorldPlace
 
 _SKILL: Final = re.compile(r"\w+")
 
@@ -38,7 +38,7 @@ def check_world_of(world: WorldModel, agents: Iterable[RunContext], names: Colle
     for kill in world.kills if names else ():
         _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
     if not names and (world.kills or world.order):
-        place = world.kills[0].place if world.kills else Place()
+        place = world.kills[0].place if world.kills else WorldPlace()
         what = "kill one" if world.kills else "let them take turns in another order"
         hint = "see docs/several-agents.md"
         raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
@@ -83,13 +83,13 @@ def _executing(agent: RunContext) -> set[str]:
     return found
 
 
-def _must_be_known(kind: str, name: str, known: Collection[str], place: Place) -> None:
+def _must_be_known(kind: str, name: str, known: Collection[str], place: WorldPlace) -> None:
     if name not in known:
         otherwise = f"there are: {', '.join(sorted(set(known) - {'*'}))}"
         raise _error(place, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
 
 
-def _check_interface(uid: str, agent: RunContext, place: Place) -> None:
+def _check_interface(uid: str, agent: RunContext, place: WorldPlace) -> None:
     try:
         agent.registry.get(parse_uid(uid)[0])
     except (CxbridgeError, ValueError) as error:
@@ -105,5 +105,5 @@ def _check_sensed(sensed: SensedValue, agent: RunContext) -> None:
     _must_be_known(f"field of {kind}", sensed.name, fields, sensed.place)
 
 
-def _error(place: Place, message: str, hint: str | None) -> ConfigError:
+def _error(place: WorldPlace, message: str, hint: str | None) -> ConfigError:
     return ConfigError(message, file=place.file, line=place.line, hint=hint)

@@ -18,7 +18,7 @@ LIKELY: Final = 0.1
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class WorldPlace:
     """Where a world is written down, for errors.
 
     :param file: None: in Python.
@@ -58,7 +58,7 @@ class SkillModel:
     duration: Distribution | None = None
     hangs: float = 0.0
     mute: float = 0.0
-    place: Place = field(default_factory=Place, compare=False)
+    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
     def matches(self, call: SkillStringCall) -> bool:
         """Whether it is about this call."""
@@ -94,7 +94,7 @@ class SensedValue:
     values: tuple[tuple[str, float], ...]
     at: tuple[float, ...] = ()
     after: tuple[str, ...] = ()
-    place: Place = field(default_factory=Place, compare=False)
+    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -113,7 +113,7 @@ class MessageFault:
     lost: float = 0.0
     late: float = 0.0
     delay: float = 1.0
-    place: Place = field(default_factory=Place, compare=False)
+    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -129,7 +129,7 @@ class Absence:
     probability: float = LIKELY
     times: Times | None = None
     back: float | None = None
-    place: Place = field(default_factory=Place, compare=False)
+    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
 
 @dataclass(frozen=True, slots=True)
@@ -145,7 +145,7 @@ class Kill:
     probability: float = LIKELY
     times: Times = field(default_factory=Times)
     back: float | None = None
-    place: Place = field(default_factory=Place, compare=False)
+    place: WorldPlace = field(default_factory=WorldPlace, compare=False)
 
 
 @dataclass(frozen=True, slots=True)

@@ -11,7 +11,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
 from cxbridge.worldmodel.distributions import PARAMETERS, Distribution, Shape
-from cxbridge.worldmodel.model import LIKELY, Place, Times
+from cxbridge.worldmodel.model import LIKELY, Times, WorldPlace
 
 LONGEST_S: Final = 1e9
 _NAMED: Final = ("median", "min", "max")
@@ -19,12 +19,12 @@ _SHAPES: Final = tuple(shape.value for shape in Shape if shape is not Shape.CONS
 _BOUNDS: Final = ("min", "max", "explore")
 
 
-def place_of(document: Configuration, path: str) -> Place:
+def place_of(document: Configuration, path: str) -> WorldPlace:
     """Return where a value is, or the first below it."""
     value = document.get(path) if document.exists(path) else next(document.walk(path), None)
     if value is None or not value.file:
-        return Place()
-    return Place(Path(value.file), value.line)
+        return WorldPlace()
+    return WorldPlace(Path(value.file), value.line)
 
 
 def wrong(document: Configuration, path: str, what: str, hint: str | None = None) -> ConfigError:

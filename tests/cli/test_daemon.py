@@ -39,7 +39,7 @@ def board(monkeypatch):
 @pytest.fixture
 def status(board):
     made = DaemonBoard(board, ["blackboard", "skiller"], "real")
-    made.tell(endpoints=["ipc:///x"])
+    made.note(endpoints=["ipc:///x"])
     made.publish(
         "RUNNING", [ComponentStatus(name, State.ACTIVE, "", 5) for name in ("blackboard", "skiller")]
     )

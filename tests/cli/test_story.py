@@ -14,7 +14,7 @@ from cxbridge.cli.colours import wants_colour
 from cxbridge.cli.main import invoke
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.explain.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
-from cxbridge.history.outcome import Outcome, action_outcome, goal_outcome, skill_outcome
+from cxbridge.history.outcome import OutcomeKind, action_outcome, goal_outcome, skill_outcome
 from cxbridge.trace.html.look import ACTION_STATES, MODES, OUTCOMES
 from tests.programs import Started
 from tests.run.mini import write_scenario
@@ -160,11 +160,11 @@ def test_each_state_has_the_icon_that_pages_have():
     for state in ("RUNNING", "FINAL", "FAILED", "EXECUTION-FAILED"):
         assert action_outcome(state).icon == ACTION_STATES[state].icon
     assert [skill_outcome(status) for status in ("S_RUNNING", "S_FINAL", "S_FAILED", "stopped", "")] == [
-        Outcome.RUNNING,
-        Outcome.COMPLETED,
-        Outcome.FAILED,
-        Outcome.RETRACTED,
-        Outcome.FORMULATED,
+        OutcomeKind.RUNNING,
+        OutcomeKind.COMPLETED,
+        OutcomeKind.FAILED,
+        OutcomeKind.RETRACTED,
+        OutcomeKind.FORMULATED,
     ]
 
 

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.config.errors import ConfigTypeError
-from cxbridge.config.secrets import HIDDEN, is_secret, mask, told, without_secrets
+from cxbridge.config.secrets import HIDDEN, is_secret, mask, masked, without_secrets
 
 
 @pytest.mark.parametrize(
@@ -83,8 +83,8 @@ def test_parts_of_values(text, masked):
 
 def test_lists_and_errors():
     config = Configuration.from_text("web: {tokens: [abc, def], uris: ['x://u:abc@h', y]}\npassword: abc\n")
-    assert told(config.get("/web/tokens")).items == (HIDDEN, HIDDEN)
-    assert told(config.get("/web/uris")).items == (f"x://{HIDDEN}@h", "y")
+    assert masked(config.get("/web/tokens")).items == (HIDDEN, HIDDEN)
+    assert masked(config.get("/web/uris")).items == (f"x://{HIDDEN}@h", "y")
     for get, path in ((config.get_uint, "/password"), (config.get_uints, "/web/tokens")):
         with pytest.raises(ConfigTypeError) as caught:
             get(path)
@@ -115,7 +115,9 @@ def test_secrets_are_cut_out_of_a_file():
     ]
     before, after = Configuration.from_text(FILE), Configuration.from_text(text)
     assert [value.path for value in after.search()] == [value.path for value in before.search()]
-    assert [told(value).text for value in after.search()] == [told(value).text for value in before.search()]
+    assert [masked(value).text for value in after.search()] == [
+        masked(value).text for value in before.search()
+    ]
 
 
 def test_what_has_no_secrets_stays_as_it_is():
@@ -142,5 +144,5 @@ def test_no_secret_is_left(secret, quote, before):
     cut = without_secrets(text.encode("utf-8", "replace"), "x.yaml")
     if cut is not None and "S3CR3T" in cut.decode():
         config = Configuration.from_text(cut.decode())
-        assert all("S3CR3T" not in told(value).text for value in config.search())
+        assert all("S3CR3T" not in masked(value).text for value in config.search())
         assert "#" in marked or ":" in marked or "," in marked

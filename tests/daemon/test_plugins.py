@@ -103,18 +103,18 @@ def test_watchers_hear_of_what_comes_and_goes_whoever_asked(manager):
         def __init__(self):
             self.heard: list[str] = []
 
-        def tell_loaded(self, name):
+        def notify_loaded(self, name):
             self.heard.append(f"+{name}")
 
-        def tell_unloaded(self, name):
+        def notify_unloaded(self, name):
             self.heard.append(f"-{name}")
 
     plugins = DaemonPlugins(manager, allowed=True)
-    plugins.tell()
+    plugins.notify_watchers()
     watch = plugins.watchers = Watch()
     manager.pause()
-    plugins.tell()
-    plugins.tell()
+    plugins.notify_watchers()
+    plugins.notify_watchers()
     manager.resume()
-    plugins.tell()
+    plugins.notify_watchers()
     assert watch.heard == ["-skiller", "-executive", "+skiller", "+executive"]

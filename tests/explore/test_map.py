@@ -11,7 +11,7 @@ from cxbridge.explore.explore import explore
 from cxbridge.explore.graph import Graph
 from cxbridge.explore.map.coverage import as_dict, explored_coverage
 from cxbridge.explore.map.page import MOST_DRAWN, write_page
-from cxbridge.explore.map.rows import OPEN, RunRow, run_rows
+from cxbridge.explore.map.rows import OPEN, MapRow, run_rows
 from cxbridge.explore.result import ExploreResult
 from cxbridge.run.options import RunOptions
 from tests.explore.test_explore import SCENARIO, explored
@@ -38,7 +38,7 @@ def test_each_run_is_a_row_below_the_one_that_it_left(result: ExploreResult) -> 
 
 def test_what_is_not_explored_is_open() -> None:
     (row,) = run_rows(Graph(1, None))
-    assert row == RunRow("", 0.0, 0, None, (), outcome=OPEN)
+    assert row == MapRow("", 0.0, 0, None, (), outcome=OPEN)
 
 
 def test_the_coverage_is_that_of_all_runs(result: ExploreResult) -> None:
@@ -69,9 +69,9 @@ def test_the_page(result: ExploreResult, tmp_path: Path) -> None:
 def test_of_very_many_runs_those_with_few_faults_are_drawn(
     result: ExploreResult, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    rows = [RunRow("", 0.0, 0, None, (), 9.0, "completed")]
-    rows += [RunRow(f"a{n}: fails", 1.0, 1, 0, (f"a{n}",), 9.0, "completed") for n in range(1, 3)]
-    rows += [RunRow(f"b{n}: fails", 2.0, 2, 1, ("a1", f"b{n}"), 9.0, "stuck") for n in range(MOST_DRAWN * 2)]
+    rows = [MapRow("", 0.0, 0, None, (), 9.0, "completed")]
+    rows += [MapRow(f"a{n}: fails", 1.0, 1, 0, (f"a{n}",), 9.0, "completed") for n in range(1, 3)]
+    rows += [MapRow(f"b{n}: fails", 2.0, 2, 1, ("a1", f"b{n}"), 9.0, "stuck") for n in range(MOST_DRAWN * 2)]
     rows[-1].violations = ("run-ends: it does not",)
     monkeypatch.setattr("cxbridge.explore.map.page.run_rows", lambda _graph: rows)
     file = tmp_path / "map.html"

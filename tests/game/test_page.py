@@ -10,7 +10,7 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge.game.page.page import write_page
-from cxbridge.game.score import Award, Delivery, GameResult, Order, RobotWork, Score
+from cxbridge.game.score import Award, Delivery, GameResult, ProductOrder, RobotWork, Score
 from cxbridge.game.timeline import Span, Timeline, covered
 from tests.support import ROOT
 
@@ -26,7 +26,7 @@ SCORE = Score(
     ),
     "POST_GAME",
     1200.0,
-    (Order(1, "C0", 30, 60), Order(2, "C1", 50, 90), Order(3, "C3", 2000, 2100)),
+    (ProductOrder(1, "C0", 30, 60), ProductOrder(2, "C1", 50, 90), ProductOrder(3, "C3", 2000, 2100)),
 )
 TIMELINE = Timeline(
     1200.0,

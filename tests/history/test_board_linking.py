@@ -9,7 +9,7 @@ import pytest
 from msgspec.structs import replace
 
 from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
-from cxbridge.explain.goal_story import Storyteller
+from cxbridge.explain.goal_story import GoalReporter
 from cxbridge.explain.goals import Goals
 from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.history.builder import RunHistory
@@ -150,6 +150,6 @@ def test_why_names_the_reason():
     )
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
-    story = Storyteller(evidence, goals, {}).tell(goals.by_id["g0"])
+    story = GoalReporter(evidence, goals, {}).report(goals.by_id["g0"])
     texts = [cause.text for cause in story.cause.because[0].because]
     assert texts == ["skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

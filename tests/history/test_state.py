@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import FactChange, InterfaceWrite, RuleFired
-from cxbridge.history.state import FactTables, RunState
+from cxbridge.history.state import EnvironmentFacts, RunState
 from tests.trace.runs import action, family, goal, skill
 
 
@@ -45,7 +45,7 @@ def test_a_goal_is_there_as_long_as_its_fact_where_facts_are_recorded():
 
 
 def test_facts_come_and_go_in_each_environment():
-    tables = FactTables()
+    tables = EnvironmentFacts()
     for event in (fact(1, "(a 1)"), fact(2, "(b (n 3))"), fact(1, "(c)", env="other")):
         tables.take(event)
     tables.take(fact(1, "(a 1)", asserted=False))

@@ -172,12 +172,12 @@ def test_a_shortage_is_told_once_a_minute(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr("cxbridge.blackboard.kit.accepting.time.monotonic", lambda: now[0])
     shortage = Shortage(lines.append, "clients")
     for _ in range(500):
-        shortage.tell("Too many open files")
+        shortage.report("Too many open files")
     now[0] += 59
-    shortage.tell("Too many open files")
+    shortage.report("Too many open files")
     assert lines == ["cannot accept clients: Too many open files; they wait until there is room"]
     now[0] += 2
-    shortage.tell("Too many open files")
+    shortage.report("Too many open files")
     assert lines[1:] == [f"{lines[0]} (500 more times since it was told)"]
 
 

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.game.score import Award, Delivery, Order
+from cxbridge.game.score import Award, Delivery, ProductOrder
 from cxbridge.rcll.field import Field
-from cxbridge.rcll.machines import Place, Workpiece
+from cxbridge.rcll.machines import MachinePlace, Workpiece
 from cxbridge.rcll.reported import ReportedGame
 from tests.rcll.referee_box import game_state, machine_info, message_types, order_info
 
@@ -46,7 +46,7 @@ def test_a_delivery_is_counted_once(types, game):
     for count in (0, 1, 1, 2):
         game.take(order_info(types, count))
     assert game.score.deliveries == (Delivery(7, "C1", "CYAN", 30.0),) * 2
-    assert game.score.orders == (Order(7, "C1", 30, 90),)
+    assert game.score.orders == (ProductOrder(7, "C1", 30, 90),)
 
 
 def test_the_states_of_machines_are_seen(types, game):
@@ -73,10 +73,10 @@ def test_a_machine_is_where_the_referee_says(types, game):
 @pytest.mark.parametrize(
     ("kind", "place", "is_there"),
     [
-        ("BS", Place.OUTPUT, True),
-        ("BS", Place.INPUT, True),
-        ("CS", Place.OUTPUT, True),
-        ("CS", Place.INPUT, False),
+        ("BS", MachinePlace.OUTPUT, True),
+        ("BS", MachinePlace.INPUT, True),
+        ("CS", MachinePlace.OUTPUT, True),
+        ("CS", MachinePlace.INPUT, False),
     ],
 )
 def test_what_was_made_is_taken_once(types, game, kind, place, is_there):
@@ -96,7 +96,7 @@ def test_a_payment_is_told_to_the_referee(types, game, paid):
     machine.pay()
     machine.put(Workpiece(["BASE_RED"]))
     assert paid == ["C-RS1"]
-    assert not machine.has(Place.OUTPUT)
+    assert not machine.has(MachinePlace.OUTPUT)
 
 
 def test_other_messages_are_ignored(types, game):

@@ -9,7 +9,7 @@ from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.rcll.field import Field, Pose
-from cxbridge.rcll.machines import Machine, Place, Workpiece
+from cxbridge.rcll.machines import Machine, MachinePlace, Workpiece
 from cxbridge.rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED, RobotWorld, robot_executor
 from cxbridge.skiller.board.executor import ExecutorContext, SkillFailedError
 from cxbridge.skiller.board.protocol import SkillCall
@@ -60,11 +60,11 @@ def test_a_way_takes_as_long_as_it_is(driver):
 
 
 def test_a_workpiece_is_taken_and_put(driver):
-    piece = driver.machine.belt[Place.OUTPUT] = Workpiece(["BASE_RED"])
+    piece = driver.machine.belt[MachinePlace.OUTPUT] = Workpiece(["BASE_RED"])
     assert driver.handle(side="OUTPUT", target="WORKPIECE") == pytest.approx(HANDLE_S, abs=0.1)
     assert driver.robot.held is piece
     driver.handle(side="INPUT", target="CONVEYOR")
-    assert driver.machine.belt == {Place.INPUT: piece}
+    assert driver.machine.belt == {MachinePlace.INPUT: piece}
     assert driver.robot.held is None
 
 
@@ -79,10 +79,10 @@ def test_a_payment_goes_down_the_slide(driver):
 
 def test_what_was_put_is_there_when_the_machine_has_moved_it(driver):
     driver.handle(side="SHELF-LEFT", target="WORKPIECE")
-    driver.machine.move(Place.MIDDLE)
+    driver.machine.move(MachinePlace.MIDDLE)
     driver.handle(side="INPUT", target="CONVEYOR")
     driver.handle(dry_run=True, side="INPUT", target="WORKPIECE", query="THERE")
-    assert list(driver.machine.belt) == [Place.MIDDLE]
+    assert list(driver.machine.belt) == [MachinePlace.MIDDLE]
     driver.handle(dry_run=True, side="OUTPUT", target="WORKPIECE", query="ABSENT")
 
 

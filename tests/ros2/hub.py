@@ -18,7 +18,7 @@ from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.hub.hub import Hub
 from cxbridge.ros2.hub.performer import HubPerformer
 from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge.ros2.hub.words import Key, Kind, Life, Sign, Word
+from cxbridge.ros2.hub.words import Key, Life, Sign, Word, WordKind
 from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
@@ -245,7 +245,7 @@ class Stranger:
         self.world = world
         self.hub = Hub(self.node, PROTOCOLS[protocol], "", self.heard.append, self.signs.append)
 
-    def say(self, kind: Kind, key: Key, node: str = "", **fields: Any) -> None:
+    def say(self, kind: WordKind, key: Key, node: str = "", **fields: Any) -> None:
         """Say a word."""
         self.hub.say(Word(kind, node or self.name, key, **fields))
 
@@ -253,7 +253,7 @@ class Stranger:
         """Give a sign of life."""
         self.hub.give_sign(Sign(self.name, action, life), self.world.clock.now_us())
 
-    def hear(self, kind: Kind, node: str = "", limit_s: float = 20.0) -> Word:
+    def hear(self, kind: WordKind, node: str = "", limit_s: float = 20.0) -> Word:
         """Loop until a word comes, and return it; forget it and what came before."""
 
         def found() -> list[int]:
@@ -270,7 +270,7 @@ class Stranger:
         del self.heard[: number + 1]
         return word
 
-    def silent(self, *kinds: Kind, loops: int = 20) -> bool:
+    def silent(self, *kinds: WordKind, loops: int = 20) -> bool:
         """Whether none of these words comes."""
         self.world.loop(loops)
         self.node.poll()

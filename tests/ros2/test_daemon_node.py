@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, State
+from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, LifecycleState
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.parameters import ParameterClient
 from cxbridge.ros2.rosout import listen
@@ -51,12 +51,12 @@ def test_a_daemon_is_paused_and_resumed(node: Node, domain: int, tmp_path: Path)
         def change(name: str) -> Any:
             return answer(node, lambda done: client.change(name, done))
 
-        assert answer(node, client.state) is State.ACTIVE
+        assert answer(node, client.state) is LifecycleState.ACTIVE
         assert change(DEACTIVATE) is True
-        assert (daemon.state, answer(node, client.state)) == ("PAUSED", State.INACTIVE)
+        assert (daemon.state, answer(node, client.state)) == ("PAUSED", LifecycleState.INACTIVE)
         assert change(CLEANUP) is False
         assert change(ACTIVATE) is True
-        assert (daemon.state, answer(node, client.state)) == ("RUNNING", State.ACTIVE)
+        assert (daemon.state, answer(node, client.state)) == ("RUNNING", LifecycleState.ACTIVE)
 
 
 def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path):
@@ -70,7 +70,7 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         waiting = ["pause"]
         daemon.loop.add(Hook.POST_LOOP, lambda: daemon.carry_out(waiting.pop()) if waiting else None)
         until(node, lambda: "inactive" in moves)
-        assert answer(node, client.state) is State.INACTIVE
+        assert answer(node, client.state) is LifecycleState.INACTIVE
 
 
 def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path: Path):

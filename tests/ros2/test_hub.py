@@ -12,7 +12,7 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge.ros2.hub.words import Key, Kind, Life, Word
+from cxbridge.ros2.hub.words import Key, Life, Word, WordKind
 from tests.ros2.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
 
 MOVE = Key("move", ("r2", "hall"), "")
@@ -92,65 +92,65 @@ def test_one_of_two_performers_executes(world: EtherWorld, protocol: str):
 
 def test_a_repeated_request_is_answered_again_and_done_once(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
-    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
-    stranger.say(Kind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
-    stranger.hear(Kind.FEEDBACK)
-    end = stranger.hear(Kind.FINISH)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
+    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
+    stranger.say(WordKind.REJECT, MOVE, "ours_move")  # as PlanSys2 answers to the second RESPONSE
+    stranger.hear(WordKind.FEEDBACK)
+    end = stranger.hear(WordKind.FINISH)
     assert (end.success, end.status, end.node) == (True, "there", "ours_move")
-    assert stranger.silent(Kind.FINISH)
+    assert stranger.silent(WordKind.FINISH)
     assert [line for line in there.lines if " {'" in line] == ["move {'1': 'r2', '2': 'hall'}"]
 
 
 def test_a_lost_answer_is_repeated_until_somebody_is_confirmed(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
-    stranger.hear(Kind.RESPONSE, limit_s=0.6)
-    stranger.say(Kind.CONFIRM, MOVE, "another")
-    assert stranger.silent(Kind.RESPONSE, loops=50)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.hear(WordKind.RESPONSE, limit_s=0.6)
+    stranger.say(WordKind.CONFIRM, MOVE, "another")
+    assert stranger.silent(WordKind.RESPONSE, loops=50)
 
 
 def test_who_was_rejected_is_free(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
     other = Key("wave", ("x",), "")
-    stranger.say(Kind.REQUEST, other)
-    assert stranger.silent(Kind.RESPONSE)  # its only executor is promised
-    stranger.say(Kind.REJECT, MOVE, "ours_move")
-    assert stranger.hear(Kind.RESPONSE, limit_s=0.5).key == other
+    stranger.say(WordKind.REQUEST, other)
+    assert stranger.silent(WordKind.RESPONSE)  # its only executor is promised
+    stranger.say(WordKind.REJECT, MOVE, "ours_move")
+    assert stranger.hear(WordKind.RESPONSE, limit_s=0.5).key == other
 
 
 def test_who_is_neither_confirmed_nor_rejected_is_free_after_a_while(world: EtherWorld, protocol: str):
     performer(world, protocol)
     stranger = world.stranger(protocol)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
     world.loop(150)
     stranger.node.poll()
     stranger.heard.clear()
     other = Key("move", ("x",), "")
-    stranger.say(Kind.REQUEST, other)
-    assert stranger.hear(Kind.RESPONSE, limit_s=0.5).key == other
-    stranger.say(Kind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
-    assert stranger.hear(Kind.FINISH).success
+    stranger.say(WordKind.REQUEST, other)
+    assert stranger.hear(WordKind.RESPONSE, limit_s=0.5).key == other
+    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")  # late: it is done nevertheless
+    assert stranger.hear(WordKind.FINISH).success
 
 
 def test_who_asks_knows_what_does_not_fit(world: EtherWorld, protocol: str):
     text = PERFORMER.replace("actions: [move, wave]", "actions: {move: {parameters: [robot]}}")
     performer(world, protocol, text)
     stranger = world.stranger(protocol)
-    stranger.say(Kind.REQUEST, MOVE)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.CONFIRM, MOVE, "ours_move")
-    end = stranger.hear(Kind.FINISH)
+    stranger.say(WordKind.REQUEST, MOVE)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.CONFIRM, MOVE, "ours_move")
+    end = stranger.hear(WordKind.FINISH)
     assert (end.success, end.status) == (False, "(move r2 hall) has 2 arguments, move has 1")
 
 
@@ -158,8 +158,8 @@ def test_nobody_answers_for_what_is_not_there(world: EtherWorld, protocol: str):
     performer(world, protocol, PERFORMER.replace("[move, wave]", "[move, fly]"))
     stranger = world.stranger(protocol)
     for key in (Key("wave", (), ""), Key("fly", (), "")):
-        stranger.say(Kind.REQUEST, key)
-    assert stranger.silent(Kind.RESPONSE)
+        stranger.say(WordKind.REQUEST, key)
+    assert stranger.silent(WordKind.RESPONSE)
     world.loop(60)
     stranger.node.poll()
     assert {(each.node, each.life) for each in stranger.signs} == {
@@ -173,10 +173,10 @@ def test_a_template_gives_skills_numbers(world: EtherWorld, protocol: str):
     there = performer(world, protocol, PERFORMER.replace("actions: [move, wave]", actions))
     stranger = world.stranger(protocol)
     key = Key("move", ("r2", "3"), "")
-    stranger.say(Kind.REQUEST, key)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.CONFIRM, key, "ours_move")
-    assert stranger.hear(Kind.FINISH).success
+    stranger.say(WordKind.REQUEST, key)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.CONFIRM, key, "ours_move")
+    assert stranger.hear(WordKind.FINISH).success
     assert "count {'times': 3, 'who': 'r2'}" in there.lines
 
 
@@ -184,10 +184,10 @@ def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str)
     there, stranger = performer(world, protocol), world.stranger(protocol)
     # what PlanSys2's executor, and the master of the thesis, make of no parameters
     key = Key("wave", ("wave",) if protocol == "plansys2" else ("",), "")
-    stranger.say(Kind.REQUEST, key)
-    assert stranger.hear(Kind.RESPONSE).key == key
-    stranger.say(Kind.CONFIRM, key, "ours_wave")
-    assert stranger.hear(Kind.FINISH).key == key
+    stranger.say(WordKind.REQUEST, key)
+    assert stranger.hear(WordKind.RESPONSE).key == key
+    stranger.say(WordKind.CONFIRM, key, "ours_wave")
+    assert stranger.hear(WordKind.FINISH).key == key
     assert "wave {}" in there.lines
 
 
@@ -195,15 +195,15 @@ def test_an_action_without_parameters_has_none(world: EtherWorld, protocol: str)
 def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
     key = Key("move", ("long",), "")
-    stranger.say(Kind.REQUEST, key)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.CONFIRM, key, "ours_move")
-    stranger.hear(Kind.FEEDBACK)
-    stranger.say(Kind.CANCEL, key, "ours_move")
+    stranger.say(WordKind.REQUEST, key)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.CONFIRM, key, "ours_move")
+    stranger.hear(WordKind.FEEDBACK)
+    stranger.say(WordKind.CANCEL, key, "ours_move")
     if protocol == "plansys2":
-        assert stranger.silent(Kind.FINISH)
+        assert stranger.silent(WordKind.FINISH)
     else:
-        end = stranger.hear(Kind.FINISH)
+        end = stranger.hear(WordKind.FINISH)
         assert (end.success, end.status, end.progress) == (False, "CANCELLED", 0.0)
     assert "move was stopped" in there.lines
 
@@ -211,12 +211,12 @@ def test_after_cancel_a_performer_says_what_the_original_says(world: EtherWorld,
 def test_the_end_of_a_performer_ends_what_it_does(world: EtherWorld, protocol: str):
     there, stranger = performer(world, protocol), world.stranger(protocol)
     key = Key("move", ("long",), "")
-    stranger.say(Kind.REQUEST, key)
-    stranger.hear(Kind.RESPONSE)
-    stranger.say(Kind.CONFIRM, key, "ours_move")
-    stranger.hear(Kind.FEEDBACK)
+    stranger.say(WordKind.REQUEST, key)
+    stranger.hear(WordKind.RESPONSE)
+    stranger.say(WordKind.CONFIRM, key, "ours_move")
+    stranger.hear(WordKind.FEEDBACK)
     there.performers.pop().close()
-    end = stranger.hear(Kind.FINISH)
+    end = stranger.hear(WordKind.FINISH)
     assert (end.success, end.status) == (False, "the performer ours_move was shut down")
 
 
@@ -225,13 +225,13 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
         "actions: [move, wave]", "actions: {move: {call: mapped}, wave: {parameters: [to]}}"
     )
     there, stranger = performer(world, "skill-execution", text), world.stranger("skill-execution")
-    stranger.say(Kind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
-    assert stranger.silent(Kind.RESPONSE)
+    stranger.say(WordKind.REQUEST, MOVE, mapped='count{times=2, to="x"}')
+    assert stranger.silent(WordKind.RESPONSE)
     for key in (MOVE._replace(agent="r7"), Key("wave", ("y",), "r7")):
-        stranger.say(Kind.REQUEST, key, mapped='count{times=2, to="x"}')
-        stranger.hear(Kind.RESPONSE)
-        stranger.say(Kind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
-        stranger.hear(Kind.FINISH)
+        stranger.say(WordKind.REQUEST, key, mapped='count{times=2, to="x"}')
+        stranger.hear(WordKind.RESPONSE)
+        stranger.say(WordKind.CONFIRM, key, f"ours_{key.action}", mapped='count{times=2, to="x"}')
+        stranger.hear(WordKind.FINISH)
     assert "count {'times': 2, 'to': 'x'}" in there.lines
     assert "wave {'to': 'y', 'mapped_action': 'count{times=2, to=\"x\"}'}" in there.lines
 
@@ -241,9 +241,9 @@ def test_the_thesis_names_agents_and_mapped_skills(world: EtherWorld):
 
 def perform(stranger: Any) -> Word:
     """Answer a REQUEST, and wait for CONFIRM."""
-    request: Word = stranger.hear(Kind.REQUEST)
-    stranger.say(Kind.RESPONSE, request.key, mapped=request.mapped)
-    confirm: Word = stranger.hear(Kind.CONFIRM, stranger.name)
+    request: Word = stranger.hear(WordKind.REQUEST)
+    stranger.say(WordKind.RESPONSE, request.key, mapped=request.mapped)
+    confirm: Word = stranger.hear(WordKind.CONFIRM, stranger.name)
     assert confirm.key == request.key
     return confirm
 
@@ -251,9 +251,9 @@ def perform(stranger: Any) -> Word:
 def test_a_lost_request_is_repeated(world: EtherWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
-    stranger.hear(Kind.REQUEST)
+    stranger.hear(WordKind.REQUEST)
     key = perform(stranger).key
-    stranger.say(Kind.FINISH, key, success=True, status="done")
+    stranger.say(WordKind.FINISH, key, success=True, status="done")
     assert world.over(master) == [THERE]
     assert (master.feedback, key.arguments) == ("done", ("r2", "hall"))
 
@@ -266,16 +266,16 @@ def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str
     )
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
-    second.say(Kind.RESPONSE, key)
-    second.hear(Kind.REJECT, "second")
-    stranger.say(Kind.FINISH, key, success=True)
-    second.say(Kind.FEEDBACK, key, status="wrong")
+    second.say(WordKind.RESPONSE, key)
+    second.hear(WordKind.REJECT, "second")
+    stranger.say(WordKind.FINISH, key, success=True)
+    second.say(WordKind.FEEDBACK, key, status="wrong")
     assert world.over(master) == [THERE]
-    second.say(Kind.RESPONSE, key)
-    second.hear(Kind.REJECT, "second")
-    second.say(Kind.REQUEST, key, "a stranger")  # now it is another one's
-    second.say(Kind.RESPONSE, key)
-    assert second.silent(Kind.REJECT, Kind.CONFIRM)
+    second.say(WordKind.RESPONSE, key)
+    second.hear(WordKind.REJECT, "second")
+    second.say(WordKind.REQUEST, key, "a stranger")  # now it is another one's
+    second.say(WordKind.RESPONSE, key)
+    assert second.silent(WordKind.REJECT, WordKind.CONFIRM)
 
 
 def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: str):
@@ -286,11 +286,11 @@ def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: st
         stranger.live(Life.READY)
         world.loop(5)
         stranger.node.poll()
-        if any(word.kind == Kind.REJECT and word.node == "stranger" for word in stranger.heard):
+        if any(word.kind == WordKind.REJECT and word.node == "stranger" for word in stranger.heard):
             break
-    stranger.hear(Kind.REJECT, "stranger")
+    stranger.hear(WordKind.REJECT, "stranger")
     key = perform(stranger).key
-    stranger.say(Kind.FINISH, key, success=True)
+    stranger.say(WordKind.FINISH, key, success=True)
     assert world.over(master) == [THERE]
 
 
@@ -310,7 +310,7 @@ def test_a_performer_that_vanishes_is_a_failure(world: EtherWorld, protocol: str
     key = perform(stranger).key
     for _ in range(10):
         stranger.live(Life.RUNNING)
-        stranger.say(Kind.FEEDBACK, key, progress=0.5, status="half")
+        stranger.say(WordKind.FEEDBACK, key, progress=0.5, status="half")
         world.loop(50)
     assert (master.progress, master.feedback) == (0.5, "half")
     assert world.over(master) == [("FAILED", "the performer stranger has vanished")]
@@ -320,9 +320,9 @@ def test_a_performer_without_signs_of_life_may_be_silent(world: EtherWorld, prot
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
     key = perform(stranger).key
-    stranger.say(Kind.FEEDBACK, key, progress=0.5)
+    stranger.say(WordKind.FEEDBACK, key, progress=0.5)
     world.loop(1000)
-    stranger.say(Kind.FINISH, key, success=True)
+    stranger.say(WordKind.FINISH, key, success=True)
     assert world.over(master) == [THERE]
 
 
@@ -345,12 +345,12 @@ def test_a_performer_that_was_restarted_is_a_failure(world: EtherWorld, protocol
 def test_cancel_before_anybody_has_answered_rejects_who_answers(world: EtherWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
-    key = stranger.hear(Kind.REQUEST).key
+    key = stranger.hear(WordKind.REQUEST).key
     here.service.local_calls.stop(master.number)
     world.over(master)
-    stranger.say(Kind.RESPONSE, key)
-    stranger.hear(Kind.REJECT, "stranger")
-    assert stranger.silent(Kind.CANCEL)
+    stranger.say(WordKind.RESPONSE, key)
+    stranger.hear(WordKind.REJECT, "stranger")
+    assert stranger.silent(WordKind.CANCEL)
 
 
 def test_arguments_are_as_configured(world: EtherWorld):
@@ -359,7 +359,7 @@ def test_arguments_are_as_configured(world: EtherWorld):
     here = world.side(text, CLASS=CALLERS["skill-execution"])
     stranger = world.stranger("skill-execution")
     here.ask("move", to=4, speed=1.5)
-    request = stranger.hear(Kind.REQUEST)
+    request = stranger.hear(WordKind.REQUEST)
     assert request.key == Key("go", ("4", "at 1.5"), "r7")
     assert request.mapped == "drive{x=4}"
 
@@ -369,10 +369,10 @@ def test_the_mapped_action_of_the_thesis_goes_along(world: EtherWorld):
     here.service.local_calls.ask(
         "move", {"1": "r2", "2": "hall", "mapped_action": "go()"}, "robot1", lambda _master: None, "move_gen1"
     )
-    request = stranger.hear(Kind.REQUEST)
+    request = stranger.hear(WordKind.REQUEST)
     assert (request.node, request.key, request.mapped) == ("move_gen1", MOVE, "go()")
-    stranger.say(Kind.RESPONSE, request.key, mapped=request.mapped)
-    assert stranger.hear(Kind.CONFIRM).mapped == "go()"
+    stranger.say(WordKind.RESPONSE, request.key, mapped=request.mapped)
+    assert stranger.hear(WordKind.CONFIRM).mapped == "go()"
 
 
 def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
@@ -383,7 +383,7 @@ def test_a_skill_takes_no_longer_than_it_may(world: EtherWorld, protocol: str):
     ((state, error),) = world.over(master)
     assert state == "FAILED"
     assert error.endswith("has not ended within 3 s")
-    stranger.hear(Kind.CANCEL, "stranger")
+    stranger.hear(WordKind.CANCEL, "stranger")
 
 
 # --- configurations ---------------------------------------------------------------------------------------

@@ -16,7 +16,15 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.errors import Ros2Error
 from cxbridge.events import LogLine
 from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, DEACTIVATE, SHUTDOWN, LifecycleClient, State
+from cxbridge.ros2.lifecycle import (
+    ACTIVATE,
+    CLEANUP,
+    CONFIGURE,
+    DEACTIVATE,
+    SHUTDOWN,
+    LifecycleClient,
+    LifecycleState,
+)
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
 from cxbridge.ros2.rosout import listen
@@ -106,7 +114,7 @@ def test_names(node, parameters, prefixes, depth, names):
 
 
 def test_a_node_is_led_through_its_life(node: Node, lifecycle: LifecycleClient, parameters: ParameterClient):
-    def change(name: str) -> tuple[bool, State]:
+    def change(name: str) -> tuple[bool, LifecycleState]:
         done = answer(node, lambda done: lifecycle.change(name, done))
         return done, answer(node, lifecycle.state)
 
@@ -118,16 +126,16 @@ def test_a_node_is_led_through_its_life(node: Node, lifecycle: LifecycleClient, 
             (each["start_state"]["label"], each["transition"]["label"], each["goal_state"]["label"])
         ),
     )
-    assert answer(node, lifecycle.state) is State.UNCONFIGURED
-    assert change(ACTIVATE) == (False, State.UNCONFIGURED)
-    assert change(CONFIGURE) == (True, State.INACTIVE)
+    assert answer(node, lifecycle.state) is LifecycleState.UNCONFIGURED
+    assert change(ACTIVATE) == (False, LifecycleState.UNCONFIGURED)
+    assert change(CONFIGURE) == (True, LifecycleState.INACTIVE)
     answer(node, lambda done: parameters.set({"works": False}, done))
-    assert change(ACTIVATE) == (False, State.INACTIVE)
+    assert change(ACTIVATE) == (False, LifecycleState.INACTIVE)
     answer(node, lambda done: parameters.set({"works": True}, done))
-    assert change(ACTIVATE) == (True, State.ACTIVE)
-    assert change(DEACTIVATE) == (True, State.INACTIVE)
-    assert change(CLEANUP) == (False, State.FINALIZED)  # its work raises, and nothing handles that
-    assert change(SHUTDOWN) == (False, State.FINALIZED)
+    assert change(ACTIVATE) == (True, LifecycleState.ACTIVE)
+    assert change(DEACTIVATE) == (True, LifecycleState.INACTIVE)
+    assert change(CLEANUP) == (False, LifecycleState.FINALIZED)  # its work raises, and nothing handles that
+    assert change(SHUTDOWN) == (False, LifecycleState.FINALIZED)
     until(node, lambda: moves and moves[-1][2] == "finalized")
     assert [move for move in moves if "configur" in move[0] or "activating" in move[0]][-3:]
 
@@ -152,7 +160,7 @@ def test_the_graph_of_transitions_is_that_of_ros(node: Node, managed: str, lifec
     until(node, lambda: states.is_served)
     response = answer(node, lambda done: states.call({}, done))
     assert {(each["id"], each["label"]) for each in response["available_states"]} == {
-        (int(each), each.label) for each in State
+        (int(each), each.label) for each in LifecycleState
     }
 
 

@@ -25,14 +25,14 @@ from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.names import parse_type
 from cxbridge.ros2.node import Node, Ros2Warning
 from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.transports.inbox import Inbox, Source
+from cxbridge.ros2.transports.inbox import InboxSource, MessageInbox
 from cxbridge.ros2.transports.zenoh import ZenohNode, join
-from cxbridge.ros2.transports.zenoh.graph import Graph
+from cxbridge.ros2.transports.zenoh.graph import RosGraph
 from cxbridge.ros2.transports.zenoh.names import (
-    Attachment,
-    Endpoint,
+    GraphEndpoint,
+    MessageAttachment,
     NodeName,
-    Place,
+    TypedName,
     attachment_of,
     endpoint_of,
     place_of,
@@ -46,24 +46,24 @@ from tests.ros2.test_transport import poll_until
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ADD = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
-CHATTER = Place("/chatter", "std_msgs::msg::dds_::String_", STRING)
+CHATTER = TypedName("/chatter", "std_msgs::msg::dds_::String_", STRING)
 AT_ONCE = "scouting/delay=0"
 """Lets a session begin at once, not after the half second in which Zenoh looks for others."""
 
-ADDITION = Place("/add_two_ints", "example_interfaces::srv::dds_::AddTwoInts_", ADD)
-ODOM = Place("/robot1/odom", "nav_msgs::msg::dds_::Odometry_", "TypeHashNotSupported")
+ADDITION = TypedName("/add_two_ints", "example_interfaces::srv::dds_::AddTwoInts_", ADD)
+ODOM = TypedName("/robot1/odom", "nav_msgs::msg::dds_::Odometry_", "TypeHashNotSupported")
 
 TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printed it
     f"@ros2_lv/0/aac3178e146ba6f1fc6e6a4085e77f21/0/10/MS/%/%/listener/%chatter/{CHATTER.kind}/{STRING}"
     "/::,10:,:,:,,": (
-        Endpoint(
+        GraphEndpoint(
             NodeName(0, "aac3178e146ba6f1fc6e6a4085e77f21", 0, "listener"), 10, "MS", CHATTER, QosProfile()
         ),
         "",
     ),
     f"@ros2_lv/0/8b20917502ee955ac4476e0266340d5c/0/10/MP/%/%/talker/%chatter/{CHATTER.kind}/{STRING}"
     "/::,7:,:,:,,": (
-        Endpoint(
+        GraphEndpoint(
             NodeName(0, "8b20917502ee955ac4476e0266340d5c", 0, "talker"),
             10,
             "MP",
@@ -74,7 +74,7 @@ TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printe
     ),
     f"@ros2_lv/0/f9980ee0495eaafb3e38f0d19e2eae12/0/10/SS/%/%/add_two_ints_server/%add_two_ints/{ADDITION.kind}/{ADD}"
     "/::,10:,:,:,,": (
-        Endpoint(
+        GraphEndpoint(
             NodeName(0, "f9980ee0495eaafb3e38f0d19e2eae12", 0, "add_two_ints_server"),
             10,
             "SS",
@@ -85,7 +85,7 @@ TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printe
     ),
     f"@ros2_lv/0/e1dc8d1b45ae8717fce78689cc655685/0/10/SC/%/%/add_two_ints_client/%add_two_ints/{ADDITION.kind}/{ADD}"
     "/::,10:,:,:,,": (
-        Endpoint(
+        GraphEndpoint(
             NodeName(0, "e1dc8d1b45ae8717fce78689cc655685", 0, "add_two_ints_client"),
             10,
             "SC",
@@ -95,7 +95,7 @@ TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printe
         "",
     ),
     f"@ros2_lv/3/ab/0/4/MS/%/%robot1/a/%robot1%odom/{ODOM.kind}/TypeHashNotSupported/2:1:,5:,:,:,,": (
-        Endpoint(
+        GraphEndpoint(
             NodeName(3, "ab", 0, "a", "/robot1"),
             4,
             "MS",
@@ -105,7 +105,7 @@ TOKENS = {  # with the number (GID) where a function of rmw_zenoh_cpp has printe
         "b03bfcf70f7f0c407237dc9223ad1229",
     ),
     "@ros2_lv/0/ab/0/4/MS/%/%/a/%x/T/H/::,:,:,:,,": (
-        Endpoint(NodeName(0, "ab", 0, "a"), 4, "MS", Place("/x", "T", "H"), QosProfile(depth=42)),
+        GraphEndpoint(NodeName(0, "ab", 0, "a"), 4, "MS", TypedName("/x", "T", "H"), QosProfile(depth=42)),
         "e64fd7ef6be88f41c77621acca706610",
     ),
 }
@@ -127,7 +127,7 @@ def test_the_token_of_a_node_is_that_of_rmw_zenoh():
 
 def test_keys_are_those_of_rmw_zenoh():
     assert CHATTER.key(0) == f"0/chatter/std_msgs::msg::dds_::String_/{STRING}"
-    assert Place("/robot1/chatter", CHATTER.kind, STRING).key(0) == (
+    assert TypedName("/robot1/chatter", CHATTER.kind, STRING).key(0) == (
         f"0/robot1/chatter/std_msgs::msg::dds_::String_/{STRING}"
     )
     assert ADDITION.key(2) == f"2/add_two_ints/example_interfaces::srv::dds_::AddTwoInts_/{ADD}"
@@ -180,7 +180,7 @@ def test_a_token_with_memory_elsewhere_is_read():
 
 def test_attachments_are_those_of_rmw_zenoh():
     gid = bytes.fromhex("eb85fa883b7846dc448a4501890ad062")
-    made = Attachment(7, 1700000000123456789, gid)
+    made = MessageAttachment(7, 1700000000123456789, gid)
     data = bytes.fromhex("070000000000000015cd853dfe9c971710eb85fa883b7846dc448a4501890ad062")
     assert bytes(made) == data
     assert attachment_of(data) == made
@@ -195,7 +195,7 @@ PARTS = st.one_of(
 
 @given(st.one_of(st.text(), st.lists(PARTS, max_size=15).map("/".join)))
 def test_no_token_of_a_stranger_raises(token: str):
-    graph = Graph()
+    graph = RosGraph()
     graph.come(token)
     graph.go(token)
     found = endpoint_of(token)
@@ -209,7 +209,7 @@ def test_no_attachment_of_a_stranger_raises(data: bytes):
 
 
 def test_a_graph_knows_who_is_there():
-    graph, (token, (endpoint, _)) = Graph(), next(iter(TOKENS.items()))
+    graph, (token, (endpoint, _)) = RosGraph(), next(iter(TOKENS.items()))
     graph.come(token)
     graph.come(token)
     (first,) = graph.at("MS", endpoint.place)
@@ -222,8 +222,8 @@ def test_a_graph_knows_who_is_there():
 
 
 def test_an_inbox_drops_what_is_oldest():
-    inbox, got = Inbox(), list[object]()
-    short, long = Source(got.append, 2), Source(got.append, 0)
+    inbox, got = MessageInbox(), list[object]()
+    short, long = InboxSource(got.append, 2), InboxSource(got.append, 0)
     for number in range(4):
         inbox.put(short, ("short", number))
         inbox.put(long, ("long", number))
@@ -233,9 +233,9 @@ def test_an_inbox_drops_what_is_oldest():
 
 
 def test_an_inbox_forgets_what_has_ended():
-    inbox, got = Inbox(), list[object]()
-    second = Source(got.append, 5)
-    first = Source(lambda _item: inbox.end(second), 5)
+    inbox, got = MessageInbox(), list[object]()
+    second = InboxSource(got.append, 5)
+    first = InboxSource(lambda _item: inbox.end(second), 5)
     inbox.put(first, 1)
     inbox.put(second, 2)
     assert inbox.hand_out(0)

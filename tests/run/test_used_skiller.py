@@ -143,7 +143,7 @@ def test_a_skill_call_waits_for_its_own_skill(transport, state, tmp_path):
         ):
             for _ in range(2):  # the second follows its own like
                 told: list[tuple[str, str]] = []
-                with SkillerCall(board, tell=partial(_note, told)) as call:
+                with SkillerCall(board, on_status=partial(_note, told)) as call:
                     assert call.execute(OTHERS_SKILL, WAIT_S).outcome is CallOutcome.FINAL
                 assert told in ([("S_RUNNING", ""), ("S_FINAL", "")], [("S_FINAL", "")])
                 wait_free(board)

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.lua.engine import LuaEngine
-from cxbridge.skiller.machinegraph import Machine, MachineState, MachineTransition, parse_graph
+from cxbridge.skiller.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
 from tests.skiller.rig import Rig, write_skills
 from tests.skiller.test_graphs import MACHINES, SPACE
 
@@ -23,7 +23,7 @@ def engine(tmp_path: Path) -> LuaEngine:
     return Rig().lua([tmp_path], space="space").engine
 
 
-def run(engine: LuaEngine, skill: str, times: int) -> Machine:
+def run(engine: LuaEngine, skill: str, times: int) -> StateMachine:
     assert engine.compile(f"{skill}{{}}") == ""
     for _ in range(times):
         engine.run()

@@ -10,16 +10,16 @@ from hypothesis import strategies as st
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
-from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, Position
+from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, StreamPosition
 from cxbridge.web.event_collector import MOST_PENDING, EventCollector
 
 ALL = EventSelection(frozenset({"log", "rule", "interface", "goal"}))
-START = Position()
+START = StreamPosition()
 
 
 def at_line(lines, goals=0, lost=0, others=0):
     """The position after so many log lines and others."""
-    return Position((goals, lines, others), lost)
+    return StreamPosition((goals, lines, others), lost)
 
 
 def line(text="x"):

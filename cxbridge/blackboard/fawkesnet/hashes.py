@@ -39,7 +39,7 @@ def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
     return schema.hash if schema is not None and accepts_hash(schema, remote) else remote
 
 
-def hash_to_tell(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
+def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
     """Return the hash that a Fawkes knows for what is in memory."""
     schema = schema_or_none(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory

@@ -102,7 +102,7 @@ class FawkesServer(BoardServer):
         self._sessions: dict[int, FawkesSession] = {}
         self._numbers = itertools.count(1)
         self._attention: set[FawkesSession] = set()
-        self._speaking: set[FawkesSession] = set()  # whom we heard in this round
+        self._speaking: set[FawkesSession] = set()  # of whom something came in this round
         self._collecting = False
         self._resume_at = 0.0
         self._listener = self._listen(host, port)
@@ -210,7 +210,7 @@ class FawkesServer(BoardServer):
             except (BlockingIOError, ConnectionAbortedError):
                 return
             except OSError as error:  # no file descriptors left: the connection waits where it is
-                self._shortage.tell(error.strerror or str(error))
+                self._shortage.report(error.strerror or str(error))
                 self._selector.unregister(self._listener)
                 self._resume_at = time.monotonic() + _PAUSE
                 return
@@ -282,7 +282,7 @@ class FawkesServer(BoardServer):
         while self._attention or answered:
             if self._attention:
                 session = self._attention.pop()
-                if session in self._speaking:  # news for others first: this one hears only of itself
+                if session in self._speaking:  # news for others first: this one gets only its own
                     self._speaking.discard(session)
                     answered.append(session)
                     continue

@@ -13,7 +13,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import FrameDecoder
 from cxbridge.blackboard.fawkesnet.outbox import MOST, Outbox
 
 
-class Hub(Protocol):
+class FawkesNetworkHub(Protocol):
     """The server, as its sessions and components see it."""
 
     def attend(self, session: FawkesSession) -> None:
@@ -35,7 +35,7 @@ class FawkesSession:
     :param hub: the server.
     """
 
-    def __init__(self, number: int, sock: socket.socket, peer: str, hub: Hub) -> None:
+    def __init__(self, number: int, sock: socket.socket, peer: str, hub: FawkesNetworkHub) -> None:
         self.number: Final = number
         self.sock: Final = sock
         self.peer: Final = peer

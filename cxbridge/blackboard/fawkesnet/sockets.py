@@ -39,5 +39,5 @@ def acknowledge(sock: socket.socket) -> None:
     to putting it off by itself.
     """
     if _QUICKACK is not None:
-        with contextlib.suppress(OSError):  # it has ended: the next recv tells
+        with contextlib.suppress(OSError):  # it has ended: the next recv reports that
             sock.setsockopt(socket.IPPROTO_TCP, _QUICKACK, 1)

@@ -37,7 +37,7 @@ class Shortage:
         self._complaints: Final = Complaints(log)
         self._where: Final = where
 
-    def tell(self, reason: str) -> None:
+    def report(self, reason: str) -> None:
         """Report it, unless it was reported a moment ago."""
         text = f"cannot accept {self._where}: {reason}; they wait until there is room"
         self._complaints.add("", text)
@@ -70,12 +70,12 @@ class PatientListener(socket.socket):
 
 
 def heed_shortage(loop: asyncio.AbstractEventLoop, shortage: Shortage) -> None:
-    """Let a loop tell of a shortage what there is to tell, in place of a traceback each time."""
+    """Let a loop report a shortage in one line, in place of a traceback each time."""
 
     def handle(loop: asyncio.AbstractEventLoop, context: dict[str, Any]) -> None:
         error = context.get("exception")
         if isinstance(error, OSError) and is_exhausted(error):
-            shortage.tell(error.strerror or str(error))
+            shortage.report(error.strerror or str(error))
         elif not _is_of_a_closed_socket(context):
             loop.default_exception_handler(context)
 

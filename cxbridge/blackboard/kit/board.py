@@ -35,7 +35,7 @@ class RemoteBlackBoard(BlackBoard):
         self._on_connection.append(callback)
 
     def announce(self, connected: bool, text: str) -> None:
-        """Tell people and programs that the connection is lost or back."""
+        """Notify people and programs that the connection is lost or back."""
         self.warn(text)
         for callback in tuple(self._on_connection):
             self._dispatcher.put(callback, connected)

@@ -8,7 +8,7 @@ from types import TracebackType
 from typing import Final, Self
 
 from cxbridge.blackboard.kit.complaints import Complaints
-from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.events import Logger
 
 
@@ -50,7 +50,7 @@ class BoardServer(ABC):
         """
         assert not self._started, "it was started before"
         self._started = True
-        self._wakeup = Wakeup()
+        self._wakeup = SocketWakeup()
         try:
             self._prepare()
         except BaseException:

@@ -6,7 +6,7 @@ import socket
 import threading
 
 
-class Wakeup:
+class SocketWakeup:
     """Set by any thread, polled by one. Setting it many times wakes once."""
 
     __slots__ = ("_closed", "_lock", "_pending", "_reading", "_writing")

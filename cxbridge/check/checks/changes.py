@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.clipstext.syntax import read
 from cxbridge.suggestions import did_you_mean
 
@@ -69,8 +69,8 @@ class _Allowed:
         return self._known[key]
 
 
-def _place(file: SourceFile, offset: int) -> Place:
-    return Place(file.path, file.lines.at(offset), file.lines.column(offset))
+def _place(file: SourceFile, offset: int) -> SourcePlace:
+    return SourcePlace(file.path, file.lines.at(offset), file.lines.column(offset))
 
 
 def _unknown(file: SourceFile, placed: PlacedPiece, mention: Mention, slots: set[str]) -> Finding:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.check.keys import KeyCheck, parts_of, prefixes
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
@@ -76,16 +76,16 @@ _CLIPS: Final = re.compile(r"\S+\.clp")
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each strange value."""
-    seen: set[Place] = set()
+    seen: set[SourcePlace] = set()
     for error in () if agent.is_lenient else mistaken_keys(agent.config, agent.spec):
         finding = of_error(error, MISTAKEN_KEY)
         seen.add(finding.place)
         yield finding
     for text in (*map(str, agent.config.warnings), *check_spec(agent.config, agent.spec)):
         match = _PLACE.match(text)
-        place = Place(str(agent.context.paths.config_file))
+        place = SourcePlace(str(agent.context.paths.config_file))
         if match:
-            place = Place(match["file"], int(match["line"]), int(match["column"] or 0))
+            place = SourcePlace(match["file"], int(match["line"]), int(match["column"] or 0))
         if not match or place not in seen:  # a second one there follows from the first
             yield Finding(STRANGE, place, match["text"] if match else text)
         seen.add(place)
@@ -100,7 +100,7 @@ def check(agent: Agent) -> Iterator[Finding]:
 def _check_time(agent: Agent) -> Iterator[Finding]:
     config = agent.config
     value = config.get(_TIME_KEY) if config.exists(_TIME_KEY) else None
-    place = Place(str(agent.context.paths.config_file))
+    place = SourcePlace(str(agent.context.paths.config_file))
     if value is not None and value.file:
         place = place_of(value)
     if not config.get_bool(_TIME_KEY, default=False):
@@ -155,11 +155,11 @@ def _check_format(agent: Agent, old: list[ConfigValue]) -> Iterator[Finding]:
         )
 
 
-def _check_keys(agent: Agent, told: set[Place]) -> Iterator[Finding]:
+def _check_keys(agent: Agent, named: set[SourcePlace]) -> Iterator[Finding]:
     """Yield a finding for each key that nobody reads, but those in places that a finding names already."""
     checked, seen = KeyCheck(), set[str]()
     in_scenario = agent.context.paths.config_file.name == SCENARIO_FILE
-    lines = {(place.file, place.line) for place in told}
+    lines = {(place.file, place.line) for place in named}
     for value in agent.config.walk("/"):
         path = parts_of(value.path)
         unknown = checked.first_unknown(path)

@@ -10,7 +10,7 @@ from typing import Final
 from cxbridge.agent.names import Kind, Use
 from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
 from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
@@ -149,7 +149,7 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
-    place = Place(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
+    place = SourcePlace(str(file.path), diagnostic.line or 0) if word is None else file.place(word)
     text = "" if word is None else word.text
     if code is FUNCTION:
         return Finding(

@@ -10,8 +10,8 @@ from typing import Final
 
 from cxbridge.agent.names import Kind, Name, Use
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.usage import OF_PROGRAM, Construct, Fact, Usage
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge.check.usage import OF_PROGRAM, Construct, FactUse, Usage
 from cxbridge.suggestions import did_you_mean
 
 RULE: Final = Code(
@@ -86,7 +86,7 @@ def _finding(code: Code, construct: Construct, start: int, message: str, hint: s
     """Return a finding at a place of a construct."""
     at = construct.placed.start + start
     lines = construct.file.lines
-    return Finding(code, Place(construct.file.path, lines.at(at), lines.column(at)), message, hint)
+    return Finding(code, SourcePlace(construct.file.path, lines.at(at), lines.column(at)), message, hint)
 
 
 # ---- rules and facts
@@ -109,17 +109,17 @@ def _rules(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
 
 def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     read = usage.read_templates()
-    told: set[str] = set()
+    reported: set[str] = set()
     for construct in own:
         for fact in construct.facts:
             name = fact.template
-            if name in told | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
+            if name in reported | read or name in usage.templates_in_texts or OF_PROGRAM.fullmatch(name):
                 continue
             if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it
             if not agent.model.is_defined(Name(Kind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue
-            told.add(name)
+            reported.add(name)
             yield _finding(
                 FACT,
                 construct,
@@ -139,12 +139,12 @@ def _asserts(usage: Usage, template: str) -> int:
 
 def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     made = {word for construct in usage.constructs for word in construct.words} | usage.others
-    told: set[str] = set()
+    reported: set[str] = set()
     for construct in own:
         for pattern in construct.patterns:
             for name in sorted(pattern.slots.get(_CLASS, ()) if pattern.template == _GOAL else ()):
-                if name not in made | told:
-                    told.add(name)
+                if name not in made | reported:
+                    reported.add(name)
                     hint = did_you_mean(name, _classes(usage))
                     message = (
                         f"nothing formulates a goal of class {name}, which defrule {construct.name} needs"
@@ -152,8 +152,8 @@ def _goals(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
                     yield _finding(NOT_FORMULATED, construct, pattern.start, message, hint)
         for fact in construct.facts:
             name = next(iter(fact.slots.get(_CLASS, ())), "")
-            if fact.template == _GOAL and name and name not in told:
-                told.add(name)
+            if fact.template == _GOAL and name and name not in reported:
+                reported.add(name)
                 yield from _way(agent, usage, construct, fact, name)
 
 
@@ -161,7 +161,7 @@ def _classes(usage: Usage) -> set[str]:
     return {name for _, fact in usage.made.get(_GOAL, ()) for name in fact.slots.get(_CLASS, ())}
 
 
-def _way(agent: Agent, usage: Usage, construct: Construct, fact: Fact, name: str) -> Iterator[Finding]:
+def _way(agent: Agent, usage: Usage, construct: Construct, fact: FactUse, name: str) -> Iterator[Finding]:
     """Yield a finding when a goal that is made is never selected."""
     if "mode" in fact.slots and "FORMULATED" not in fact.slots["mode"]:
         return
@@ -173,7 +173,7 @@ def _way(agent: Agent, usage: Usage, construct: Construct, fact: Fact, name: str
         yield _finding(NOT_EXPANDED, construct, fact.start, f"nothing expands goals of class {name}")
 
 
-def _expands(agent: Agent, construct: Construct, goal: Fact, name: str) -> bool:
+def _expands(agent: Agent, construct: Construct, goal: FactUse, name: str) -> bool:
     """Whether a construct may do something with such a goal when it is selected.
 
     A rule of the core for goals of any class (that of the planner) waits for what a rule of the agent does.
@@ -192,7 +192,7 @@ def _expands(agent: Agent, construct: Construct, goal: Fact, name: str) -> bool:
     )
 
 
-def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[str]) -> bool:
+def _leads(rule: Construct, goal: FactUse, before: str, after: str, setters: set[str]) -> bool:
     """Whether a rule matches such a goal in a mode, and may set another.
 
     :param setters: functions that set it.
@@ -202,13 +202,13 @@ def _leads(rule: Construct, goal: Fact, before: str, after: str, setters: set[st
     return any(_fits(pattern, goal, before) for pattern in rule.patterns)
 
 
-def _fits(pattern: Fact, goal: Fact, mode: str) -> bool:
+def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
     """Whether a pattern matches such a goal in a mode."""
     if pattern.template != _GOAL or mode not in pattern.slots.get("mode", {mode}):
         return False
     defaults = _DEFAULTS if "sub-type" not in goal.named else {"type": _DEFAULTS["type"]}
     kept = {slot: words for slot, words in pattern.slots.items() if slot in _SORTS}
-    return Fact(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
+    return FactUse(_GOAL, 0, kept, pattern.named).fits(goal, defaults)
 
 
 # ---- functions

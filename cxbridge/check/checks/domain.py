@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.agent.clips import literal
 from cxbridge.check.agent import Agent, ClipsFile, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.check.planned import planned_actions
 from cxbridge.clipstext.syntax import Definition, SyntaxNode
 from cxbridge.errors import PddlError
@@ -158,7 +158,7 @@ def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
         place = (
             place_of(agent.config.get(f"{base}/{action}"))
             if agent.config.exists(f"{base}/{action}")
-            else Place("")
+            else SourcePlace("")
         )
         if action not in actions.parameters:
             if actions.parameters and actions.is_complete:

@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Kind, Use
 from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Place, Severity
-from cxbridge.check.planned import PlannedAction, count, planned_actions
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge.check.planned import WrittenAction, count, planned_actions
 from cxbridge.clipstext.syntax import SyntaxNode
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
@@ -105,7 +105,7 @@ def _check_facts(domain: Domain) -> Iterator[Finding]:
 
 
 def _of_error(error: PddlError, code: Code, domain: Domain) -> Finding:
-    place = Place(domain.file, error.line or 0, error.column or 0)
+    place = SourcePlace(domain.file, error.line or 0, error.column or 0)
     return Finding(code, place, error.message, error.hint or "")
 
 
@@ -122,18 +122,22 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         if slot.head == "name"
         for value in slot.arguments
     }
-    told: set[str] = set()
+    reported: set[str] = set()
     for file in model.files:
         if agent.is_of_core(file.path):
             continue
         for mention in file.mentions:
             name = mention.name
-            if name.kind is not Kind.PREDICATE or mention.use is not Use.MATCHED or name.text in known | told:
+            if (
+                name.kind is not Kind.PREDICATE
+                or mention.use is not Use.MATCHED
+                or name.text in known | reported
+            ):
                 continue
-            told.add(name.text)
+            reported.add(name.text)
             if any(f"domain/fact/{name.text}" in each.text for each in agent.files):
                 continue  # a fact by its id
-            at = Place(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
+            at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
             message = f"no domain has a predicate '{name.text}'"
             yield Finding(PREDICATE, at, message, did_you_mean(name.text, known))
 
@@ -151,7 +155,7 @@ def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         name = next(iter(fact.slots.get("type", ())), "")
         if name and name not in known and not agent.is_of_core(construct.file.path):
             at, lines = construct.placed.start + fact.start, construct.file.lines
-            place = Place(construct.file.path, lines.at(at), lines.column(at))
+            place = SourcePlace(construct.file.path, lines.at(at), lines.column(at))
             yield Finding(TYPE, place, f"no domain has a type '{name}'", did_you_mean(name, known))
 
 
@@ -170,7 +174,7 @@ def _check_parameters(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             yield from _check_plan_action(planned, actions[literal(planned.name)])
 
 
-def _check_plan_action(planned: PlannedAction, wanted: list[str]) -> Iterator[Finding]:
+def _check_plan_action(planned: WrittenAction, wanted: list[str]) -> Iterator[Finding]:
     name, file = literal(planned.name), planned.file
     it_has = f"it has: {', '.join(wanted) or 'none'}"
     for given in planned.names or ():
@@ -208,13 +212,13 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
         if (word := literal(value)) and not any(node.start >= action.start for action in construct.actions)
     }
     operators = {action.name for each in parsed for action in each.domain.actions}
-    told = mapped | named
+    reported = mapped | named
     for file in agent.model.files:
         for mention in () if agent.is_of_core(file.path) else file.mentions:
             name = mention.name.text
             is_planned = mention.name.kind is Kind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
-            if is_planned and name in operators - told:
-                told.add(name)
-                at = Place(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
+            if is_planned and name in operators - reported:
+                reported.add(name)
+                at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
                 hint = did_you_mean(name, mapped - operators)
                 yield Finding(NOT_EXECUTED, at, f"nobody executes the action '{name}'", hint)

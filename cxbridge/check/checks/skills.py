@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import Kind
 from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Place, Severity, of_error
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.skillers import skiller_settings
@@ -96,7 +96,7 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
             except LuaError as error:
                 match = _LUA_LINE.search(str(error))
                 line, message = (int(match[1]), match[2]) if match else (0, str(error))
-                yield Finding(COMPILES, Place(str(path), line), message)
+                yield Finding(COMPILES, SourcePlace(str(path), line), message)
 
 
 def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Place, Severity
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
 from cxbridge.check.usage import Construct
 
@@ -39,7 +39,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         start = construct.placed.start
         line = before.file.lines.at(before.placed.start)
         where = "line" if before.file is here else f"{Path(before.file.path).name}, line"
-        place = Place(here.path, here.lines.at(start), here.lines.column(start))
+        place = SourcePlace(here.path, here.lines.at(start), here.lines.column(start))
         lost = losses.of([before])
         message = f"{construct.keyword} {construct.name} replaces the one in {where} {line}"
         message += f"; {lost}" if lost else ""

@@ -155,14 +155,14 @@ def shutdown(url: Connect = DEFAULT_URL) -> int:
 
 
 def _command(url: str, what: str) -> int:
-    """Tell a daemon what to do; 0 when it has done it, 3 when it has not answered in time."""
+    """Command a daemon; 0 when it has done it, 3 when it has not answered in time."""
     from cxbridge.daemon.client import command
 
     with connect(url, None) as board:
-        return _told(board, what, command(board, what, _COMMAND_S))
+        return _exit_status(board, what, command(board, what, _COMMAND_S))
 
 
-def _told(_board: BlackBoard, what: str, done: bool) -> int:
+def _exit_status(_board: BlackBoard, what: str, done: bool) -> int:
     if not done:
         say(f"the daemon did not {what.lower()} within {_COMMAND_S:g} s", err=True)
     return 0 if done else TIMED_OUT

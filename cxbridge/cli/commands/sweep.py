@@ -99,7 +99,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
-    from cxbridge.sweep.summary import Comparison, SweepSummary
+    from cxbridge.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _jobs(agent, play)
@@ -114,12 +114,12 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     if others:
         (second,) = others
         found["against"] = SweepSummary(second).as_dict()
-        compared = Comparison({row.seed: row for row in first}, {row.seed: row for row in second})
+        compared = AgentComparison({row.seed: row for row in first}, {row.seed: row for row in second})
         found["comparison"] = compared.as_dict()
     if outputs.as_json:
         say_json(found)
     else:
-        _tell(found, play)
+        _print_sweep(found, play)
     return 0
 
 
@@ -199,13 +199,13 @@ def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
         write_page(tables, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
 
 
-def _tell(found: dict[str, Any], play: _SweepOptions) -> None:
+def _print_sweep(found: dict[str, Any], play: _SweepOptions) -> None:
     """Print a sweep for people."""
-    _tell_one(found)
+    _print_outcomes(found)
     if play.against is None:
         return
     say(f"against {play.against}:")
-    _tell_one(found["against"])
+    _print_outcomes(found["against"])
     compared = found["comparison"]
     completed = compared["completed"]
     say(
@@ -221,7 +221,7 @@ def _tell(found: dict[str, Any], play: _SweepOptions) -> None:
         say(f"  seed {each['seed']}: {first} and {second}, {spans}")
 
 
-def _tell_one(found: dict[str, Any]) -> None:
+def _print_outcomes(found: dict[str, Any]) -> None:
     for outcome, count in found["outcomes"].items():
         seeds = found["seeds"].get(outcome, ())
         first = f", first seeds {', '.join(map(str, seeds))}" if seeds else ""

@@ -40,14 +40,14 @@ def view(
     from cxbridge.events import EventBus, LogLine
     from cxbridge.process.interrupt import Interrupt
     from cxbridge.web.guard import Guard
-    from cxbridge.web.http.recordings import Recordings
+    from cxbridge.web.http.recordings import RecordingsApp
     from cxbridge.web.http.serving import HttpThread
     from cxbridge.web.settings import WebSettings
 
     bus = EventBus(RealClock())
     bus.subscribe(console.log(), LogLine)
     settings = WebSettings(port=port)
-    recordings = Recordings(runs)
+    recordings = RecordingsApp(runs)
     server = HttpThread(settings, bus.logger("Web"))
     with Interrupt(service=True) as interrupt:
         try:

@@ -1,4 +1,4 @@
-"""The server of a daemon for Foxglove. It hears of events from its configuration on."""
+"""The server of a daemon for Foxglove. It receives events from its configuration on."""
 
 from __future__ import annotations
 

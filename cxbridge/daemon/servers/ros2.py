@@ -7,14 +7,13 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.context import DaemonContext
-from cxbridge.daemon.lifecycle import ComponentStatus
-from cxbridge.daemon.lifecycle import State as ComponentState
+from cxbridge.daemon.lifecycle import ComponentStatus, State
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
 from cxbridge.ros2.executor import typed
 from cxbridge.ros2.frames import stamp
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, State
+from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
 from cxbridge.ros2.parameters import Parameter, Parameters
 from cxbridge.ros2.rosout import Rosout
 from cxbridge.ros2.trees import node_settings, placed
@@ -58,7 +57,7 @@ class Ros2NodeComponent(Component):
                 CLEANUP: lambda: False,  # what is not configured is no daemon
             }
             report = context.bus.logger("Ros2Node").error
-            self._lifecycle = Lifecycle(node, name, work, context.clock, report, State.ACTIVE)
+            self._lifecycle = Lifecycle(node, name, work, context.clock, report, LifecycleState.ACTIVE)
             own = {
                 "use_sim_time": Parameter(value=context.clock.name == ROS2_CLOCK, read_only=True),
                 "spec": Parameter(context.spec, "what the executive does", read_only=True),
@@ -80,14 +79,14 @@ class Ros2NodeComponent(Component):
         """Answer, and report what others did with the daemon."""
         self._node.poll()
         is_paused = self._daemon.manager.paused
-        self._lifecycle.follow(State.INACTIVE if is_paused else State.ACTIVE)
+        self._lifecycle.follow(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)
         if self._clock.now_us() >= self._next_us:
             self._next_us = self._clock.now_us() + MICROSECONDS
             rows = [self._status(row) for row in self._daemon.manager.status()]
             self._diagnostics.publish({"header": {"stamp": stamp(self._clock.now_us())}, "status": rows})
 
     def _status(self, row: ComponentStatus) -> Mapping[str, Any]:
-        level = _FAILED if row.reason else _FINE if row.state is ComponentState.ACTIVE else _IDLE
+        level = _FAILED if row.reason else _FINE if row.state is State.ACTIVE else _IDLE
         name, message = f"{self._name}: {row.name}", row.reason or row.state.name.lower()
         return {"level": level, "name": name, "message": message, "hardware_id": self._name}
 

@@ -78,7 +78,7 @@ class ProcessWebHost(ABC):
         return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
-        """Tell why a rule has not fired, or how a goal came about; not in the main loop's thread."""
+        """Explain why a rule has not fired, or how a goal came about; not in the main loop's thread."""
         return ask_why(self.board, name, kind, _RULES, timeout_s)
 
     def _status(

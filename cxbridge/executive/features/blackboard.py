@@ -168,13 +168,13 @@ class BlackBoardFeature(Feature):
                 self._define_type(context, interface)
         except CxbridgeError as error:
             context.log.warn(f"Failed to preload interface type {kind}, exception follows")
-            self._tell_definition(context, kind, error)
+            self._report_definition(context, kind, error)
             return
         context.reading[kind] = []
 
     @staticmethod
-    def _tell_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
-        """Tell why an interface cannot be opened; a type that is not defined is a mistake of the agent."""
+    def _report_definition(context: _BlackBoardContext, kind: str, error: CxbridgeError) -> None:
+        """Explain why an interface cannot be opened; a type that is not defined is a mistake of the agent."""
         loader = context.env.loader
         if not isinstance(error, _DEFINITION_ERRORS):
             context.log.warn(str(error))
@@ -198,7 +198,7 @@ class BlackBoardFeature(Feature):
                 else Level.WARN
             )
             context.log.log(level, f"Failed to open interface {kind}:{identifier}, exception follows")
-            self._tell_definition(context, kind, error)
+            self._report_definition(context, kind, error)
             return
         if not self._define_type(context, interface):
             interface.close()
@@ -326,7 +326,7 @@ class BlackBoardFeature(Feature):
         try:
             return interface.msgq_enqueue(message)
         except NoWriterError:
-            # the blackboard has told of it already
+            # the blackboard has reported it already
             return 0
         except CxbridgeError as error:
             context.log.warn(f"Failed to send message: {error}")

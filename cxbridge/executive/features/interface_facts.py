@@ -34,7 +34,7 @@ def _is_multislot(field: FieldSchema) -> bool:
 
 
 def deftemplate(interface: Interface) -> str:
-    """Return the deftemplate whose facts tell of interfaces of this type."""
+    """Return the deftemplate whose facts describe interfaces of this type."""
     lines = [
         f"(deftemplate {interface.type}",
         "  (slot id (type STRING))",

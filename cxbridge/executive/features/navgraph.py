@@ -28,29 +28,29 @@ class NavGraphFeature(Feature):
 
     def __init__(self, graph: Callable[[], NavGraph]) -> None:
         self._graph = graph
-        self._told: dict[str, int] = {}
+        self._asserted: dict[str, int] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the templates, tell of the graph, define the functions."""
+        """Load the templates, assert the graph, define the functions."""
         env.load(_FILE)
-        self._tell(env)
+        self._assert_graph(env)
         define = env.define
         define("navgraph-block-edge", lambda *ends: self._set(env, *ends, block=True), 2, types="*;sy;sy")
         define("navgraph-unblock-edge", lambda *ends: self._set(env, *ends, block=False), 2, types="*;sy;sy")
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Tell of the graph again when it has changed."""
-        told = self._told.get(env.name)
-        if told is not None and told != self._graph().revision:
+        """Report the graph again when it has changed."""
+        asserted = self._asserted.get(env.name)
+        if asserted is not None and asserted != self._graph().revision:
             env.bus.logger(_LOG).debug(f"Graph changed, re-asserting in environment {env.name}")
             env.call("navgraph-cleanup")
-            self._tell(env)
+            self._assert_graph(env)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Forget the environment."""
-        self._told.pop(env.name, None)
+        self._asserted.pop(env.name, None)
 
-    def _tell(self, env: ClipsEnvironment) -> None:
+    def _assert_graph(self, env: ClipsEnvironment) -> None:
         """Assert the graph, or that there is none."""
         try:
             graph = self._graph()
@@ -58,7 +58,7 @@ class NavGraphFeature(Feature):
             env.bus.logger(_LOG).warn(f"Failed to assert navgraph: {error}")
             env.assert_string(f"(navgraph-load-fail {quoted(str(error))})")
             return
-        self._told[env.name] = graph.revision
+        self._asserted[env.name] = graph.revision
         env.assert_fact("navgraph", {"name": graph.name})
         for node in graph.nodes:
             properties = _flat({**graph.default_properties, **node.properties})

@@ -13,7 +13,13 @@ from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService, PlanResult, ToldCall
+    from cxbridge.executive.planning import (
+        PlanCall,
+        PlannedAction,
+        PlannerCallReporter,
+        PlanningService,
+        PlanResult,
+    )
 
 _FILES = CORE_DIR / "planner"
 _NEEDED_BY_GOALS = ("goal", "plan", "plan-action")
@@ -32,7 +38,7 @@ class _PlannerUser(PlanningUser):
         super().__init__(env, service, settings, domain_of)
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
-        self._told: dict[str, ToldCall] = {}
+        self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
         self._made = 0
         self._goals_loaded = False
@@ -41,13 +47,13 @@ class _PlannerUser(PlanningUser):
 
     def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
         try:
-            request, told = self.request(goal_id, formula, planner, timeout)
+            request, reporter = self.request(goal_id, formula, planner, timeout)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
             return FALSE
         self._made += 1
         call_id = Symbol(f"plan-{self._made}")
-        self._told[call_id] = told.started(call_id, request.problem)
+        self._reporters[call_id] = reporter.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
         self._began_us[call_id] = self.env.bus.clock.now_us()
         self.env.assert_fact(
@@ -96,7 +102,7 @@ class _PlannerUser(PlanningUser):
             result = call.wait() if waits else call.result
             if result is not None:
                 del self._calls[call_id]
-                self._tell(call_id, result)
+                self._assert_result(call_id, result)
 
     def _load_goals(self) -> None:
         """Load the rules for goals as soon as there are goals and plans."""
@@ -104,11 +110,11 @@ class _PlannerUser(PlanningUser):
             self._goals_loaded = True
             self.env.load(_FILES / "goals.clp")
 
-    def _tell(self, call_id: str, result: PlanResult) -> None:
+    def _assert_result(self, call_id: str, result: PlanResult) -> None:
         planned = result.status.value == "PLANNED"
         if planned:
             self._assert(Symbol(call_id), result.actions)
-        self._told.pop(call_id).ended(result)
+        self._reporters.pop(call_id).ended(result)
         text = f"{len(result.actions)} actions" if planned else result.message
         self._log.info(f"{call_id}: {result.status.value} by {result.planner}: {text}")
         # by the run's clock: real time in a fact would make each run another one
@@ -128,7 +134,7 @@ class _PlannerUser(PlanningUser):
         self.service.close()
         for call_id, call in self._calls.items():
             if (result := call.wait()) is not None:
-                self._told.pop(call_id).ended(result)
+                self._reporters.pop(call_id).ended(result)
 
     def _assert(self, call_id: Symbol, actions: tuple[PlannedAction, ...]) -> None:
         goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]

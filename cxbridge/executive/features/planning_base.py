@@ -15,7 +15,7 @@ from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain
-    from cxbridge.executive.planning import PlannedAction, PlanningService, PlanRequest, ToldCall
+    from cxbridge.executive.planning import PlannedAction, PlannerCallReporter, PlanningService, PlanRequest
 
 DomainOf = Callable[[ClipsEnvironment], "Domain | None"]
 """Returns the domain that an environment parsed last; None when it parsed none."""
@@ -74,7 +74,7 @@ class PlanningUser:
 
     def request(
         self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0
-    ) -> tuple[PlanRequest, ToldCall]:
+    ) -> tuple[PlanRequest, PlannerCallReporter]:
         """Return a request for a plan, and what reports the call to the bus.
 
         :param planner: its name; empty: that of the settings.
@@ -82,12 +82,12 @@ class PlanningUser:
         :raises PddlError: when there is no domain, or the formula does not fit it; the bus has the reason.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
-        from cxbridge.executive.planning import PlanRequest, ToldCall  # noqa: PLC0415
+        from cxbridge.executive.planning import PlannerCallReporter, PlanRequest  # noqa: PLC0415
 
         domain, settings = self.domain, self.settings
         name = planner or settings.planner
         domain_name = "" if domain is None else domain.name
-        told = ToldCall(self.env.bus, self.env.name, "", goal_id, name, domain_name, formula)
+        reporter = PlannerCallReporter(self.env.bus, self.env.name, "", goal_id, name, domain_name, formula)
         try:
             if domain is None:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
@@ -95,10 +95,10 @@ class PlanningUser:
                 domain, *self.known(domain), parse_formula(formula), numbers=self.numbers(domain)
             )
         except PddlError as error:
-            told.refused(str(error))
+            reporter.refused(str(error))
             raise
         options = settings.options if name == settings.planner else {}
-        return PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout), told
+        return PlanRequest(domain, problem, name, dict(options), float(timeout) or settings.timeout), reporter
 
     def assert_plan(
         self, plan_id: Symbol, goal_id: Symbol, actions: Iterable[PlannedAction], *, timed: bool = False

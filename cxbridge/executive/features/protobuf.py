@@ -321,13 +321,13 @@ class _ProtobufUser:
 
         for event in self.network.drain():
             if isinstance(event, Received):
-                self._tell_message(event)
+                self._assert_message(event)
             elif isinstance(event, Presence):
-                self._tell_presence(event)
+                self._assert_presence(event)
             else:
                 self._log.warn(event.text)
 
-    def _tell_message(self, event: Received) -> None:
+    def _assert_message(self, event: Received) -> None:
         peer, server = event.origin.value == "PEER", event.origin.value == "SERVER"
         slots: dict[str, Value] = {
             "comp-id": event.component,
@@ -353,7 +353,7 @@ class _ProtobufUser:
             },
         )
 
-    def _tell_presence(self, event: Presence) -> None:
+    def _assert_presence(self, event: Presence) -> None:
         what = "connected" if event.connected else "disconnected"
         if event.origin.value == "CLIENT":
             self._env.assert_string(f"(protobuf-client-{what} {event.link})")

@@ -7,7 +7,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 
 
 class RedefineWarningFeature(Feature):
-    """Makes the loader tell of redefinitions. Nothing is prevented, as in Fawkes."""
+    """Makes the loader report redefinitions. Nothing is prevented, as in Fawkes."""
 
     name = "redefine-warning"
 

@@ -186,7 +186,7 @@ class CollectionFunctions:
         def register() -> None:
             try:
                 watch = self._store.watch(
-                    collection, wanted, lambda change: self._context.tell_event(name, change)
+                    collection, wanted, lambda change: self._context.enqueue_event(name, change)
                 )
             except RobotMemoryError as error:
                 self._log.warn(f"Error while registering trigger: {error}")
@@ -203,12 +203,12 @@ class CollectionFunctions:
     def _answer(self, name: str, trigger: Trigger | None) -> None:
         relation = "mutex-trigger-register-feedback"
         if trigger is None:
-            self._context.tell(relation, FAIL, name)
+            self._context.enqueue_fact(relation, FAIL, name)
         else:
-            self._context.tell(relation, SUCCESS, name, pointer_symbol(self._handles.add(trigger)))
+            self._context.enqueue_fact(relation, SUCCESS, name, pointer_symbol(self._handles.add(trigger)))
 
     def trigger_destroy(self, trigger: Value) -> None:
-        """Tell no more events of a trigger."""
+        """Stop reporting events of a trigger."""
         try:
             self._handles.take(trigger, Trigger, "robmem-trigger-destroy").close()
         except ClipsError as error:

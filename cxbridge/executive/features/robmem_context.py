@@ -42,11 +42,11 @@ class RobotMemoryContext:
         for _ in range(len(self._inbox)):
             self._inbox.popleft()()
 
-    def tell(self, relation: str, *fields: Value) -> None:
+    def enqueue_fact(self, relation: str, *fields: Value) -> None:
         """Let an ordered fact be asserted before the next run."""
         self._inbox.append(lambda: self._assert(relation, fields))
 
-    def tell_event(self, name: str, change: Change) -> None:
+    def enqueue_event(self, name: str, change: Change) -> None:
         """Let the facts of an event be asserted before the next run."""
         received_us = self.env.bus.clock.now_us()
         self._inbox.append(lambda: self._assert_event(name, change, received_us))
@@ -84,7 +84,7 @@ class RobotMemoryContext:
             return False
 
     def close(self) -> None:
-        """Tell nothing any more."""
+        """Stop reporting."""
         if self._threads is not None:
             self._threads.shutdown(wait=True, cancel_futures=True)
         self._inbox.clear()

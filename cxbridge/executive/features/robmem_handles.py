@@ -39,7 +39,7 @@ class Trigger:
         self.watch: Watch | None = None
 
     def close(self) -> None:
-        """Tell no more."""
+        """Stop reporting."""
         if self.watch is not None:
             self.watch.close()
 

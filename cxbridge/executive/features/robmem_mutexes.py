@@ -60,24 +60,26 @@ class MutexFunctions:
         """Start an operation; one a mutex at a time."""
 
         def run() -> None:
-            self._tell(name, mutex, done=self._context.attempt(f"Mutex {name}", operation))
+            self._report(name, mutex, done=self._context.attempt(f"Mutex {name}", operation))
 
         if self._context.start(f"mutex {mutex}", run):
             return (TRUE,)
-        self._tell(name, mutex, done=False)
+        self._report(name, mutex, done=False)
         return (FALSE, f"Task already running for {mutex} ({name} failed)")
 
-    def _tell(self, name: str, mutex: str, *, done: bool) -> None:
+    def _report(self, name: str, mutex: str, *, done: bool) -> None:
         """Report those outcomes that Fawkes reports; the trigger reports the others."""
         if name == "renew-lock" or (name == "try-lock" and not done):
-            self._context.tell(_FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex))
+            self._context.enqueue_fact(
+                _FEEDBACK, Symbol(f"{name}-async"), OK if done else FAIL, Symbol(mutex)
+            )
 
     def _expire_async(self, seconds: float) -> Value:
         def run() -> None:
             done = self._context.attempt("Expiring locks", lambda: self._mutexes.expire(float(seconds)))
-            self._context.tell(_FEEDBACK, Symbol(_EXPIRE), OK if done else FAIL)
+            self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), OK if done else FAIL)
 
         if self._context.start(_EXPIRE, run):
             return TRUE
-        self._context.tell(_FEEDBACK, Symbol(_EXPIRE), FAIL)
+        self._context.enqueue_fact(_FEEDBACK, Symbol(_EXPIRE), FAIL)
         return FALSE

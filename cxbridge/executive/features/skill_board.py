@@ -205,15 +205,15 @@ class SkillBoardFeature(Feature):
         """Bring the facts up to date."""
         changed, context.changed = context.changed, {}
         for number, action in changed.items():
-            self._tell_action(context, number, action)
+            self._assert_action(context, number, action)
         skills = self._skills()
         version = -1 if skills is None else skills.version
         if version != context.version:
             context.version = version
-            self._tell_executors(context, () if skills is None else skills.executors)
+            self._assert_executors(context, () if skills is None else skills.executors)
 
     @staticmethod
-    def _tell_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
+    def _assert_action(context: _SkillBoardContext, number: int, action: SkillAction) -> None:
         env = context.env
         old = context.facts.pop(number, None)
         if old is not None:
@@ -240,7 +240,7 @@ class SkillBoardFeature(Feature):
             context.facts[number] = made
 
     @staticmethod
-    def _tell_executors(context: _SkillBoardContext, executors: Iterable[Executor]) -> None:
+    def _assert_executors(context: _SkillBoardContext, executors: Iterable[Executor]) -> None:
         env, known = context.env, context.executors
         there = {executor.id: executor for executor in executors}
         for name, (said, fact) in list(known.items()):

@@ -145,7 +145,7 @@ class ClipsEnvironment:
         self.log.error(text)
 
     def _recursion_ended(self, function: str) -> None:
-        """Tell of a function that called itself until the stack was nearly used up."""
+        """Report a function that called itself until the stack was nearly used up."""
         # CLIPS says about each level of the recursion that it ends; it has been said
         self.output.quiet = True
         self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
@@ -348,8 +348,8 @@ class ClipsEnvironment:
         self._forget_templates()
         return self.loader.batch(str(path))
 
-    def tell_settings(self) -> None:
-        """Tell the bus what holds for all rules of the environment."""
+    def emit_settings(self) -> None:
+        """Emit what holds for all rules of the environment, as a source of the run."""
         if self.bus.wants(SourceRead):
             self.bus.emit_source(
                 "settings",

@@ -146,7 +146,7 @@ class ClipsLoader:
             give_way(self._env, (c.name for c in source.constructs if c.kind in _FUNCTION_KINDS))
         if self.warn_redefinitions:
             self._warn_of_redefinitions(source)
-        self._tell(file, data, batch=batch, native=native)
+        self._emit_source(file, data, batch=batch, native=native)
         self._loading.append(file)
         try:
             # what to load is the same for constructs, and to look for the end of a command takes CLIPS long
@@ -172,8 +172,8 @@ class ClipsLoader:
         question_at = self.answers.question_at
         return prepare(text, rewrite_modify=True, is_known=self.is_function, question_at=question_at)
 
-    def _tell(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
-        """Tell the bus of a file that is to be loaded."""
+    def _emit_source(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
+        """Emit a file that is to be loaded, as a source of the run."""
         how, modify = "batch" if batch else "load", "6.4" if native else "6.3"
         self._log.bus.emit_source(
             "clips", self._owner, file, data, how=how, modify=modify, within=self.within
@@ -280,7 +280,7 @@ class ClipsLoader:
             (log or self._log).log(Level.DEBUG if self.quiet else level, text)
 
     def _warn_of_redefinitions(self, source: ClipsSource) -> None:
-        """Tell of constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
+        """Report constructs that exist already, or come a second time (Fawkes' feature redefine-warning)."""
         seen: set[tuple[str, str]] = set()
         for construct in source.constructs:
             find = _FINDERS.get(construct.kind)

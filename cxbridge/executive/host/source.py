@@ -60,7 +60,7 @@ DUPLICATE_FUNCTION = "cx-duplicate"
 _BECOMES = {"modify": MODIFY_FUNCTION, "duplicate": DUPLICATE_FUNCTION, "cx-modify-goal": MODIFY_FUNCTION}
 
 
-class Construct(Struct, frozen=True):
+class SourceConstruct(Struct, frozen=True):
     """A ``(def... NAME`` at the top level of a file.
 
     :param kind: ``defrule``, ``deftemplate`` ...
@@ -93,7 +93,7 @@ class ClipsSource(Struct, frozen=True):
 
     text: str
     changed: bool
-    constructs: tuple[Construct, ...]
+    constructs: tuple[SourceConstruct, ...]
     unclosed_line: int | None
     excess: Excess | None = None
 
@@ -118,7 +118,7 @@ def prepare(
     :param question_at: see :meth:`~cxbridge.executive.host.functions.answers.Answers.question_at`.
     """
     code, lines = blank(text), Lines(text)
-    constructs: list[Construct] = []
+    constructs: list[SourceConstruct] = []
     edits: list[tuple[int, int, str]] = []
     functions: set[str] = set()
     unclosed = None
@@ -151,7 +151,7 @@ def prepare_core(text: str) -> ClipsSource:
     found = list(_IN_CORE.finditer(code))
     ends = [*(match.start() for match in found[1:]), len(text)]
     lines = Lines(text)
-    constructs: list[Construct] = []
+    constructs: list[SourceConstruct] = []
     edits: list[tuple[int, int, str]] = []
     for match, end in zip(found, ends, strict=False):
         _rewrite(code, (match.start(), end), _REWRITTEN_IN_CORE, edits)
@@ -159,11 +159,11 @@ def prepare_core(text: str) -> ClipsSource:
     return ClipsSource(_apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), None)
 
 
-def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[Construct]:
+def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) -> list[SourceConstruct]:
     """Return the construct that was found; of a defglobal all its variables, where it is closed."""
     variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
-    return [Construct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
-        Construct(found[1], found[2], lines.at(found.start()))
+    return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
+        SourceConstruct(found[1], found[2], lines.at(found.start()))
     ]
 
 

@@ -66,7 +66,7 @@ class _Followers:
         self._calls.append(follower)
         self._slots |= {slot: ffi.new("char[]", encode(slot)) for slot in slots}
 
-    def tell(self, template: str, fact: CData) -> None:
+    def notify(self, template: str, fact: CData) -> None:
         """Hand them the slots of a fact. To ask CLIPS for a slot costs as much as to print the whole fact."""
         get, value = lib.GetFactSlot, self._value
         slots = {
@@ -97,8 +97,8 @@ class Watcher:
         self._on_change: dict[str, list[Callable[[], None]]] = {}
         self._names: dict[CData, str] = {}
         self._ignored: set[CData] = set()
-        self._tell_facts = False
-        self._texts: dict[int, str] = {}  # of facts that were told, by index: they go as they came
+        self._emits_facts = False
+        self._texts: dict[int, str] = {}  # of facts that were emitted, by index: they go as they came
         self._hooks = (
             callback("void(Environment *, Fact *, void *)", self._asserted),
             callback("void(Environment *, Fact *, void *)", self._retracted),
@@ -150,11 +150,11 @@ class Watcher:
 
     def start(self) -> None:
         """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
-        self._tell_facts = self._bus.wants(FactChange)
+        self._emits_facts = self._bus.wants(FactChange)
         self._ignored.clear()
         self._texts.clear()
         asserted, retracted, fired = self._hooks
-        both = self._tell_facts or self._on_change
+        both = self._emits_facts or self._on_change
         self._api.on_assert(asserted if both or self._assert_followers else None)
         self._api.on_retract(retracted if both or self._retract_followers else None)
         self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
@@ -184,7 +184,7 @@ class Watcher:
             template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
         for call in self._on_change.get(template, ()):
             call()
-        if self._tell_facts and template in self.facts:
+        if self._emits_facts and template in self.facts:
             now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
                 text = self._texts[index] = self.text(fact)
@@ -194,8 +194,8 @@ class Watcher:
         elif self._texts:
             self._texts.pop(lib.FactIndex(fact), None)
         if template in followers:
-            followers[template].tell(template, fact)
-        elif not self._tell_facts and not any(
+            followers[template].notify(template, fact)
+        elif not self._emits_facts and not any(
             template in each for each in (self._assert_followers, self._retract_followers, self._on_change)
         ):
             self._ignored.add(pointer)

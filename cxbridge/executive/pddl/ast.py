@@ -26,12 +26,12 @@ _UNSAID: Final = ("position", "file")
 
 
 @cache
-def _compared_fields(node_class: type[Node]) -> attrgetter[Any]:
+def _compared_fields(node_class: type[PddlNode]) -> attrgetter[Any]:
     """Return what reads the fields that nodes of this class are compared by."""
     return attrgetter(*(name for name in node_class.__struct_fields__ if name not in _UNSAID))
 
 
-class Node(Struct, frozen=True):
+class PddlNode(Struct, frozen=True):
     """Nodes are equal when they say the same, wherever they were read."""
 
     def __eq__(self, other: object) -> bool:
@@ -42,7 +42,7 @@ class Node(Struct, frozen=True):
         return hash(_compared_fields(type(self))(self))
 
 
-class TypedNames(Node, frozen=True):
+class TypedNames(PddlNode, frozen=True):
     """Names that share a type: ``a b - c``, or ``a b - (either c d)``.
 
     :param names: the names, variables without their question mark.
@@ -73,21 +73,21 @@ def pairs_of(typed: TypedList) -> Iterator[tuple[str, str]]:
 # ---- terms
 
 
-class Variable(Node, frozen=True):
+class Variable(PddlNode, frozen=True):
     """A variable, without its question mark."""
 
     name: str
     position: Position = Position()
 
 
-class Constant(Node, frozen=True):
+class Constant(PddlNode, frozen=True):
     """A constant or a number, as written."""
 
     name: str
     position: Position = Position()
 
 
-class FunctionTerm(Node, frozen=True):
+class FunctionTerm(PddlNode, frozen=True):
     """The value of a function or of an arithmetic operator: ``(distance ?a ?b)``, ``(+ (f) 3)``."""
 
     function: str
@@ -101,7 +101,7 @@ Term = Variable | Constant | FunctionTerm
 # ---- formulas
 
 
-class Atom(Node, frozen=True):
+class Atom(PddlNode, frozen=True):
     """A predicate with its arguments."""
 
     predicate: str
@@ -109,28 +109,28 @@ class Atom(Node, frozen=True):
     position: Position = Position()
 
 
-class And(Node, frozen=True):
+class And(PddlNode, frozen=True):
     """A conjunction; an empty one is true."""
 
     parts: tuple[Formula, ...]
     position: Position = Position()
 
 
-class Or(Node, frozen=True):
+class Or(PddlNode, frozen=True):
     """A disjunction."""
 
     parts: tuple[Formula, ...]
     position: Position = Position()
 
 
-class Not(Node, frozen=True):
+class Not(PddlNode, frozen=True):
     """A negation."""
 
     part: Formula
     position: Position = Position()
 
 
-class Imply(Node, frozen=True):
+class Imply(PddlNode, frozen=True):
     """An implication."""
 
     condition: Formula
@@ -138,7 +138,7 @@ class Imply(Node, frozen=True):
     position: Position = Position()
 
 
-class TermComparison(Node, frozen=True):
+class TermComparison(PddlNode, frozen=True):
     """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
 
     operator: str
@@ -147,7 +147,7 @@ class TermComparison(Node, frozen=True):
     position: Position = Position()
 
 
-class Timed(Node, frozen=True):
+class Timed(PddlNode, frozen=True):
     """A formula at a time of a durative action: ``at start``, ``at end`` or ``over all``."""
 
     when: str
@@ -155,7 +155,7 @@ class Timed(Node, frozen=True):
     position: Position = Position()
 
 
-class Quantified(Node, frozen=True):
+class Quantified(PddlNode, frozen=True):
     """A formula ``exists`` or ``forall`` objects."""
 
     quantifier: str
@@ -164,7 +164,7 @@ class Quantified(Node, frozen=True):
     position: Position = Position()
 
 
-class When(Node, frozen=True):
+class When(PddlNode, frozen=True):
     """A conditional effect."""
 
     condition: Formula
@@ -172,7 +172,7 @@ class When(Node, frozen=True):
     position: Position = Position()
 
 
-class NumericChange(Node, frozen=True):
+class NumericChange(PddlNode, frozen=True):
     """An effect on a number: increase, decrease, assign, scale-up or scale-down."""
 
     operator: str
@@ -187,7 +187,7 @@ Formula = Atom | And | Or | Not | Imply | TermComparison | Timed | Quantified | 
 # ---- domains
 
 
-class Predicate(Node, frozen=True):
+class Predicate(PddlNode, frozen=True):
     """The declaration of a predicate."""
 
     name: str
@@ -195,7 +195,7 @@ class Predicate(Node, frozen=True):
     position: Position = Position()
 
 
-class Function(Node, frozen=True):
+class Function(PddlNode, frozen=True):
     """The declaration of a numeric function."""
 
     name: str
@@ -203,7 +203,7 @@ class Function(Node, frozen=True):
     position: Position = Position()
 
 
-class ActionSchema(Node, frozen=True):
+class ActionSchema(PddlNode, frozen=True):
     """An action.
 
     :param durative: whether it is written ``:durative-action``.
@@ -225,7 +225,7 @@ class ActionSchema(Node, frozen=True):
     position: Position = Position()
 
 
-class Domain(Node, frozen=True):
+class Domain(PddlNode, frozen=True):
     """A planning domain.
 
     :param requirements: the requirements, without their colon.

@@ -20,7 +20,7 @@ _SECTION_DEPTH: Final = 2  # (define (:section
 _TOKEN: Final = re.compile(r"[()]|;[^\n]*|[^\s();]+")
 
 
-class Word(NamedTuple):
+class BracketWord(NamedTuple):
     """A word: anything between blanks and brackets."""
 
     text: str
@@ -30,17 +30,17 @@ class Word(NamedTuple):
 class Group(NamedTuple):
     """A bracketed list."""
 
-    items: tuple[Word | Group, ...]
+    items: tuple[BracketWord | Group, ...]
     position: Position
 
     @property
     def head(self) -> str:
         """The first word; empty when there is none."""
         first = self.items[0] if self.items else None
-        return first.text if isinstance(first, Word) else ""
+        return first.text if isinstance(first, BracketWord) else ""
 
 
-Item = Word | Group
+Item = BracketWord | Group
 
 
 def read_items(text: str, file: str = "", *, close_last: bool = False) -> tuple[Item, ...]:
@@ -57,7 +57,7 @@ def read_items(text: str, file: str = "", *, close_last: bool = False) -> tuple[
             opened.append((items, position))
             items = []
         elif token != ")":
-            items.append(Word(token, position))
+            items.append(BracketWord(token, position))
         elif opened:
             outer, start = opened.pop()
             outer.append(Group(tuple(items), start))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any, Final
 
 from cxbridge.executive.pddl.ast import ActionSchema, Domain, Function, Position, Predicate
-from cxbridge.executive.pddl.brackets import Group, Item, Word
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item
 from cxbridge.executive.pddl.formulas import FormulaParser
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
@@ -43,7 +43,7 @@ class DomainParser(FormulaParser):
         if not isinstance(name, Group) or name.head != "domain" or len(name.items) != 2:  # noqa: PLR2004
             raise self.error("(domain NAME) is expected after 'define'", name.position)
         word = name.items[1]
-        if not isinstance(word, Word):
+        if not isinstance(word, BracketWord):
             raise self.error("the name of the domain is expected", word.position)
         fields = self._sections(define.items[2:])
         if self.fawkes_compat:
@@ -95,7 +95,7 @@ class DomainParser(FormulaParser):
             fields[key] = self._functions(rest)
 
     def _requirement(self, item: Item) -> str:
-        if isinstance(item, Word) and item.text.startswith(":") and len(item.text) > 1:
+        if isinstance(item, BracketWord) and item.text.startswith(":") and len(item.text) > 1:
             return item.text[1:]
         raise self.error("a requirement is expected", item.position, "such as :strips or :typing")
 
@@ -110,9 +110,9 @@ class DomainParser(FormulaParser):
         functions: list[Function] = []
         rest = iter(items)
         for item in rest:
-            if isinstance(item, Word) and item.text == "-" and functions:
+            if isinstance(item, BracketWord) and item.text == "-" and functions:
                 value = next(rest, item)
-                if not isinstance(value, Word) or value.text != "number":
+                if not isinstance(value, BracketWord) or value.text != "number":
                     raise self.error(
                         "the value of a function can only be a number", value.position, "write - number"
                     )
@@ -137,7 +137,7 @@ class DomainParser(FormulaParser):
         for key_item in rest:
             text, key = self._action_key(key_item, name, fields)
             value = next(rest, None)
-            if value is None or (isinstance(value, Word) and value.text in _ACTION_KEYS):
+            if value is None or (isinstance(value, BracketWord) and value.text in _ACTION_KEYS):
                 raise self.error(f"{text} of action {name} is missing its value", key_item.position)
             fields[key] = self._action_value(key, value)
         if self.fawkes_compat:
@@ -148,7 +148,7 @@ class DomainParser(FormulaParser):
 
     def _action_key(self, item: Item, action: str, fields: dict[str, Any]) -> tuple[str, str]:
         """Return the keyword of a part of an action, and the field it belongs to."""
-        text = item.text if isinstance(item, Word) else f"({item.head} ...)"
+        text = item.text if isinstance(item, BracketWord) else f"({item.head} ...)"
         key = _ACTION_KEYS.get(text)
         if key is None:
             raise self.error(

@@ -25,7 +25,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     When,
 )
-from cxbridge.executive.pddl.brackets import Group, Item, Word
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item
 from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
 
 NAME: Final = re.compile(r"[a-zA-Z0-9][a-zA-Z0-9_-]*")
@@ -70,9 +70,9 @@ class FormulaParser:
 
     def variable(self, item: Item, what: str) -> str:
         """Return the name of an item that must be a variable, without its question mark."""
-        if isinstance(item, Word) and item.text.startswith("?") and NAME.fullmatch(item.text, 1):
+        if isinstance(item, BracketWord) and item.text.startswith("?") and NAME.fullmatch(item.text, 1):
             return item.text[1:]
-        text = f"'{item.text}'" if isinstance(item, Word) else "a bracket"
+        text = f"'{item.text}'" if isinstance(item, BracketWord) else "a bracket"
         raise self.error(f"{text} is not {what}", item.position, "write a variable such as ?x")
 
     def typed_list(self, items: tuple[Item, ...], what: str, *, variables: bool) -> TypedList:
@@ -84,7 +84,7 @@ class FormulaParser:
         rest = iter(items)
         for item in rest:
             start = start or item.position
-            if not (isinstance(item, Word) and item.text == "-"):
+            if not (isinstance(item, BracketWord) and item.text == "-"):
                 names.append(read(item, what))
                 continue
             type_item = next(rest, None)
@@ -97,7 +97,7 @@ class FormulaParser:
         return tuple(groups)
 
     def _types(self, item: Item) -> tuple[str, ...]:
-        if isinstance(item, Word):
+        if isinstance(item, BracketWord):
             return (self.name(item, "a type"),)
         if item.head != "either" or len(item.items) == 1:
             raise self.error("a type is expected", item.position, "write a name, or (either TYPE TYPE)")
@@ -114,7 +114,7 @@ class FormulaParser:
         return self._formula(item, effect=True)
 
     def _formula(self, item: Item, *, effect: bool) -> Formula:
-        if isinstance(item, Word):
+        if isinstance(item, BracketWord):
             raise self.error(
                 f"a formula is expected, not '{item.text}'",
                 item.position,
@@ -176,7 +176,9 @@ class FormulaParser:
         if len(item.items) != 3:  # noqa: PLR2004 - at, start, formula
             return None
         first, second, part = item.items
-        if not (isinstance(first, Word) and isinstance(second, Word) and isinstance(part, Group)):
+        if not (
+            isinstance(first, BracketWord) and isinstance(second, BracketWord) and isinstance(part, Group)
+        ):
             return None
         if (first.text, second.text) not in _TIMES:
             return None

@@ -16,7 +16,7 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
-    Node,
+    PddlNode,
     Position,
     Term,
     TermComparison,
@@ -24,7 +24,7 @@ from cxbridge.executive.pddl.ast import (
     TypedNames,
     names_of,
 )
-from cxbridge.executive.pddl.brackets import Group, Item, Word, read_items
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 from cxbridge.executive.pddl.errors import semantic_error
 from cxbridge.executive.pddl.formulas import FormulaParser
 from cxbridge.executive.pddl.parser import read_text
@@ -34,7 +34,7 @@ from cxbridge.executive.pddl.semantics import DomainChecker
 _SECTIONS: Final = (":domain", ":requirements", ":objects", ":init", ":goal", ":metric")
 
 
-class Problem(Node, frozen=True):
+class Problem(PddlNode, frozen=True):
     """A planning problem.
 
     :param domain: the name of its domain.
@@ -247,7 +247,7 @@ class _ProblemParser(FormulaParser):
     def _metric(self, section: Group | None) -> tuple[str, Term] | None:
         if section is None:
             return None
-        if len(section.items) == 3 and isinstance(section.items[1], Word):  # noqa: PLR2004
+        if len(section.items) == 3 and isinstance(section.items[1], BracketWord):  # noqa: PLR2004
             direction = section.items[1].text
             if direction in ("minimize", "maximize"):
                 return direction, self.term(section.items[2])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.planning.call_events import ToldCall
+from cxbridge.executive.planning.call_events import PlannerCallReporter
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError, UnsupportedProblemError
 from cxbridge.executive.planning.planner import PlannedAction, Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
@@ -14,9 +14,9 @@ __all__ = [
     "PlanStatus",
     "PlannedAction",
     "Planner",
+    "PlannerCallReporter",
     "PlanningError",
     "PlanningService",
-    "ToldCall",
     "UnknownPlannerError",
     "UnsupportedProblemError",
 ]

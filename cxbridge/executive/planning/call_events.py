@@ -21,7 +21,7 @@ _STATUS = {
 
 
 @dataclass(frozen=True, slots=True)
-class ToldCall:
+class PlannerCallReporter:
     """A call of a planner, as the bus gets it; the fields are those of :class:`PlannerCall`."""
 
     bus: EventBus
@@ -33,20 +33,20 @@ class ToldCall:
     problem: str
 
     def started(self, call: str, problem: Problem | None = None) -> Self:
-        """Tell that it begins, and return it with its id.
+        """Report that it begins, and return it with its id.
 
         :param problem: what is to be solved, as a source of the run; None when a file is that already.
         """
-        told = replace(self, call=call)
+        reporter = replace(self, call=call)
         if problem is not None and self.bus.wants(SourceRead):
             text = format_problem(problem).encode("utf-8", "backslashreplace")
             self.bus.emit_source("pddl", self.env, f"{call}.pddl", text, kind="problem", call=call)
-        told.tell("started")
-        return told
+        reporter.emit("started")
+        return reporter
 
     def ended(self, result: PlanResult) -> None:
-        """Tell the result."""
-        replace(self, planner=result.planner).tell(
+        """Report the result."""
+        replace(self, planner=result.planner).emit(
             _STATUS[result.status],
             round(result.seconds * MICROSECONDS),
             len(result.actions),
@@ -55,10 +55,10 @@ class ToldCall:
         )
 
     def refused(self, reason: str) -> None:
-        """Tell that it could not be made."""
-        self.tell("failed", reason=reason)
+        """Report that it could not be made."""
+        self.emit("failed", reason=reason)
 
-    def tell(
+    def emit(
         self, status: str, duration_us: int = 0, actions: int = 0, reason: str = "", plan: str = ""
     ) -> None:
         """Emit an event."""

@@ -19,7 +19,7 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.parser import read_text
-from cxbridge.executive.planning.call_events import ToldCall
+from cxbridge.executive.planning.call_events import PlannerCallReporter
 from cxbridge.executive.planning.engines.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
@@ -181,7 +181,7 @@ class PddlPlanner:
         self._service = service or PlanningService(self._settings.at_once, self._settings.memory)
         self._service.warm_up()
         self._call: PlanCall | None = None
-        self._told: ToldCall | None = None
+        self._reporter: PlannerCallReporter | None = None
         self._ready = False
         name = config.get_str(f"{_PLANNER}/interface-name", default="pddl-planner")
         self._interface: Any = board.open_for_writing("PddlPlannerInterface", name, owner="PddlPlanner")
@@ -205,7 +205,7 @@ class PddlPlanner:
             result = self._call.wait() if self._clock.is_virtual else self._call.result
             if result is not None:
                 self._call = None
-                self._tell_end(result)
+                self._report_end(result)
                 self._end(result)
         while (message := self._interface.msgq_first()) is not None:
             if message.type == "PlanMessage":
@@ -215,7 +215,7 @@ class PddlPlanner:
     def _begin(self, message_id: int) -> None:
         if self._call is not None:
             self._call.cancel()
-            self._tell_end(PlanResult(PlanStatus.CANCELLED, self._planner, message="another call came"))
+            self._report_end(PlanResult(PlanStatus.CANCELLED, self._planner, message="another call came"))
             self._call = None
         self._interface.msg_id = message_id
         self._interface.final = False
@@ -229,21 +229,23 @@ class PddlPlanner:
             self._bus.emit_source("pddl", "", str(self._problem), described.encode(), kind="problem")
             problem = parse_problem(described, domain, self._problem)
         except PddlError as error:
-            ToldCall(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(str(error))
+            PlannerCallReporter(self._bus, "", "", "nil", self._planner, "", str(self._problem)).refused(
+                str(error)
+            )
             self._end(PlanResult(PlanStatus.FAILED, self._planner, message=str(error)))
             return
         request = PlanRequest(domain, problem, self._planner, self._options, self._settings.timeout)
-        told = ToldCall(self._bus, "", "", "nil", self._planner, domain.name, problem.name)
-        self._told = told.started(f"message-{message_id}")
+        reporter = PlannerCallReporter(self._bus, "", "", "nil", self._planner, domain.name, problem.name)
+        self._reporter = reporter.started(f"message-{message_id}")
         self._call = self._service.call(request)
 
-    def _tell_end(self, result: PlanResult | None) -> None:
-        told, self._told = self._told, None
-        if told is not None and result is not None:
-            told.ended(result)
+    def _report_end(self, result: PlanResult | None) -> None:
+        reporter, self._reporter = self._reporter, None
+        if reporter is not None and result is not None:
+            reporter.ended(result)
 
     def _end(self, result: PlanResult) -> None:
-        """Put the plan into the robot memory, then tell that it is there."""
+        """Put the plan into the robot memory, then report that it is there."""
         # agents cannot tell an empty plan from none, neither could they with Fawkes
         success = result.status is PlanStatus.PLANNED and bool(result.actions)
         if success:
@@ -266,5 +268,5 @@ class PddlPlanner:
         """Cancel what is being planned and close the interface."""
         self._service.close()
         if self._call is not None:
-            self._tell_end(self._call.result)
+            self._report_end(self._call.result)
         self._board.close(self._interface)

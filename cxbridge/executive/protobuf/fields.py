@@ -30,7 +30,7 @@ GetMessage = Callable[[Value], Message]
 """Returns the message of an address; None when there is none."""
 
 
-class Field(Struct, frozen=True):
+class MessageField(Struct, frozen=True):
     """A field of a type of messages. To ask its descriptor costs more than to set it: here it has been asked.
 
     :param descriptor: protobuf's own description.
@@ -49,14 +49,14 @@ class Field(Struct, frozen=True):
 
 
 @functools.lru_cache(maxsize=4096)
-def _field(of: Any, name: str) -> Field | None:
+def _field(of: Any, name: str) -> MessageField | None:
     """Return a field of a type of messages, by the type's descriptor."""
     field = of.fields_by_name.get(name)
     if field is None:
         return None
     message = field.message_type
     repeated = getattr(field, "is_repeated", None)
-    return Field(
+    return MessageField(
         descriptor=field,
         name=name,
         kind=field.type,
@@ -66,7 +66,7 @@ def _field(of: Any, name: str) -> Field | None:
     )
 
 
-def find(message: Message, name: str) -> Field | None:
+def find(message: Message, name: str) -> MessageField | None:
     """Return a field, None when there is none of that name."""
     return _field(message.DESCRIPTOR, name)
 
@@ -76,12 +76,12 @@ def names(message: Message) -> tuple[str, ...]:
     return tuple(field.name for field in message.DESCRIPTOR.fields)
 
 
-def type_name(field: Field) -> Symbol:
+def type_name(field: MessageField) -> Symbol:
     """Return the type of a field, e.g. ``UINT32``."""
     return _TYPE_NAMES.get(field.kind, Symbol("UNKNOWN"))
 
 
-def label(field: Field) -> Symbol:
+def label(field: MessageField) -> Symbol:
     """Return ``OPTIONAL``, ``REQUIRED`` or ``REPEATED``."""
     if field.is_list:
         return Symbol("REPEATED")
@@ -92,7 +92,7 @@ def label(field: Field) -> Symbol:
     return Symbol("REQUIRED" if required else "OPTIONAL")
 
 
-def has(message: Message, field: Field) -> bool:
+def has(message: Message, field: MessageField) -> bool:
     """Whether a field is set; whether a list has something in it."""
     if field.is_list:
         return len(getattr(message, field.name)) > 0
@@ -101,21 +101,21 @@ def has(message: Message, field: Field) -> bool:
     return any(known.number == field.descriptor.number for known, _ in message.ListFields())
 
 
-def value(message: Message, field: Field, add: AddMessage) -> Value:
+def value(message: Message, field: MessageField, add: AddMessage) -> Value:
     """Return the value of a field that is not a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return "bytes"
     return _to_clips(field, getattr(message, field.name), add)
 
 
-def items(message: Message, field: Field, add: AddMessage) -> tuple[Value, ...]:
+def items(message: Message, field: MessageField, add: AddMessage) -> tuple[Value, ...]:
     """Return the values of a list."""
     if field.kind == FieldDescriptor.TYPE_BYTES:
         return (Symbol("BYTES"),) * len(getattr(message, field.name))
     return tuple(_to_clips(field, item, add) for item in _elements(message, field))
 
 
-def set_value(message: Message, field: Field, given: Value, get: GetMessage) -> None:
+def set_value(message: Message, field: MessageField, given: Value, get: GetMessage) -> None:
     """Set a field that is not a list.
 
     :raises ProtobufError: when it is one, or cannot have this value.
@@ -134,7 +134,7 @@ def set_value(message: Message, field: Field, given: Value, get: GetMessage) -> 
         raise ProtobufError(str(error)) from None
 
 
-def add_value(message: Message, field: Field, given: Value, get: GetMessage) -> None:
+def add_value(message: Message, field: MessageField, given: Value, get: GetMessage) -> None:
     """Append to a list.
 
     :raises ProtobufError: when the field is none, or the list cannot hold this value.
@@ -156,7 +156,7 @@ def add_value(message: Message, field: Field, given: Value, get: GetMessage) -> 
         raise ProtobufError(str(error)) from None
 
 
-def _elements(message: Message, field: Field) -> list[Any]:
+def _elements(message: Message, field: MessageField) -> list[Any]:
     here = getattr(message, field.name)
     if not field.is_map:
         return list(here)
@@ -181,7 +181,7 @@ def _put(here: Any, entry: Message) -> None:
         here[entry.key].CopyFrom(entry.value)
 
 
-def _to_clips(field: Field, item: Any, add: AddMessage) -> Value:
+def _to_clips(field: MessageField, item: Any, add: AddMessage) -> Value:
     if field.kind == FieldDescriptor.TYPE_MESSAGE:
         copy = type(item)()
         copy.CopyFrom(item)
@@ -196,7 +196,7 @@ def _to_clips(field: Field, item: Any, add: AddMessage) -> Value:
     return item
 
 
-def _to_protobuf(field: Field, given: Value, get: GetMessage) -> Any:
+def _to_protobuf(field: MessageField, given: Value, get: GetMessage) -> Any:
     """Return a value of CLIPS as a field takes it.
 
     :raises ProtobufError: when it is of another type.
@@ -230,7 +230,7 @@ class UnknownEnumValueError(ProtobufError):
     """An enum has no value of that name."""
 
 
-def _enum_number(field: Field, name: str) -> int:
+def _enum_number(field: MessageField, name: str) -> int:
     known = field.descriptor.enum_type.values_by_name.get(name)
     if known is None:
         raise UnknownEnumValueError(f"there is no '{name}' in {field.descriptor.enum_type.name}")

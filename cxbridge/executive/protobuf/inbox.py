@@ -81,7 +81,7 @@ class Inbox:
 
     @property
     def full(self) -> bool:
-        """Whether nobody should read further for now; the next drain will tell."""
+        """Whether nobody should read further for now; the next drain returns that it was so."""
         with self._lock:
             full = self._messages >= self._most or self._bytes >= _MOST_BYTES
             self._was_full |= full
@@ -109,7 +109,7 @@ class Inbox:
                 self._events.append(Warned(text + more))
 
     def drain(self) -> tuple[list[Event], bool]:
-        """Return all events, and whether somebody was told to read no further."""
+        """Return all events, and whether it was full."""
         with self._lock:
             events, self._events = self._events, []
             was_full, self._was_full = self._was_full, False

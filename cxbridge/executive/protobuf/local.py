@@ -181,9 +181,9 @@ class LocalConnections:
         if peer is not None:
             for member in self._network.members:
                 if member is not self:
-                    member.hear(peer.send_port, peer.recv_port, peer.key, frame)
+                    member.receive_of_peer(peer.send_port, peer.recv_port, peer.key, frame)
 
-    def hear(self, port: int, from_port: int, key: tuple[str, str], frame: Frame) -> None:
+    def receive_of_peer(self, port: int, from_port: int, key: tuple[str, str], frame: Frame) -> None:
         """Receive what somebody has sent to a port."""
         for own, peer in self._peers.items():
             if peer.recv_port == port and peer.key == key:

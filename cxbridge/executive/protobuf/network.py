@@ -264,7 +264,7 @@ class Network:
         for link in list(self._streams.values()):
             link.resume()
 
-    # -- what connections tell, in the thread
+    # -- what connections report, in the thread
 
     @property
     def settings(self) -> NetworkSettings:
@@ -301,7 +301,7 @@ class Network:
         self._gone(link)
 
     def _gone(self, link: StreamLink) -> None:
-        """Tell that a connection is gone, unless the environment closed it."""
+        """Report that a connection is gone, unless the environment closed it."""
         link.connected = False
         with self._lock:
             known = link.id in self._streams

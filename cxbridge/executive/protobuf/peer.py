@@ -109,7 +109,7 @@ class Peer(asyncio.DatagramProtocol):
         self._receive(Origin.PEER, self.id, host, port, frame)
 
     def error_received(self, exc: Exception) -> None:
-        """Tell of what could not be sent."""
+        """Report what could not be sent."""
         self._inbox.warn(f"Failed to send peer message: {exc}", kind=f"send {self.id}")
 
     def _open(self, data: bytes) -> Frame:

@@ -82,7 +82,7 @@ class StreamLink(asyncio.Protocol):
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take what came before a send failed, and tell that it is over."""
+        """Take what came before a send failed, and report that it is over."""
         if exc is not None and self.connected:
             self._take_rest()
         was, self.connected = self.connected or bool(self._reason), False
@@ -115,7 +115,7 @@ class StreamLink(asyncio.Protocol):
             self._drop("it does not read what it is sent")
 
     def close(self) -> None:
-        """Send what waits, and close without telling anybody."""
+        """Send what waits, and close without notifying anybody."""
         self.connected = False
         if self._transport is not None:
             self._transport.close()

@@ -20,7 +20,7 @@ from cxbridge.executive.robmem.queries.aggregate import aggregate
 from cxbridge.executive.robmem.queries.query import compile_query
 from cxbridge.executive.robmem.queries.sorting import order_of, sort_documents
 from cxbridge.executive.robmem.store import Change, OnChange, Store, Watch, split_name
-from cxbridge.executive.robmem.updates.modifiers import Moment
+from cxbridge.executive.robmem.updates.modifiers import UpdateMoment
 from cxbridge.executive.robmem.updates.update import Changed, Update, with_id
 from cxbridge.executive.robmem.values import Document, copy, encode_stored, from_ms
 
@@ -168,7 +168,7 @@ class EmbeddedStore(Store):
     # --- the rest -------------------------------------------------------------------------------------------
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Tell of each change of a collection from now on."""
+        """Report each change of a collection from now on."""
         split_name(collection)
         watch = _LocalWatch(
             compile_query(copy(query)), on_change, lambda closed: self._end_watch(collection, closed)
@@ -221,7 +221,7 @@ class EmbeddedStore(Store):
         if self._journal is not None:
             self._journal.put(collection, document["_id"], data)
         known.put(document)
-        self._tell(collection, "insert", document)
+        self._notify(collection, "insert", document)
         return document
 
     def _upsert(self, collection: str, query: Document, changes: Update) -> Document:
@@ -237,14 +237,14 @@ class EmbeddedStore(Store):
         if self._journal is not None:
             self._journal.put(collection, document["_id"], data)
         known.put(changed.document, document)
-        self._tell(collection, "update", changed.document, changed)
+        self._notify(collection, "update", changed.document, changed)
         return changed.document
 
     def _delete(self, collection: str, document: Document) -> None:
         if self._journal is not None:
             self._journal.delete(collection, document["_id"])
         self._of(collection).delete(document)
-        self._tell(collection, "delete", document)
+        self._notify(collection, "delete", document)
 
     def _new_id(self) -> ObjectId:
         self._ids = (self._ids + 1) % (1 << 24)
@@ -254,8 +254,8 @@ class EmbeddedStore(Store):
     def _now(self) -> datetime:
         return from_ms(self._clock.now_us() // 1000)
 
-    def _moment(self) -> Moment:
-        return Moment(self._now(), self._next_stamp)
+    def _moment(self) -> UpdateMoment:
+        return UpdateMoment(self._now(), self._next_stamp)
 
     def _next_stamp(self) -> Timestamp:
         """Return a timestamp behind all before."""
@@ -265,8 +265,8 @@ class EmbeddedStore(Store):
         self._last_stamp = Timestamp(seconds, number)
         return self._last_stamp
 
-    def _tell(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
-        """Tell those who watch of a change."""
+    def _notify(self, collection: str, kind: str, document: Document, changed: Changed | None = None) -> None:
+        """Notify those who watch of a change."""
         stamp = self._next_stamp()
         watches = self._watches.get(collection)
         if not watches:

@@ -29,7 +29,7 @@ class RobotMemory:
     """The robot memory of one application, opened when somebody needs it first.
 
     :param config: the configuration; read when it is opened.
-    :param board: the interfaces that tell of the replica sets are written here.
+    :param board: the interfaces that describe the replica sets are written here.
     :param store: one that this application shares with others, who close it; None: its own.
     :param embedded: makes the embedded store; None: one without anything shared.
     """

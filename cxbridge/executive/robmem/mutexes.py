@@ -64,7 +64,7 @@ class Mutexes:
         found = self._store.find_one_and_update(
             self._collection,
             {"_id": name, "locked": True, "locked-by": owner},
-            # all fields, so that who hears of it need not know the mutex
+            # all fields, so that the receiver need not know the mutex
             {"$set": {"locked": True, "locked-by": owner}, "$currentDate": {"lock-time": True}},
         )
         return found is not None

@@ -28,7 +28,7 @@ class Settings(Struct, frozen=True):
     :param database: what is not distributed lies here.
     :param distributed: databases of the set that robots share.
     :param mutexes: the collection of mutexes.
-    :param sets: ids of the interfaces that tell of replica sets.
+    :param sets: ids of the interfaces that describe replica sets.
     """
 
     backend: str = "embedded"

@@ -63,7 +63,7 @@ class SplitStore(Store):
         return self._of(collection).aggregate(collection, pipeline)
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Tell of each change of a collection from now on."""
+        """Report each change of a collection from now on."""
         return self._of(collection).watch(collection, query, on_change)
 
     def create_index(

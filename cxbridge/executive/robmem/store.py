@@ -41,7 +41,7 @@ class Watch(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Tell no more. A second call does nothing."""
+        """Stop reporting. A second call does nothing."""
 
 
 class Store(ABC):
@@ -106,7 +106,7 @@ class Store(ABC):
 
     @abstractmethod
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Tell of each change of a collection from now on, in the order of the changes.
+        """Report each change of a collection from now on, in the order of the changes.
 
         :param query: what events have to fit; empty for all. E.g. ``{"operationType": "insert"}``.
         :param on_change: called with a copy of the event: by the embedded store in the thread that changes

@@ -33,12 +33,12 @@ def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firi
 def render(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> str:
     """Return the page; see :func:`write_page`."""
     runs = "1 run" if coverage.runs == 1 else f"{coverage.runs} runs"
-    told = list(coverage.notes)
+    remarks = list(coverage.notes)
     lead = f'<p class="verdict">{coverage.fired} of {coverage.counted} rules fired in {runs}: '
     lead += f"{coverage.percent:.1f} % {_meter(coverage.fired, coverage.counted)}</p>"
     if not firings_known:
         lead = f"<p>{runs}</p>"
-        told.insert(0, "which rules fired was not recorded: record with --trace-level rules")
+        remarks.insert(0, "which rules fired was not recorded: record with --trace-level rules")
     sections = [
         Section("goals", "Goals", _goals(coverage)),
         Section(
@@ -57,7 +57,7 @@ def render(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool)
         sections.append(Section("source", "Source", sources))
     return Page(
         title="Coverage",
-        lead=lead + notes(told),
+        lead=lead + notes(remarks),
         sections=sections,
         styles=(asset("coverage.css", "cxbridge.explain.coverage"),),
     ).render()

@@ -36,7 +36,7 @@ def diagnose(snapshot: Snapshot) -> Diagnosis:
 
 
 def undiagnosed(snapshot: Snapshot, reason: str) -> Diagnosis:
-    """Return what there is to tell of a rule whose condition cannot be matched."""
+    """Return a description of a rule whose condition cannot be matched."""
     condition = parse_rule(snapshot.text)
     plain = tuple(CECount(place, ce.text, None, None) for place, ce in enumerate(condition.ces, 1))
     return Diagnosis(condition.salience, plain, unknown=reason)
@@ -103,7 +103,7 @@ class _Diagnoser:
         return Count(len(set(found)))
 
     def _explain(self, before: list[CE], ce: CE) -> MatchFailure:
-        """Tell why a CE matches nothing after those before it, which match."""
+        """Explain why a CE matches nothing after those before it, which match."""
         try:
             if isinstance(ce, PatternCE):
                 return find_nearest(self._matcher, self._snapshot, Prefix(before), ce)

@@ -28,7 +28,7 @@ _Key = tuple[FactRef, ...]
 
 
 def find_nearest(matcher: Matcher, snapshot: Snapshot, prefix: Prefix, pattern: PatternCE) -> MatchFailure:
-    """Tell which facts match the most parts of a pattern that none matches.
+    """Return which facts match the most parts of a pattern that none matches.
 
     :raises ClipsError: when it cannot be found out.
     """

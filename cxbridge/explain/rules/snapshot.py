@@ -22,7 +22,7 @@ MAX_FACTS: Final = 50_000
 
 _LONGEST: Final = 200
 _NAMES: Final = ("id", "name")
-"""Slots that tell which fact it is."""
+"""Slots that identify a fact."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -77,7 +77,7 @@ class Snapshot:
     def fact_text(self, row: FactRow, wanted: Collection[str] = ()) -> str:
         """Return a fact with its index, as people read it.
 
-        :param wanted: the slots that are shown, beside those that tell which fact it is; all without any.
+        :param wanted: the slots that are shown, beside those that identify the fact; all without any.
         """
         template = self.templates[row.template]
         slots = template.slots_of(row)

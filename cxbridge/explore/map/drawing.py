@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from cxbridge.explore.map.rows import RunRow
+from cxbridge.explore.map.rows import MapRow
 from cxbridge.trace.html.chart import Axis
 from cxbridge.trace.html.text import html
 
@@ -27,7 +27,7 @@ STYLE: Final = """
 """
 
 
-def draw(rows: Sequence[RunRow], numbers: Sequence[int]) -> str:
+def draw(rows: Sequence[MapRow], numbers: Sequence[int]) -> str:
     """Return the drawing.
 
     :param rows: those to draw, each after the one that it left.
@@ -48,7 +48,7 @@ def draw(rows: Sequence[RunRow], numbers: Sequence[int]) -> str:
     )
 
 
-def _run(row: RunRow, places: dict[int, int], place: int, axis: Axis) -> str:
+def _run(row: MapRow, places: dict[int, int], place: int, axis: Axis) -> str:
     top = _HEAD + _ROW * place
     middle = top + _ROW / 2
     left, right = (axis.at(at) for at in (row.begin_s, row.end_s))

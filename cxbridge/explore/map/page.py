@@ -10,7 +10,7 @@ from typing import Final
 from cxbridge.explain.coverage.model import Coverage
 from cxbridge.explore.map.coverage import never_fired
 from cxbridge.explore.map.drawing import STYLE, draw
-from cxbridge.explore.map.rows import RunRow, run_rows
+from cxbridge.explore.map.rows import MapRow, run_rows
 from cxbridge.explore.result import ExploreResult
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
 from cxbridge.trace.html.look import MODES as MODE_LOOKS
@@ -32,10 +32,12 @@ def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: s
     """
     rows = run_rows(result.graph)
     drawn = _drawn(rows)
-    told = [] if len(drawn) == len(rows) else [f"{len(rows) - len(drawn)} runs of {len(rows)} are not drawn"]
+    remarks = (
+        [] if len(drawn) == len(rows) else [f"{len(rows) - len(drawn)} runs of {len(rows)} are not drawn"]
+    )
     page = Page(
         title="Exploration",
-        lead=_lead(result, command) + notes(told),
+        lead=_lead(result, command) + notes(remarks),
         sections=[
             Section("map", "Runs", draw([rows[number] for number in drawn], drawn)),
             Section("faults", "What faults lead to", _faults(rows)),
@@ -48,7 +50,7 @@ def write_page(result: ExploreResult, coverage: Coverage, file: Path, command: s
     page.write(file)
 
 
-def _drawn(rows: Sequence[RunRow]) -> list[int]:
+def _drawn(rows: Sequence[MapRow]) -> list[int]:
     """Return the numbers of the rows that are drawn, with those that they left."""
     wanted = sorted(range(len(rows)), key=lambda number: (not rows[number].violations, rows[number].faults))
     drawn: set[int] = set()
@@ -73,7 +75,7 @@ def _lead(result: ExploreResult, command: str) -> str:
     )
 
 
-def _faults(rows: Sequence[RunRow]) -> str:
+def _faults(rows: Sequence[MapRow]) -> str:
     """Return a table of the choices that runs left others by, with how those ended."""
     found: dict[str, Counter[str]] = {}
     for row in rows:

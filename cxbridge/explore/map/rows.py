@@ -11,7 +11,7 @@ MERGED, OPEN = "merged", "open"
 
 
 @dataclass(slots=True)
-class RunRow:
+class MapRow:
     """A run from the choice on at which it differs from the one that it left.
 
     :param choice: what was chosen there, in words; empty for the usual run.
@@ -34,12 +34,12 @@ class RunRow:
     violations: tuple[str, ...] = field(default=())
 
 
-def run_rows(graph: Graph) -> list[RunRow]:
+def run_rows(graph: Graph) -> list[MapRow]:
     """Return the runs, each below the one that it left; those that left last come first.
 
     So no line from a run to the row that it left crosses another row's.
     """
-    rows: list[RunRow] = []
+    rows: list[MapRow] = []
     waiting: list[tuple[Edge, int | None]] = [(ROOT, None)]
     while waiting:
         edge, parent = waiting.pop()
@@ -55,17 +55,17 @@ def run_rows(graph: Graph) -> list[RunRow]:
     return rows
 
 
-def _begun(graph: Graph, edge: Edge, parent: int | None, rows: list[RunRow]) -> RunRow:
+def _begun(graph: Graph, edge: Edge, parent: int | None, rows: list[MapRow]) -> MapRow:
     if parent is None:
-        return RunRow("", 0.0, 0, None, ())
+        return MapRow("", 0.0, 0, None, ())
     node, option = graph.nodes[edge[0]], edge[1]
     point = node.point
     choice = f"{point.subject}: {point.ways[option].name}"
     path = (*rows[parent].path, f"{choice} at {point.seconds:.2f} s")
-    return RunRow(choice, point.seconds, graph.faults_of(edge), parent, path)
+    return MapRow(choice, point.seconds, graph.faults_of(edge), parent, path)
 
 
-def _end(graph: Graph, edge: Edge, row: RunRow) -> None:
+def _end(graph: Graph, edge: Edge, row: MapRow) -> None:
     leaf: Leaf | None = graph.leaves.get(edge)
     if leaf is not None:
         row.end_s, row.outcome, row.reason = leaf.seconds, leaf.outcome, leaf.reason

@@ -51,7 +51,7 @@ class Bar:
 
 
 @dataclass(frozen=True, slots=True)
-class Point:
+class LanePoint:
     """A moment in a lane; its icon is written there."""
 
     at: float
@@ -68,18 +68,18 @@ class Lane:
 
     label: str
     bars: Sequence[Bar] = ()
-    points: Sequence[Point] = ()
+    points: Sequence[LanePoint] = ()
 
 
 @dataclass(frozen=True, slots=True)
-class Group:
+class LaneGroup:
     """Lanes below a heading."""
 
     label: str
     lanes: Sequence[Lane]
 
 
-def draw(groups: Sequence[Group], seconds: float, label: str) -> str:
+def draw(groups: Sequence[LaneGroup], seconds: float, label: str) -> str:
     """Return the drawing.
 
     :param seconds: how long it is; bars end there.
@@ -88,7 +88,7 @@ def draw(groups: Sequence[Group], seconds: float, label: str) -> str:
     seconds = seconds if seconds > 0 else 1.0
     width = min(max(_NARROWEST, seconds * _PIXELS_A_SECOND), _WIDEST)
     axis = Axis(seconds, 4, width - 8)
-    rows: list[Group | Lane] = []
+    rows: list[LaneGroup | Lane] = []
     for group in groups:
         rows += [group, *group.lanes] if group.lanes else []
     height = _HEAD + _ROW * len(rows) + 4
@@ -113,13 +113,13 @@ def _ticks(axis: Axis) -> list[float]:
     return [float(time) for time in range(0, math.floor(axis.seconds) + 1, step)]
 
 
-def _label(row: Group | Lane, place: int) -> str:
-    cls = ' class="group"' if isinstance(row, Group) else ""
+def _label(row: LaneGroup | Lane, place: int) -> str:
+    cls = ' class="group"' if isinstance(row, LaneGroup) else ""
     text = html(_cut(row.label, _LABELS))
     return f'<text{cls} x="2" y="{_middle(place) + 4:.0f}"><title>{html(row.label)}</title>{text}</text>'
 
 
-def _row(row: Group | Lane, place: int, axis: Axis) -> Iterator[str]:
+def _row(row: LaneGroup | Lane, place: int, axis: Axis) -> Iterator[str]:
     middle = _middle(place)
     bottom = middle + _ROW / 2
     right = axis.left + axis.width
@@ -140,7 +140,7 @@ def _bar(bar: Bar, middle: float, axis: Axis) -> str:
     )
 
 
-def _point(point: Point, middle: float, axis: Axis) -> str:
+def _point(point: LanePoint, middle: float, axis: Axis) -> str:
     at = axis.at(min(max(point.at, 0.0), axis.seconds))
     return (
         f'<g><title>{html(point.title)}</title><circle class="point t-{point.look.tone}" cx="{at:.1f}" '
@@ -154,7 +154,7 @@ def _middle(place: int) -> float:
 
 
 def _cut(text: str, pixels: float) -> str:
-    """Return as much of a text as there is room for; nothing when that would tell nothing."""
+    """Return as much of a text as there is room for; nothing when that would mean nothing."""
     letters = int(pixels / _LETTER)
     if len(text) <= letters:
         return text

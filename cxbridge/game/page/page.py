@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.game.page.lanes import STYLE as LANES_STYLE
-from cxbridge.game.page.lanes import Bar, Group, Lane, Point, draw
+from cxbridge.game.page.lanes import Bar, Lane, LaneGroup, LanePoint, draw
 from cxbridge.game.page.points import STYLE as POINTS_STYLE
 from cxbridge.game.page.points import draw_points
-from cxbridge.game.score import GameResult, Order, Score
+from cxbridge.game.score import GameResult, ProductOrder, Score
 from cxbridge.game.timeline import Span, Timeline, within
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
 from cxbridge.trace.html.look import ACTION_STATES, OTHER, OUTCOMES, SKILL_STATES, Look
@@ -98,16 +98,16 @@ def _timeline(score: Score, timeline: Timeline) -> str:
             if name in skills:
                 machines.append(Lane(f"{name}: skills", _skill_bars(skills[name], timeline)))
     groups = [
-        Group("Robots", robots),
-        Group("Machines", machines),
-        Group("Orders", [_order_lane(order, score) for order in score.orders]),
+        LaneGroup("Robots", robots),
+        LaneGroup("Machines", machines),
+        LaneGroup("Orders", [_order_lane(order, score) for order in score.orders]),
     ]
-    told = f"Machines that did nothing: {', '.join(still)}. " if still else ""
+    idle = f"Machines that did nothing: {', '.join(still)}. " if still else ""
     label = "What robots, machines and orders did when; the tables below sum it up"
     return (
         _legend(timeline)
         + draw(groups, timeline.seconds, label)
-        + f'<p class="dim">Seconds of the production. {html(told)}Point at a bar to see more.</p>'
+        + f'<p class="dim">Seconds of the production. {html(idle)}Point at a bar to see more.</p>'
     )
 
 
@@ -143,17 +143,17 @@ def _state_bars(spans: tuple[Span, ...]) -> Iterator[Bar]:
             yield Bar(span.begin, span.end, look, span.text, f"{span.text}\n{_times(span)}")
 
 
-def _order_lane(order: Order, score: Score) -> Lane:
+def _order_lane(order: ProductOrder, score: Score) -> Lane:
     window = f"{order.begin:g} to {order.end:g} s"
     points = [
-        Point(at, _DELIVERED if _in_time(order, at) else _LATE, f"delivered at {at:g} s; time: {window}")
+        LanePoint(at, _DELIVERED if _in_time(order, at) else _LATE, f"delivered at {at:g} s; time: {window}")
         for at in score.delivered(order)
     ]
     bar = Bar(order.begin, order.end, _WINDOW, order.complexity, f"{order.complexity}: {window}")
     return Lane(f"{order.order}: {order.complexity}", [bar], points)
 
 
-def _in_time(order: Order, at: float) -> bool:
+def _in_time(order: ProductOrder, at: float) -> bool:
     return order.begin <= at <= order.end
 
 

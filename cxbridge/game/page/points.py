@@ -43,10 +43,10 @@ def draw_points(score: Score, seconds: float) -> str:
         body += "".join(_steps(awards, heights, axis, f"team{number % 2}"))
         label = html(f"{team} {sums[team][-1]}")
         body += f'<text x="{axis.left + axis.width + 6}" y="{heights[-1] + 4:.1f}">{label}</text>'
-    told = html("Points over time; the table of points below has the same")
+    label = html("Points over time; the table of points below has the same")
     return (
         f'<div class="wide"><svg class="points" viewBox="0 0 {_WIDTH} {_HEIGHT + 4}" role="img" '
-        f'aria-label="{told}">{body}</svg></div>'
+        f'aria-label="{label}">{body}</svg></div>'
     )
 
 

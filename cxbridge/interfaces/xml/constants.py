@@ -5,7 +5,7 @@ from __future__ import annotations
 from cxbridge.interfaces.fieldtypes import TYPES, parse_literal
 from cxbridge.interfaces.names import RESERVED_IN_INTERFACES, is_reserved
 from cxbridge.interfaces.schema import ConstantSchema, EnumItem, EnumSchema
-from cxbridge.interfaces.xml.findings import Findings, Scope
+from cxbridge.interfaces.xml.findings import Findings, NameScope
 from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
@@ -13,7 +13,7 @@ _CONSTANT_TYPES = tuple(name for name in TYPES if name != "byte")
 _INT32_LIMIT = 1 << 31
 
 
-def read_constant(element: Element, scope: Scope, findings: Findings) -> ConstantSchema | None:
+def read_constant(element: Element, scope: NameScope, findings: Findings) -> ConstantSchema | None:
     """Read a ``constant``; None when something is wrong with it."""
     findings.only(element, ())
     findings.known_attributes(element, ("type", "name", "value"))
@@ -43,7 +43,7 @@ def read_constant(element: Element, scope: Scope, findings: Findings) -> Constan
     return ConstantSchema(name, type_name, value, comment)
 
 
-def read_enum(element: Element, scope: Scope, findings: Findings) -> EnumSchema | None:
+def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSchema | None:
     """Read an ``enum``; None when its name cannot be used. Items that are wrong are left out."""
     findings.only(element, ("comment", "item"))
     findings.known_attributes(element, ("name",))
@@ -70,7 +70,7 @@ def read_enum(element: Element, scope: Scope, findings: Findings) -> EnumSchema 
     return None if name is None else EnumSchema(name, tuple(items), comment)
 
 
-def _read_item(element: Element, number: int, scope: Scope, findings: Findings) -> EnumItem | None:
+def _read_item(element: Element, number: int, scope: NameScope, findings: Findings) -> EnumItem | None:
     """Read an ``item``; its number is the given one unless it has one of its own."""
     findings.only(element, ())
     findings.known_attributes(element, ("name", "value"))

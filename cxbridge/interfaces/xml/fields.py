@@ -9,7 +9,7 @@ from cxbridge.interfaces.layout import make_field
 from cxbridge.interfaces.names import RESERVED_IN_INTERFACES
 from cxbridge.interfaces.schema import EnumSchema, FieldSchema, MapRef, PseudoMapSchema
 from cxbridge.interfaces.xml.constants import check_type
-from cxbridge.interfaces.xml.findings import Findings, Scope
+from cxbridge.interfaces.xml.findings import Findings, NameScope
 from cxbridge.interfaces.xml.tree import Element
 from cxbridge.suggestions import did_you_mean
 
@@ -26,7 +26,7 @@ _FIELD_ATTRIBUTES = ("type", "name", "length", "validfor", "default", "flags", "
 
 
 def read_field(
-    element: Element, enums: Enums, reserved: frozenset[str], scope: Scope, findings: Findings
+    element: Element, enums: Enums, reserved: frozenset[str], scope: NameScope, findings: Findings
 ) -> FieldSchema | None:
     """Read a ``field``, without its place in the block; None when something is wrong with it."""
     noted = len(findings.errors)
@@ -102,7 +102,7 @@ def _check_default(element: Element, type_name: str, findings: Findings) -> None
 
 
 def read_pseudomap(
-    element: Element, fields: DataFields, enums: Enums, scope: Scope, findings: Findings
+    element: Element, fields: DataFields, enums: Enums, scope: NameScope, findings: Findings
 ) -> PseudoMapSchema | None:
     """Read a ``pseudomap`` over data fields; None when something is wrong with it."""
     noted = len(findings.errors)

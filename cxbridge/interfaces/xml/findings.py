@@ -136,7 +136,7 @@ class Findings(Struct):
                 )
 
 
-class Scope(Struct):
+class NameScope(Struct):
     """Names that must differ from each other.
 
     :param findings: where a name that comes twice is noted.

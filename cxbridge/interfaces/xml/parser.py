@@ -35,7 +35,7 @@ from cxbridge.interfaces.schema import (
 )
 from cxbridge.interfaces.xml.constants import read_constant, read_enum
 from cxbridge.interfaces.xml.fields import MAX_DATASIZE, DataFields, find_field, read_field, read_pseudomap
-from cxbridge.interfaces.xml.findings import Findings, Scope, TooManyFindings
+from cxbridge.interfaces.xml.findings import Findings, NameScope, TooManyFindings
 from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
@@ -119,7 +119,7 @@ class _Definition:
     def __init__(self, root: Element, findings: Findings) -> None:
         self._root = root
         self._findings = findings
-        self._scope = Scope(findings)  # everything that would be a member of the C++ class
+        self._scope = NameScope(findings)  # everything that would be a member of the C++ class
         self._constants: list[ConstantSchema] = []
         self._enums: dict[str, EnumSchema] = {}
         self._fields: DataFields = {}
@@ -251,7 +251,7 @@ class _Definition:
         findings.known_attributes(element, ("name",))
         name = findings.name(element, "a message", frozenset(), "DoSomething")
         comment = findings.loose_comment(element, f"message '{name}'" if name else "a message")
-        scope = Scope(findings)
+        scope = NameScope(findings)
         fields = [
             read_field(child, self._enums, RESERVED_IN_MESSAGES, scope, findings)
             for child in element.find_all("field")
@@ -267,7 +267,7 @@ class _Definition:
         return MessageSchema(message_type_name(name), datasize, placed, comment)
 
     def _fits(self, element: Element, name: str) -> bool:
-        """Tell whether a message's name is short enough and new."""
+        """Return whether a message's name is short enough and new."""
         longest = MAX_MESSAGE_LENGTH - len(MESSAGE_SUFFIX)
         if len(name) > longest:
             self._findings.error(

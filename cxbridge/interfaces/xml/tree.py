@@ -181,7 +181,7 @@ class _TreeReader:
 
 
 def _is_local_dtd(system: str | None) -> bool:
-    """Tell whether a document type names no file, or Fawkes' own, which nobody fetches."""
+    """Return whether a document type names no file, or Fawkes' own, which nobody fetches."""
     return system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
 
 

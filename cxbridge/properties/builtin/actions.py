@@ -26,7 +26,7 @@ Literal = tuple[bool, Atom]
 
 
 @dataclass(frozen=True, slots=True)
-class Action:
+class ObservedAction:
     """A plan-action as a monitor sees it.
 
     :param arguments: the values of its parameters, by their names.
@@ -81,7 +81,7 @@ class ActionMonitor(Monitor):
             self.waits(key)
 
     @staticmethod
-    def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> Action:
+    def _action(tables: FactTables, key: ActionKey, slots: Mapping[str, str]) -> ObservedAction:
         name = slots["action-name"]
         names, values = fields(slots.get("param-names", "")), fields(slots.get("param-values", ""))
         if not names:
@@ -93,23 +93,23 @@ class ActionMonitor(Monitor):
                 ),
                 (),
             )
-        return Action(key, name, dict(zip(names, values, strict=False)))
+        return ObservedAction(key, name, dict(zip(names, values, strict=False)))
 
     @abstractmethod
-    def started(self, tables: FactTables, action: Action) -> None:
+    def started(self, tables: FactTables, action: ObservedAction) -> None:
         """Take an action that starts now."""
 
     def waits(self, key: ActionKey) -> None:
         """Take an action that is to be started: a new one, or one that the agent tries again."""
 
-    def done(self, tables: FactTables, action: Action) -> None:
+    def done(self, tables: FactTables, action: ObservedAction) -> None:
         """Take an action that is over and whose effects are there."""
 
 
 class PreconditionsHold(ActionMonitor):
     """No action starts while its precondition is false."""
 
-    def started(self, tables: FactTables, action: Action) -> None:
+    def started(self, tables: FactTables, action: ObservedAction) -> None:
         """Look at the facts of the domain."""
         if not any(each["part-of"] == action.name for each in tables.shown("pddl-formula")):
             return
@@ -177,7 +177,7 @@ class ExecutedOnce(ActionMonitor):
         """Let it have a skill call."""
         self._calls.pop(key, None)
 
-    def started(self, tables: FactTables, action: Action) -> None:
+    def started(self, tables: FactTables, action: ObservedAction) -> None:
         """Look whether the same has been done, and not been undone."""
         effects = self._effects(tables, action)
         if not effects:
@@ -192,7 +192,7 @@ class ExecutedOnce(ActionMonitor):
                 action=action.text,
             )
 
-    def done(self, tables: FactTables, action: Action) -> None:
+    def done(self, tables: FactTables, action: ObservedAction) -> None:
         """Note what has been achieved."""
         effects = self._effects(tables, action)
         if effects:
@@ -205,7 +205,7 @@ class ExecutedOnce(ActionMonitor):
         return frozenset(each for each in effects if each[0]) or effects
 
     @staticmethod
-    def _effects(tables: FactTables, action: Action) -> frozenset[Literal]:
+    def _effects(tables: FactTables, action: ObservedAction) -> frozenset[Literal]:
         """Return what an action changes; nothing when that depends on conditions."""
         conditional = {each["part-of"] for each in tables.shown("pddl-formula")}
         effects = [each for each in tables.shown("domain-effect") if each["part-of"] == action.name]

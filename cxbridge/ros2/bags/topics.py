@@ -14,7 +14,7 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.ros2.actions import GoalStatus
 from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS
-from cxbridge.ros2.hub.words import Kind
+from cxbridge.ros2.hub.words import WordKind
 from cxbridge.ros2.interfaces.definitions import field_names, type_of
 from cxbridge.ros2.messages import Message
 from cxbridge.trace.codec import decoder, dump
@@ -122,11 +122,11 @@ class Takers:
             message["action"], {str(number): each for number, each in enumerate(arguments, start=1)}
         )
         key = f"{topic} {message['node_id']} {text}".encode()
-        if message["type"] == Kind.CONFIRM:
+        if message["type"] == WordKind.CONFIRM:
             self._numbers += 1
             self._goals[key] = _Goal(message["node_id"], "", text, self._numbers)
             yield SkillStatus(time_us, "", message["node_id"], text, self._numbers, "S_RUNNING")
-        elif message["type"] == Kind.FINISH and (goal := self._goals.pop(key, None)) is not None:
+        elif message["type"] == WordKind.FINISH and (goal := self._goals.pop(key, None)) is not None:
             status = "S_FINAL" if message["success"] else "S_FAILED"
             yield SkillStatus(time_us, "", goal.action, text, goal.number, status)
 

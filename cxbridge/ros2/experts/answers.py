@@ -11,14 +11,14 @@ from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.problems import format_problem
 from cxbridge.executive.problem.knowledge import Ground, ProblemExpert
 from cxbridge.executive.problem.truth import words_of
-from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_in, ground_node, param
+from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge.ros2.messages import Message
 
 Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
 """Does what is asked for, and returns the fields of the response besides ``success``."""
 
 
-class Service(Struct, frozen=True):
+class ExpertService(Struct, frozen=True):
     """A service.
 
     :param work: does the work.
@@ -31,7 +31,9 @@ class Service(Struct, frozen=True):
     changes: bool = False
 
 
-def answer(service: Service, expert: ProblemExpert, codec: NodeCodec, request: Message) -> Mapping[str, Any]:
+def answer(
+    service: ExpertService, expert: ProblemExpert, codec: NodeCodec, request: Message
+) -> Mapping[str, Any]:
     """Return the response to a request."""
     try:
         fields = service.work(expert, codec, request) or {}
@@ -131,12 +133,14 @@ def _get_predicate(expert: ProblemExpert, _codec: NodeCodec, request: Message) -
     ground = _written(request["expression"])
     if ground not in expert.knowledge.predicates:
         raise Ros2Error(f"{shown(ground)} is not true")
-    return {"node": ground_node(Kind.PREDICATE, ground, expert.instances)}
+    return {"node": ground_node(TreeNodeKind.PREDICATE, ground, expert.instances)}
 
 
 def _get_predicates(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     types = expert.instances
-    return {"states": [ground_node(Kind.PREDICATE, each, types) for each in expert.knowledge.predicates]}
+    return {
+        "states": [ground_node(TreeNodeKind.PREDICATE, each, types) for each in expert.knowledge.predicates]
+    }
 
 
 # ---- functions
@@ -162,12 +166,12 @@ def _get_function(expert: ProblemExpert, _codec: NodeCodec, request: Message) ->
     functions, ground = expert.knowledge.functions, _written(request["expression"])
     if ground not in functions:
         raise Ros2Error(f"{shown(ground)} has no value")
-    return {"node": ground_node(Kind.FUNCTION, ground, expert.instances, functions[ground])}
+    return {"node": ground_node(TreeNodeKind.FUNCTION, ground, expert.instances, functions[ground])}
 
 
 def _get_functions(expert: ProblemExpert, _codec: NodeCodec, _request: Message) -> Mapping[str, Any]:
     types, found = expert.instances, expert.knowledge.functions.items()
-    return {"states": [ground_node(Kind.FUNCTION, each, types, value) for each, value in found]}
+    return {"states": [ground_node(TreeNodeKind.FUNCTION, each, types, value) for each, value in found]}
 
 
 def _written(text: str) -> Ground:
@@ -178,28 +182,28 @@ def _written(text: str) -> Ground:
     return name, tuple(arguments)
 
 
-PROBLEM_SERVICES: Final[Mapping[str, Service]] = {
-    "add_problem": Service(_add_problem, "Problem not valid", changes=True),
-    "add_problem_goal": Service(_add_goal, "Goal not valid", changes=True),
-    "add_problem_instance": Service(_add_instance, "Instance not valid", changes=True),
-    "add_problem_predicate": Service(_add_predicate, "Predicate not valid", changes=True),
-    "add_problem_function": Service(_add_function, "Function not valid", changes=True),
-    "get_problem": Service(_get_problem, "Problem not valid"),
-    "get_problem_goal": Service(_get_goal, "Goal not valid"),
-    "get_problem_instance": Service(_get_instance, "Instance not found"),
-    "get_problem_instances": Service(_get_instances),
-    "get_problem_predicate": Service(_get_predicate, "Predicate not found"),
-    "get_problem_predicates": Service(_get_predicates),
-    "get_problem_function": Service(_get_function, "Function not found"),
-    "get_problem_functions": Service(_get_functions),
-    "is_problem_goal_satisfied": Service(_is_satisfied, "Goal not valid"),
-    "remove_problem_goal": Service(_remove_goal, "Error clearing goal", changes=True),
-    "clear_problem_knowledge": Service(_clear, "Error clearing knowledge", changes=True),
-    "remove_problem_instance": Service(_remove_instance, "Error removing instance", changes=True),
-    "remove_problem_predicate": Service(_remove_predicate, "Error removing predicate", changes=True),
-    "remove_problem_function": Service(_remove_function, "Error removing function", changes=True),
-    "exist_problem_predicate": Service(_exists_predicate),
-    "exist_problem_function": Service(_exists_function),
-    "update_problem_function": Service(_update_function, "Function not valid", changes=True),
+PROBLEM_SERVICES: Final[Mapping[str, ExpertService]] = {
+    "add_problem": ExpertService(_add_problem, "Problem not valid", changes=True),
+    "add_problem_goal": ExpertService(_add_goal, "Goal not valid", changes=True),
+    "add_problem_instance": ExpertService(_add_instance, "Instance not valid", changes=True),
+    "add_problem_predicate": ExpertService(_add_predicate, "Predicate not valid", changes=True),
+    "add_problem_function": ExpertService(_add_function, "Function not valid", changes=True),
+    "get_problem": ExpertService(_get_problem, "Problem not valid"),
+    "get_problem_goal": ExpertService(_get_goal, "Goal not valid"),
+    "get_problem_instance": ExpertService(_get_instance, "Instance not found"),
+    "get_problem_instances": ExpertService(_get_instances),
+    "get_problem_predicate": ExpertService(_get_predicate, "Predicate not found"),
+    "get_problem_predicates": ExpertService(_get_predicates),
+    "get_problem_function": ExpertService(_get_function, "Function not found"),
+    "get_problem_functions": ExpertService(_get_functions),
+    "is_problem_goal_satisfied": ExpertService(_is_satisfied, "Goal not valid"),
+    "remove_problem_goal": ExpertService(_remove_goal, "Error clearing goal", changes=True),
+    "clear_problem_knowledge": ExpertService(_clear, "Error clearing knowledge", changes=True),
+    "remove_problem_instance": ExpertService(_remove_instance, "Error removing instance", changes=True),
+    "remove_problem_predicate": ExpertService(_remove_predicate, "Error removing predicate", changes=True),
+    "remove_problem_function": ExpertService(_remove_function, "Error removing function", changes=True),
+    "exist_problem_predicate": ExpertService(_exists_predicate),
+    "exist_problem_function": ExpertService(_exists_function),
+    "update_problem_function": ExpertService(_update_function, "Function not valid", changes=True),
 }
 """The services of the problem expert, by their last names."""

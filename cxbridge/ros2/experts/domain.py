@@ -22,8 +22,8 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.executive.pddl.semantics import ROOT_TYPE
 from cxbridge.executive.problem.knowledge import ProblemExpert, subtypes
-from cxbridge.ros2.experts.answers import Service
-from cxbridge.ros2.experts.nodes import Kind, NodeCodec, param
+from cxbridge.ros2.experts.answers import ExpertService
+from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, param
 from cxbridge.ros2.messages import Message
 from cxbridge.suggestions import did_you_mean
 
@@ -94,12 +94,14 @@ def _at(when: str, formula: Formula | None) -> Formula:
 
 
 def _declared(
-    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: Kind
+    expert: ProblemExpert, _codec: NodeCodec, _request: Message, *, kind: TreeNodeKind
 ) -> Mapping[str, Any]:
     return {"states": [{"node_type": int(kind), "name": each.name} for each in _of(expert.domain, kind)]}
 
 
-def _details(expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: Kind) -> Mapping[str, Any]:
+def _details(
+    expert: ProblemExpert, _codec: NodeCodec, request: Message, *, kind: TreeNodeKind
+) -> Mapping[str, Any]:
     domain, what = expert.domain, kind.name.lower()
     known = {each.name: each for each in _of(domain, kind)}
     found = known[_find(request["expression"], known, what)]
@@ -117,12 +119,12 @@ def _derived_details(_expert: ProblemExpert, _codec: NodeCodec, request: Message
     raise Ros2Error(f"'{request['predicate']}': there are no derived predicates here")
 
 
-def _of(domain: Domain, kind: Kind) -> Sequence[Predicate | Function]:
-    return domain.predicates if kind is Kind.PREDICATE else domain.functions
+def _of(domain: Domain, kind: TreeNodeKind) -> Sequence[Predicate | Function]:
+    return domain.predicates if kind is TreeNodeKind.PREDICATE else domain.functions
 
 
 def _types_of(domain: Domain, name: str) -> tuple[str, ...]:
-    for kind in (Kind.PREDICATE, Kind.FUNCTION):
+    for kind in (TreeNodeKind.PREDICATE, TreeNodeKind.FUNCTION):
         for each in _of(domain, kind):
             if each.name == name:
                 return tuple(_each_type(each.parameters))
@@ -160,20 +162,24 @@ def _find(name: str, names: Iterable[str], what: str) -> str:
     return matching[0]
 
 
-DOMAIN_SERVICES: Final[Mapping[str, Service]] = {
-    "get_domain": Service(_text),
-    "get_domain_name": Service(_name),
-    "get_domain_types": Service(_types),
-    "get_domain_constants": Service(_constants, "Type not found"),
-    "get_domain_actions": Service(partial(_actions, durative=False)),
-    "get_domain_action_details": Service(_action, "Action not found"),
-    "get_domain_durative_actions": Service(partial(_actions, durative=True)),
-    "get_domain_durative_action_details": Service(_durative_action, "Durative action not found"),
-    "get_domain_predicates": Service(partial(_declared, kind=Kind.PREDICATE)),
-    "get_domain_predicate_details": Service(partial(_details, kind=Kind.PREDICATE), "Predicate not found"),
-    "get_domain_functions": Service(partial(_declared, kind=Kind.FUNCTION)),
-    "get_domain_function_details": Service(partial(_details, kind=Kind.FUNCTION), "Function not found"),
-    "get_domain_derived_predicates": Service(_derived),
-    "get_domain_derived_predicate_details": Service(_derived_details, "Derived predicate not found"),
+DOMAIN_SERVICES: Final[Mapping[str, ExpertService]] = {
+    "get_domain": ExpertService(_text),
+    "get_domain_name": ExpertService(_name),
+    "get_domain_types": ExpertService(_types),
+    "get_domain_constants": ExpertService(_constants, "Type not found"),
+    "get_domain_actions": ExpertService(partial(_actions, durative=False)),
+    "get_domain_action_details": ExpertService(_action, "Action not found"),
+    "get_domain_durative_actions": ExpertService(partial(_actions, durative=True)),
+    "get_domain_durative_action_details": ExpertService(_durative_action, "Durative action not found"),
+    "get_domain_predicates": ExpertService(partial(_declared, kind=TreeNodeKind.PREDICATE)),
+    "get_domain_predicate_details": ExpertService(
+        partial(_details, kind=TreeNodeKind.PREDICATE), "Predicate not found"
+    ),
+    "get_domain_functions": ExpertService(partial(_declared, kind=TreeNodeKind.FUNCTION)),
+    "get_domain_function_details": ExpertService(
+        partial(_details, kind=TreeNodeKind.FUNCTION), "Function not found"
+    ),
+    "get_domain_derived_predicates": ExpertService(_derived),
+    "get_domain_derived_predicate_details": ExpertService(_derived_details, "Derived predicate not found"),
 }
 """The services of the domain expert, by their last names."""

@@ -30,7 +30,7 @@ from cxbridge.ros2.experts.names import BEFORE_JAZZY
 from cxbridge.ros2.messages import Message
 
 
-class Kind(IntEnum):
+class TreeNodeKind(IntEnum):
     """What a node is; the last three came with Jazzy."""
 
     UNKNOWN = 0
@@ -68,7 +68,7 @@ class NodeCodec:
 
     def __init__(self, distribution: str) -> None:
         self._is_old = distribution in BEFORE_JAZZY
-        first = max(Kind) + 1 if not self._is_old else Kind.NUMBER + 1
+        first = max(TreeNodeKind) + 1 if not self._is_old else TreeNodeKind.NUMBER + 1
         self._numbers = {sign: first + index for index, sign in enumerate((*_SIGNS, *_CHANGES))}
         self._signs = {number: sign for sign, number in self._numbers.items()}
 
@@ -104,31 +104,31 @@ class _TreeReader:
     ) -> None:
         self._nodes = nodes
         self._signs = signs
-        self._kinds = [*Kind][: Kind.NUMBER + 1] if is_old else [*Kind]
+        self._kinds = [*TreeNodeKind][: TreeNodeKind.NUMBER + 1] if is_old else [*TreeNodeKind]
         self._effects = effects
 
     def formula(self, at: int = 0, depth: int = 0) -> Formula:
         """Return the formula that begins at a node."""
         node, kind = self._node(at, depth)
-        if kind is Kind.PREDICATE:
+        if kind is TreeNodeKind.PREDICATE:
             return Atom(node["name"], tuple(map(_term_of, _names(node))))
-        if kind is Kind.EXPRESSION:
+        if kind is TreeNodeKind.EXPRESSION:
             sign, left, right = self._pair(node["expression_type"], node, depth)
             if sign in _COMPARING:
                 return TermComparison(sign, left, right)
             raise Ros2Error(f"'{sign}' is a number, not a condition")
-        if kind is Kind.CHANGE and self._effects:
+        if kind is TreeNodeKind.CHANGE and self._effects:
             return NumericChange(*self._pair(node["modifier_type"], node, depth))
         return self._joined(node, kind, tuple(self.formula(each, depth + 1) for each in node["children"]))
 
-    def _joined(self, node: Message, kind: Kind, parts: tuple[Formula, ...]) -> Formula:
-        if kind is Kind.AND:
+    def _joined(self, node: Message, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> Formula:
+        if kind is TreeNodeKind.AND:
             return And(parts)
-        if kind is Kind.OR:
+        if kind is TreeNodeKind.OR:
             return Or(parts)
-        if kind is Kind.NOT and len(parts) == 1:
+        if kind is TreeNodeKind.NOT and len(parts) == 1:
             return Not(parts[0])
-        if kind is Kind.EXISTS and len(parts) == 1:
+        if kind is TreeNodeKind.EXISTS and len(parts) == 1:
             groups = tuple(
                 TypedNames((each["name"].removeprefix("?"),), (each["type"],) if each["type"] else ())
                 for each in node["parameters"]
@@ -140,15 +140,15 @@ class _TreeReader:
 
     def _term(self, at: int, depth: int) -> Term:
         node, kind = self._node(at, depth)
-        if kind is Kind.NUMBER:
+        if kind is TreeNodeKind.NUMBER:
             return Constant(format_number(node["value"]))
-        if kind is Kind.FUNCTION:
+        if kind is TreeNodeKind.FUNCTION:
             return FunctionTerm(node["name"], tuple(map(_term_of, _names(node))))
-        if kind is Kind.EXPRESSION:
+        if kind is TreeNodeKind.EXPRESSION:
             sign, left, right = self._pair(node["expression_type"], node, depth)
             if sign in _SIGNS and sign not in _COMPARING:
                 return FunctionTerm(sign, (left, right))
-        if kind in (Kind.CONSTANT, Kind.PARAMETER):
+        if kind in (TreeNodeKind.CONSTANT, TreeNodeKind.PARAMETER):
             return _term_of(node["name"])
         raise Ros2Error(f"a node of the type {node['node_type']} is no number")
 
@@ -159,11 +159,11 @@ class _TreeReader:
         left, right = (self._term(child, depth + 1) for child in children)
         return sign, left, right
 
-    def _node(self, at: int, depth: int) -> tuple[Message, Kind]:
+    def _node(self, at: int, depth: int) -> tuple[Message, TreeNodeKind]:
         if at >= len(self._nodes) or depth > _MOST_DEEP:
             raise Ros2Error(f"the tree has no node {at}" if at >= len(self._nodes) else "the tree has no end")
         kind = self._nodes[at]["node_type"]
-        return self._nodes[at], Kind(kind) if kind in self._kinds else Kind.UNKNOWN
+        return self._nodes[at], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
 
 
 class _TreeMaker:
@@ -182,7 +182,7 @@ class _TreeMaker:
         self._numbers = numbers
         self._is_old = is_old
 
-    def _add(self, kind: Kind, **fields: Any) -> Message:
+    def _add(self, kind: TreeNodeKind, **fields: Any) -> Message:
         node = {"node_type": int(kind), "node_id": len(self._nodes), "children": [], **fields}
         self._nodes.append(node)
         return node
@@ -191,29 +191,31 @@ class _TreeMaker:
         """Add the nodes of a formula; return the number of the first."""
         match formula:
             case Atom(predicate=name, arguments=terms):
-                number = self._ground(Kind.PREDICATE, name, terms)
+                number = self._ground(TreeNodeKind.PREDICATE, name, terms)
             case And(parts=parts) | Or(parts=parts):
-                number = self._joined(Kind.AND if isinstance(formula, And) else Kind.OR, parts)
+                number = self._joined(
+                    TreeNodeKind.AND if isinstance(formula, And) else TreeNodeKind.OR, parts
+                )
             case Not(part=part):
-                number = self._joined(Kind.NOT, (part,))
+                number = self._joined(TreeNodeKind.NOT, (part,))
             case Imply(condition=first, consequence=second):
-                number = self._joined(Kind.OR, (Not(first), second))
+                number = self._joined(TreeNodeKind.OR, (Not(first), second))
             case TermComparison(operator=sign, left=left, right=right):
-                number = self._pair(Kind.EXPRESSION, "expression_type", sign, (left, right))
+                number = self._pair(TreeNodeKind.EXPRESSION, "expression_type", sign, (left, right))
             case NumericChange(operator=sign, target=left, amount=right):
-                number = self._pair(Kind.CHANGE, "modifier_type", sign, (left, right))
+                number = self._pair(TreeNodeKind.CHANGE, "modifier_type", sign, (left, right))
             case Quantified(quantifier="exists") if not self._is_old:
                 number = self._exists(formula)
             case _:
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_formula(formula)}")
         return number
 
-    def _joined(self, kind: Kind, parts: tuple[Formula, ...]) -> int:
+    def _joined(self, kind: TreeNodeKind, parts: tuple[Formula, ...]) -> int:
         node = self._add(kind)
         node["children"] += [self.formula(part) for part in parts]
         return int(node["node_id"])
 
-    def _pair(self, kind: Kind, field: str, sign: str, terms: tuple[Term, Term]) -> int:
+    def _pair(self, kind: TreeNodeKind, field: str, sign: str, terms: tuple[Term, Term]) -> int:
         node = self._add(kind, **{field: self._numbers[sign]})
         node["children"] += [self._term(term) for term in terms]
         return int(node["node_id"])
@@ -224,11 +226,11 @@ class _TreeMaker:
             for group in formula.variables
             for name in group.names
         ]
-        node = self._add(Kind.EXISTS, parameters=parameters)
+        node = self._add(TreeNodeKind.EXISTS, parameters=parameters)
         node["children"].append(self.formula(formula.part))
         return int(node["node_id"])
 
-    def _ground(self, kind: Kind, name: str, terms: tuple[Term, ...]) -> int:
+    def _ground(self, kind: TreeNodeKind, name: str, terms: tuple[Term, ...]) -> int:
         types = (*self._types_of(name), *[""] * len(terms))
         parameters = [param(self._name(term), types[index]) for index, term in enumerate(terms)]
         return int(self._add(kind, name=name, parameters=parameters)["node_id"])
@@ -237,16 +239,16 @@ class _TreeMaker:
         match term:
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _SIGNS:
-                    return self._ground(Kind.FUNCTION, name, terms)
+                    return self._ground(TreeNodeKind.FUNCTION, name, terms)
                 if len(terms) == _PAIR:
-                    return self._pair(Kind.EXPRESSION, "expression_type", name, (terms[0], terms[1]))
+                    return self._pair(TreeNodeKind.EXPRESSION, "expression_type", name, (terms[0], terms[1]))
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
             case Constant(name=text) if (number := _number(text)) is not None:
-                return int(self._add(Kind.NUMBER, value=number)["node_id"])
+                return int(self._add(TreeNodeKind.NUMBER, value=number)["node_id"])
             case _ if self._is_old:
                 raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
             case _:
-                kind = Kind.PARAMETER if isinstance(term, Variable) else Kind.CONSTANT
+                kind = TreeNodeKind.PARAMETER if isinstance(term, Variable) else TreeNodeKind.CONSTANT
                 return int(self._add(kind, name=self._name(term))["node_id"])
 
     def _name(self, term: Term) -> str:
@@ -260,7 +262,7 @@ def param(name: str, kind: str = "", subtypes: list[str] | None = None) -> Messa
     return {"name": name, "type": kind, "sub_types": subtypes or []}
 
 
-def ground_node(kind: Kind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
+def ground_node(kind: TreeNodeKind, ground: Ground, types: Mapping[str, str], value: float = 0.0) -> Message:
     """Return a node of a predicate or a function.
 
     :param types: those of the instances.

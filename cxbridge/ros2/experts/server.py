@@ -10,7 +10,7 @@ from cxbridge.closing import Closing
 from cxbridge.events import Logger
 from cxbridge.executive.features.problem_expert import ProblemExpertFeature
 from cxbridge.rights import Right, Rights
-from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, Service, answer, knowledge_message
+from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
 from cxbridge.ros2.experts.nodes import NodeCodec
@@ -58,7 +58,7 @@ class ExpertServer(Closing):
         self._node, self._feature, self._rights, self._log = node, feature, rights, log
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
-        self._told = -1
+        self._published_version = -1
         for which in settings.serve:
             for name, kind in services_of(which, settings.node.distribution).items():
                 node.serve_later(check_topic(namespace + name), kind, self._answering(which, name))
@@ -74,7 +74,7 @@ class ExpertServer(Closing):
             return partial(self._plan, self._planner.plan if last == "get_plan" else self._planner.validate)
         return partial(self._answer, name, _SERVICES[which][last])
 
-    def _answer(self, name: str, service: Service, request: Message, reply: Reply) -> None:
+    def _answer(self, name: str, service: ExpertService, request: Message, reply: Reply) -> None:
         env = self._feature.env
         refused = self._why_not(name) if service.changes else ""
         if env is None or refused:
@@ -100,15 +100,15 @@ class ExpertServer(Closing):
         return f"refused: {what}: {self._rights.why_not(Right.CONTROL)}"
 
     def loop(self) -> None:
-        """Answer what was asked, send plans that are ready, and tell what has changed."""
+        """Answer what was asked, send plans that are ready, and publish what has changed."""
         self._node.poll()
         self._planner.loop()
         env = self._feature.env
-        if self._topics and env is not None and self._told != self._feature.version:
-            self._told = self._feature.version
-            self._tell(env)
+        if self._topics and env is not None and self._published_version != self._feature.version:
+            self._published_version = self._feature.version
+            self._publish(env)
 
-    def _tell(self, env: ClipsEnvironment) -> None:
+    def _publish(self, env: ClipsEnvironment) -> None:
         with env.lock:
             message = knowledge_message(self._feature.expert(env))
         self._updates.publish(_NOTHING)

@@ -14,7 +14,7 @@ from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.ros2.experts.answers import shown
 from cxbridge.ros2.experts.client import ExpertClient
 from cxbridge.ros2.experts.execution import Item, execute, item_of, read_plan
-from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_in, ground_node, param
+from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge.ros2.hub.words import Life
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.plansys2 import PROTOCOL
@@ -232,13 +232,13 @@ class Terminal:
         formula = parse_formula(rest)
         if not isinstance(formula, Atom):
             raise UsageError(f"'{rest}' is no predicate", hint="set predicate (said PEGGY HELLO)")
-        node = ground_node(Kind.PREDICATE, ground_of(formula.predicate, formula), {})
+        node = ground_node(TreeNodeKind.PREDICATE, ground_of(formula.predicate, formula), {})
         self._client.do(_PROBLEM + service, {"node": node})
         yield from ()
 
     def _set_function(self, rest: str) -> Lines:
         call, value = _value_in(parse_formula(rest), rest)
-        node = ground_node(Kind.FUNCTION, ground_of(call.function, call), {}, value)
+        node = ground_node(TreeNodeKind.FUNCTION, ground_of(call.function, call), {}, value)
         self._client.do(f"{_PROBLEM}add_problem_function", {"node": node})
         yield from ()
 
@@ -250,7 +250,7 @@ class Terminal:
             call, _ = _value_in(formula, rest)
             ground = ground_of(call.function, call)
         self._client.do(
-            f"{_PROBLEM}remove_problem_function", {"node": ground_node(Kind.FUNCTION, ground, {})}
+            f"{_PROBLEM}remove_problem_function", {"node": ground_node(TreeNodeKind.FUNCTION, ground, {})}
         )
         yield from ()
 
@@ -283,12 +283,12 @@ class Terminal:
         _no_more("check actors", rest)
         signs: dict[str, tuple[str, int]] = {}
 
-        def hear(message: Message) -> None:
+        def take_sign(message: Message) -> None:
             sign = PROTOCOL.sign(message)
             signs[sign.node] = (sign.action, sign.life)
 
         topic = self._client.namespace + PROTOCOL.signs_topic
-        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, hear)
+        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, take_sign)
         self._client.wait(lambda: False, LISTENING_S)
         end()
         for node, (action, life) in sorted(signs.items()):

@@ -19,7 +19,7 @@ from cxbridge.errors import ConfigError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
 from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.words import HubProtocol, Key, Kind, Life, Sign, Word
+from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge.ros2.skills import fill
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
@@ -51,11 +51,11 @@ class HubSkill(Struct, frozen=True):
     patience_s: float
 
 
-class _Asked:
+class _OpenRequest:
     """An action that was asked for, until it is over.
 
     :ivar performer: who was confirmed; empty before.
-    :ivar told: its last FEEDBACK; None: none has come.
+    :ivar feedback: its last FEEDBACK; None: none has come.
     :ivar end: its FINISH.
     :ivar idle_signs: how often it has said, one after the other, that it does not execute anything.
     """
@@ -63,7 +63,7 @@ class _Asked:
     def __init__(self, request: Word) -> None:
         self.request = request
         self.performer = ""
-        self.told: Word | None = None
+        self.feedback: Word | None = None
         self.end: Word | None = None
         self.idle_signs = 0
 
@@ -97,7 +97,7 @@ class HubSkills(RosExecutor):
         self.skills = tuple(self._known)
         self._name = f"cxbridge_{self.agent}_{secrets.token_hex(2)}"
         self._hub: Hub | None = None
-        self._asked: _Asked | None = None
+        self._asked: _OpenRequest | None = None
         self._ours: dict[Key, str] = {}
         """What was asked for, with who of ours asked; without what others have asked for since."""
         self._performers: dict[str, _Performer] = {}
@@ -115,7 +115,7 @@ class HubSkills(RosExecutor):
     def start(self) -> None:
         """Join the domain and the hub: performers know us before we ask."""
         namespace = self.node_settings.namespace
-        self._hub = Hub(self.join(), self.protocol, namespace, self._heard, self._signed)
+        self._hub = Hub(self.join(), self.protocol, namespace, self._take_word, self._signed)
 
     def close(self) -> None:
         """Leave the hub and the domain."""
@@ -128,7 +128,7 @@ class HubSkills(RosExecutor):
         known = self._known[call.skill]
         key = Key(known.action, _arguments(known, call), self._agent_id)
         mapped = str(call.get(MAPPED_ACTION, "") if known.mapped is None else fill(known.mapped, call, {}))
-        asked = _Asked(Word(Kind.REQUEST, call.name or self._name, key, mapped))
+        asked = _OpenRequest(Word(WordKind.REQUEST, call.name or self._name, key, mapped))
         return (
             yield from self.within(known.timeout_s, f"{key} on {self.topic}", self._perform(known, asked))
         )
@@ -140,7 +140,7 @@ class HubSkills(RosExecutor):
 
     # --- steps --------------------------------------------------------------------------------------------
 
-    def _perform(self, known: HubSkill, asked: _Asked) -> Generator[Any, None, Progress]:
+    def _perform(self, known: HubSkill, asked: _OpenRequest) -> Generator[Any, None, Progress]:
         self._asked = asked
         try:
             yield from self._deal(known, asked)
@@ -148,14 +148,14 @@ class HubSkills(RosExecutor):
         finally:
             self._asked = None
             if asked.performer and asked.end is None:
-                self._say(Kind.CANCEL, asked.performer, asked.request.key)
+                self._say(WordKind.CANCEL, asked.performer, asked.request.key)
         assert asked.end is not None  # else it is still followed
         if not asked.end.success:
             words = asked.end.status or f"{asked.performer} has failed"
             raise SkillFailedError(words, progress=asked.end.progress)
         return Progress(1.0, asked.end.status)
 
-    def _deal(self, known: HubSkill, asked: _Asked) -> Generator[None, None, None]:
+    def _deal(self, known: HubSkill, asked: _OpenRequest) -> Generator[None, None, None]:
         """Ask until a performer has answered."""
         key, start_us, requests = asked.request.key, self.clock.now_us(), 0
         while True:
@@ -187,24 +187,24 @@ class HubSkills(RosExecutor):
         for name, performer in self._performers.items():
             is_ready = performer.sign.life == Life.READY and performer.life_us > recent_us
             if is_ready and performer.sign.action == key.action and performer.answer_us < recent_us:
-                self._say(Kind.REJECT, name, key)
+                self._say(WordKind.REJECT, name, key)
 
-    def _follow(self, asked: _Asked) -> Generator[Progress | None, None, None]:
-        told: Word | None = None
+    def _follow(self, asked: _OpenRequest) -> Generator[Progress | None, None, None]:
+        feedback: Word | None = None
         since_us = self.clock.now_us()
         while True:
             self.poll()
             if asked.end is not None:
                 return
             self._check(asked, since_us)
-            if asked.told is told:
+            if asked.feedback is feedback:
                 yield None
                 continue
-            told = asked.told
-            if told is not None:
-                yield Progress(told.progress, told.status)
+            feedback = asked.feedback
+            if feedback is not None:
+                yield Progress(feedback.progress, feedback.status)
 
-    def _check(self, asked: _Asked, since_us: int) -> None:
+    def _check(self, asked: _OpenRequest, since_us: int) -> None:
         """Fail when the performer is not there any more, or does something else."""
         performer = self._performers.get(asked.performer)
         if performer is None or not performer.life_us:
@@ -219,26 +219,26 @@ class HubSkills(RosExecutor):
 
     # --- the hub ------------------------------------------------------------------------------------------
 
-    def _say(self, kind: Kind, node: str, key: Key) -> None:
-        assert self._hub is not None  # nothing is heard, and no skill executed, before the start
-        mapped = self._asked.request.mapped if self._asked is not None and kind is Kind.CONFIRM else ""
+    def _say(self, kind: WordKind, node: str, key: Key) -> None:
+        assert self._hub is not None  # nothing is received, and no skill executed, before the start
+        mapped = self._asked.request.mapped if self._asked is not None and kind is WordKind.CONFIRM else ""
         self._hub.say(Word(kind, node, key, mapped))
 
-    def _heard(self, word: Word) -> None:
-        """Hear a word of anybody, ourselves included."""
-        if word.kind == Kind.REQUEST:
+    def _take_word(self, word: Word) -> None:
+        """Take a word of anybody, ourselves included."""
+        if word.kind == WordKind.REQUEST:
             if self._ours.get(word.key) != word.node:
                 self._ours.pop(word.key, None)
-        elif word.kind == Kind.RESPONSE:
+        elif word.kind == WordKind.RESPONSE:
             self._answered(word)
         asked = self._asked
         if asked is None or (word.node, word.key) != (asked.performer, asked.request.key) or asked.end:
             return
-        if word.kind == Kind.FEEDBACK:
-            asked.told, asked.idle_signs = word, 0
+        if word.kind == WordKind.FEEDBACK:
+            asked.feedback, asked.idle_signs = word, 0
             performer = self._known_performer(word)
             performer.life_us = self.clock.now_us() if performer.life_us else 0
-        elif word.kind == Kind.FINISH:
+        elif word.kind == WordKind.FINISH:
             asked.end = word
 
     def _answered(self, word: Word) -> None:
@@ -248,9 +248,9 @@ class HubSkills(RosExecutor):
         asked = self._asked
         if asked is not None and asked.request.key == word.key and not asked.performer:
             asked.performer = word.node
-            self._say(Kind.CONFIRM, word.node, word.key)
+            self._say(WordKind.CONFIRM, word.node, word.key)
         else:
-            self._say(Kind.REJECT, word.node, word.key)
+            self._say(WordKind.REJECT, word.node, word.key)
 
     def _known_performer(self, word: Word) -> _Performer:
         sign = Sign(word.node, word.key.action, Life.NOT_READY)

@@ -15,11 +15,11 @@ _QOS: Final = QosProfile(depth=100)
 
 
 class Hub(Closing):
-    """Says words on the topic of a protocol, and hears those of all others, and its own.
+    """Says words on the topic of a protocol, and receives those of all others, and its own.
 
     :param node: polled by its owner.
     :param namespace: what comes before the names of the topics.
-    :param heard: called with each word.
+    :param on_word: called with each word.
     :param signed: called with each sign of life; None: nobody wants them.
     :raises Ros2Error: for a namespace that there is not.
     """
@@ -29,7 +29,7 @@ class Hub(Closing):
         node: Node,
         protocol: HubProtocol,
         namespace: str,
-        heard: Callable[[Word], None],
+        on_word: Callable[[Word], None],
         signed: Callable[[Sign], None] | None = None,
     ) -> None:
         self._protocol = protocol
@@ -40,7 +40,7 @@ class Hub(Closing):
         self._words = node.publisher(self.topic, protocol.message_type, _QOS)
         self._ends = [
             node.subscribe(
-                self.topic, protocol.message_type, lambda message: heard(protocol.word(message)), _QOS
+                self.topic, protocol.message_type, lambda message: on_word(protocol.word(message)), _QOS
             )
         ]
         if signed is not None:
@@ -67,7 +67,7 @@ class Hub(Closing):
         self._signs.publish(self._protocol.sign_message(sign, now_us))
 
     def close(self) -> None:
-        """Hear and say nothing more."""
+        """Receive and say nothing more."""
         for end in self._ends:
             end()
         self._ends = []

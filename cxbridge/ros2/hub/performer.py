@@ -21,7 +21,7 @@ from cxbridge.events import Logger
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.words import HubProtocol, Key, Kind, Life, Sign, Word
+from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge.ros2.node import Node
 from cxbridge.skiller.board.local_calls import calls_of
 from cxbridge.skiller.board.master import Master
@@ -33,7 +33,7 @@ RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free for others again."""
 
 REPEAT_S: Final = 0.5
-"""Seconds until a RESPONSE is repeated that nobody has heard: who asks may have come just now."""
+"""Seconds until a RESPONSE is repeated that nobody has received: who asks may have come just now."""
 
 SIGN_S: Final = 1.0
 """Seconds between signs of life."""
@@ -191,7 +191,7 @@ class HubPerformer(Closing):
         """REQUESTs that nobody has answered yet, with the time until which it makes sense."""
         self._jobs: dict[Key, _Job] = {}
         self._next_sign_us = 0
-        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._heard)
+        self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_word)
         self.topic = self._hub.topic
 
     @property
@@ -205,7 +205,7 @@ class HubPerformer(Closing):
         return {each.skill for each in self._actions.values()}
 
     def loop(self) -> None:
-        """Hear what was said, answer, and give signs of life."""
+        """Receive what was said, answer, and give signs of life."""
         self._node.poll()
         now_us = self._clock.now_us()
         for key, (_, until_us) in list(self._wanted.items()):
@@ -237,11 +237,11 @@ class HubPerformer(Closing):
 
     # --- what others say ----------------------------------------------------------------------------------
 
-    def _heard(self, word: Word) -> None:
+    def _take_word(self, word: Word) -> None:
         key = word.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return
-        if word.kind == Kind.REQUEST:
+        if word.kind == WordKind.REQUEST:
             # until it is asked again, or the one who asks has given up
             until_us = self._clock.now_us() + round(self._protocol.wanted_s * MICROSECONDS)
             self._wanted[key] = word, until_us
@@ -249,7 +249,7 @@ class HubPerformer(Closing):
             return
         is_ours = self._nodes.get(word.node) == key.action
         job = self._jobs.get(key)
-        if word.kind == Kind.CONFIRM:
+        if word.kind == WordKind.CONFIRM:
             self._wanted.pop(key, None)
             if is_ours and (job is None or job.master is None):
                 self._begin(job or self._job(word))
@@ -257,9 +257,9 @@ class HubPerformer(Closing):
                 job.repeat_us = 0
         elif not is_ours or job is None:
             return
-        elif word.kind in (Kind.REJECT, Kind.CANCEL) and job.master is None:
+        elif word.kind in (WordKind.REJECT, WordKind.CANCEL) and job.master is None:
             del self._jobs[key]
-        elif word.kind == Kind.CANCEL and job.master is not None:
+        elif word.kind == WordKind.CANCEL and job.master is not None:
             job.is_cancelled = True
             self._stop(job.master)
 
@@ -281,7 +281,7 @@ class HubPerformer(Closing):
 
     def _respond(self, job: _Job) -> None:
         job.repeat_us = self._clock.now_us() + round(REPEAT_S * MICROSECONDS)
-        self._hub.say(Word(Kind.RESPONSE, job.node, job.request.key, job.request.mapped))
+        self._hub.say(Word(WordKind.RESPONSE, job.node, job.request.key, job.request.mapped))
 
     def _job(self, word: Word) -> _Job:
         served = self._actions[word.key.action]
@@ -348,7 +348,9 @@ class HubPerformer(Closing):
             job.said = (master.progress, master.feedback)
             request, (progress, status) = job.request, job.said
             self._hub.say(
-                Word(Kind.FEEDBACK, job.node, request.key, request.mapped, progress=progress, status=status)
+                Word(
+                    WordKind.FEEDBACK, job.node, request.key, request.mapped, progress=progress, status=status
+                )
             )
 
     def _over(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
@@ -357,7 +359,7 @@ class HubPerformer(Closing):
 
     def _finish(self, job: _Job, *, success: bool, status: str, progress: float = 0.0) -> None:
         request = job.request
-        finish = Word(Kind.FINISH, job.node, request.key, request.mapped, success, progress, status)
+        finish = Word(WordKind.FINISH, job.node, request.key, request.mapped, success, progress, status)
         word = self._protocol.after_cancel(finish) if job.is_cancelled else finish
         if word is not None:
             self._hub.say(word)

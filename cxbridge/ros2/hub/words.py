@@ -12,7 +12,7 @@ from msgspec import Struct
 from cxbridge.ros2.messages import Message
 
 
-class Kind(IntEnum):
+class WordKind(IntEnum):
     """What a word means."""
 
     REQUEST = 1

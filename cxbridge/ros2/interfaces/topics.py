@@ -164,7 +164,7 @@ class WrittenInterface(Closing):
         self._instance = board.open_for_writing(interface_type, interface_id, owner=OWNER, queue_limit=100)
         schema = self._instance.SCHEMA
         self._paths = _paths(settings, schema)
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         topic = f"{settings.node.namespace}{settings.topic or topic_of(interface_type, interface_id)}"
         self._publishers: dict[str, tuple[Publisher, Mapping[str, str]]] = {}
         try:
@@ -198,8 +198,8 @@ class WrittenInterface(Closing):
                 self._instance.set(field, _back(self._instance.field(field), _at(message, path)))
             self._instance.write()
         except CxbridgeError as error:
-            if error.message not in self._told:
-                self._told.add(error.message)
+            if error.message not in self._reported:
+                self._reported.add(error.message)
                 self._log.warn(f"{self.uid} was not written: {error.message}")
 
     def close(self) -> None:

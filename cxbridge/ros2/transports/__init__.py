@@ -1,4 +1,4 @@
-"""The ways to the nodes of ROS 2: one file a transport."""
+"""The ways to the nodes of ROS 2: one module or package a transport."""
 
 from importlib.machinery import EXTENSION_SUFFIXES
 from importlib.util import find_spec

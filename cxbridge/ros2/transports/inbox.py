@@ -9,8 +9,8 @@ from itertools import count
 from typing import Any
 
 
-class Source:
-    """One of those whom something comes for; made by :meth:`Inbox.source`.
+class InboxSource:
+    """One of those whom something comes for; made by :meth:`MessageInbox.source`.
 
     :param depth: how much is kept: what is oldest is dropped; 0: all is kept.
     :param deliver: gets what has come.
@@ -24,15 +24,15 @@ class Source:
         self.waiting: deque[int] = deque()
 
 
-class Inbox:
+class MessageInbox:
     """Keeps what has come, in its order."""
 
     def __init__(self) -> None:
         self._came = threading.Condition()
-        self._items: dict[int, tuple[Source, Any]] = {}
+        self._items: dict[int, tuple[InboxSource, Any]] = {}
         self._numbers = count()
 
-    def put(self, source: Source, item: Any) -> None:
+    def put(self, source: InboxSource, item: Any) -> None:
         """Keep something; in any thread."""
         with self._came:
             if not source.is_open:
@@ -44,7 +44,7 @@ class Inbox:
             self._items[number] = source, item
             self._came.notify()
 
-    def end(self, source: Source) -> None:
+    def end(self, source: InboxSource) -> None:
         """Keep nothing more for a source, and forget what has come."""
         with self._came:
             source.is_open = False
@@ -64,7 +64,7 @@ class Inbox:
             left -= 1
         return any_came
 
-    def _first(self) -> tuple[Source, Any] | None:
+    def _first(self) -> tuple[InboxSource, Any] | None:
         with self._came:
             if not self._items:
                 return None

@@ -70,7 +70,7 @@ class Ros2Performers(Component):
         return None if service is None else service.local_calls
 
     def loop(self) -> None:
-        """Hear, answer, and give signs of life."""
+        """Receive, answer, and give signs of life."""
         for performer in self._performers:
             performer.loop()
 

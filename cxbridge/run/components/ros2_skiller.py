@@ -47,13 +47,13 @@ class Ros2Skiller(Component):
         self._server.step()
 
     def _execute(self, goal: ServedGoal) -> Execution:
-        told: list[str] = []
+        statuses: list[str] = []
         try:
             with SkillerCall(
                 self._board,
                 skiller=self._skiller,
                 steal=goal.goal["steal"],
-                tell=lambda status, _error: told.append(status),
+                on_status=lambda status, _error: statuses.append(status),
             ) as call:
                 steps = call.poll(goal.goal["skill_string"])
                 while True:
@@ -64,7 +64,7 @@ class Ros2Skiller(Component):
                         break
                     if goal.wants_cancel:
                         return {"success": False, "error": "it was cancelled"}
-                    yield {"status": told.pop()} if told else None
+                    yield {"status": statuses.pop()} if statuses else None
         except CxbridgeError as error:
             raise AbortedError({"success": False, "error": error.message}) from None
         if result.outcome is not CallOutcome.FINAL:

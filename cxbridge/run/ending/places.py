@@ -117,7 +117,7 @@ class UnexecutedActions:
 
     def __init__(self, context: RunContext, executive: Executive) -> None:
         self._context, self._executive = context, executive
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._places = AgentPlaces(context, executive)
         executive.env.watcher.follow("plan-action", self._note, ("action-name", "state", "error-msg"))
 
@@ -125,8 +125,8 @@ class UnexecutedActions:
         if slots.get("state") != "FAILED" or _NOT_EXECUTED not in slots.get("error-msg", ""):
             return
         action = slots["action-name"]
-        if action not in self._told:
-            self._told.add(action)
+        if action not in self._reported:
+            self._reported.add(action)
             self._executive.log.error(self._mistake(action))
 
     def _mistake(self, action: str) -> str:

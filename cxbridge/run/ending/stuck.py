@@ -136,7 +136,7 @@ class RuleErrors:
 
 
 def waits_for(agent: Assembly, errors: RuleErrors) -> str:
-    """Return what a run waits for in vain, as far as the facts tell."""
+    """Return what a run waits for in vain, as far as the facts show."""
     executive, places = agent.executive, AgentPlaces(agent.context, agent.executive)
     if not executive.initialized:
         causes = [*_signals(agent)] or ["the initialisation has not ended"]

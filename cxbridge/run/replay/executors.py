@@ -52,16 +52,16 @@ class RecordedExecutor(SkillExecutor):
         return self._steps(execution, begin_us)
 
     def _steps(self, execution: Execution, begin_us: int) -> Steps:
-        told = 0
+        published = 0
         while True:
             since_us = self.clock.now_us() - begin_us
             if execution.ends_itself and since_us >= (execution.duration_us or 0):
                 break
             said = None
-            while told < len(execution.feedback) and execution.feedback[told][0] <= since_us:
-                _, fraction, text = execution.feedback[told]
+            while published < len(execution.feedback) and execution.feedback[published][0] <= since_us:
+                _, fraction, text = execution.feedback[published]
                 said = Progress(fraction, text)
-                told += 1
+                published += 1
             yield said
         if execution.outcome == _FAILED:
             raise SkillFailedError(execution.error)

@@ -100,7 +100,7 @@ class RecordedPlanning(PlanningService):
         """Do nothing: a planner may never be needed."""
 
     def call(self, request: PlanRequest) -> PlanCall:
-        """Begin to tell of a plan."""
+        """Begin to report a plan."""
         self._count += 1
         recorded = self._plans.get(f"plan-{self._count}")
         return (

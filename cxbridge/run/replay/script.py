@@ -193,7 +193,7 @@ def executor_script(
         if message.uid == uid or message.values.get("executor") == name:
             execution = tickets.get(_ticket(message.values))
             if execution is not None:
-                _tell(execution, message)
+                _add_message(execution, message)
     return script
 
 
@@ -201,7 +201,7 @@ def _ticket(values: Values) -> tuple[Any, Any]:
     return values.get("epoch"), values.get("master")
 
 
-def _tell(execution: Execution, message: InterfaceMessage) -> None:
+def _add_message(execution: Execution, message: InterfaceMessage) -> None:
     """Add what a message says about an execution."""
     values = message.values
     if message.message == "RequestMessage":

@@ -252,7 +252,7 @@ class SkillBoard:
                 self._log.warn(f"{message.executor} executes something that nobody wants any more")
                 self._sender.cancel(message.executor, message.master, message.epoch)
         else:
-            master.told(message.executor, message.progress, message.text, self._clock.now_us())
+            master.take_feedback(message.executor, message.progress, message.text, self._clock.now_us())
 
     def _finish(self, message: Any) -> None:
         master = self._master(message)

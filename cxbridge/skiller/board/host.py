@@ -43,7 +43,7 @@ RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM."""
 
 FEEDBACK_S: Final = 0.2
-"""Seconds between FEEDBACK when there is something to tell."""
+"""Seconds between FEEDBACK when there is something to report."""
 
 SIGN_OF_LIFE_S: Final = 1.0
 """Seconds between FEEDBACK when there is nothing new."""
@@ -85,7 +85,7 @@ class ExecutorHost(Listener):
         self._verbatim = verbatim
         self._begun = False
         self._said = Progress(0.0)
-        self._told_us = self._deadline_us = 0
+        self._published_us = self._deadline_us = 0
         self._readers: dict[str, Interface] = {}
         self._gone: deque[str] = deque()
         self._handlers = {
@@ -117,7 +117,7 @@ class ExecutorHost(Listener):
         self._reader(board)
 
     def listen(self, listener: Listener, kind: EventKind) -> None:
-        """Tell somebody of what happens on the interface."""
+        """Notify somebody of what happens on the interface."""
         self._board.register_listener(listener, self._interface, kind)
 
     # -- every loop
@@ -154,7 +154,7 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, _words(error))
         else:
             if said is None or isinstance(said, (int, float, Progress)):
-                self._tell(said)
+                self._publish_feedback(said)
                 return
             self._end_steps()
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
@@ -174,7 +174,7 @@ class ExecutorHost(Listener):
         self.step()
 
     def close(self) -> None:
-        """End the skill, tell its master, and leave the blackboard."""
+        """End the skill, notify its master, and leave the blackboard."""
         if self._interface.valid and self.state is ExecutorState.BUSY:
             self._end_steps()
             self._finish(SkillOutcome.FAILED, f"the executor {self.name} was shut down")
@@ -265,7 +265,7 @@ class ExecutorHost(Listener):
         if isinstance(error, SkillFailedError) and error.progress is not None:
             self._said = Progress(error.progress)
 
-    def _tell(self, said: float | Progress | None) -> None:
+    def _publish_feedback(self, said: float | Progress | None) -> None:
         if said is not None:
             self._said = said if isinstance(said, Progress) else Progress(said, self._said.text)
         if self._verbatim:
@@ -275,15 +275,15 @@ class ExecutorHost(Listener):
         if not self._begun:
             self._begun = True
             self._feedback()
-            # each at another time: what begins together need not tell together
-            self._told_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
+            # each at another time: what begins together need not publish together
+            self._published_us -= zlib.crc32(self.name.encode()) % _FEEDBACK_US
             return
-        since_us = self._clock.now_us() - self._told_us
+        since_us = self._clock.now_us() - self._published_us
         if since_us >= _SIGN_US or (said is not None and since_us >= _FEEDBACK_US):
             self._feedback()
 
     def _feedback(self) -> None:
-        self._told_us = self._clock.now_us()
+        self._published_us = self._clock.now_us()
         fraction, text = self._said
         self._send("FeedbackMessage", share(fraction), sayable(text))
 

@@ -131,7 +131,7 @@ class Master:
 
     @property
     def has_executor(self) -> bool:
-        """Whether an executor was told to do it and has not ended."""
+        """Whether an executor has the order to do it and has not ended."""
         return self.state in (MasterState.CONFIRMED, MasterState.RUNNING, MasterState.CANCELLING)
 
     # -- what executors say
@@ -151,7 +151,7 @@ class Master:
         elif executor != self.executor or self.is_over:
             self._sending.reject(executor, self.number)
 
-    def told(self, executor: str, progress: float, text: str, now_us: int) -> None:
+    def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
         """Take FEEDBACK."""
         if executor != self.executor or not self.has_executor:
             self._sending.cancel(executor, self.number)

@@ -55,7 +55,7 @@ class SkillerCall(Closing):
 
     :param skiller: id of the Skiller's interface.
     :param steal: take control even when somebody has it.
-    :param tell: called for each state of the skill string: its status and the Skiller's error.
+    :param on_status: called for each state of the skill string: its status and the Skiller's error.
     :raises SkillerError: when there is no such Skiller.
     """
 
@@ -65,10 +65,10 @@ class SkillerCall(Closing):
         *,
         skiller: str = "Skiller",
         steal: bool = False,
-        tell: Callable[[str, str], None] = lambda _status, _error: None,
+        on_status: Callable[[str, str], None] = lambda _status, _error: None,
     ) -> None:
         self._steal = steal
-        self._tell = tell
+        self._on_status = on_status
         self._feed = Feed(board, OWNER)
         self._interface: Interface = self._feed.open(TYPE, skiller)
         self._in_control = self._runs = False
@@ -191,7 +191,7 @@ class SkillerCall(Closing):
         :param before: what the interface held when the message was sent: an earlier caller's message may
             have had the same id, so this is not an answer.
         """
-        us, taken, told = str(self._interface.serial), False, ""
+        us, taken, reported = str(self._interface.serial), False, ""
         while True:
             news = yield None
             assert news is not None  # it sets no limit
@@ -213,9 +213,9 @@ class SkillerCall(Closing):
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             taken = True
-            if status != told:
-                told = status
-                self._tell(status, values["error"])
+            if status != reported:
+                reported = status
+                self._on_status(status, values["error"])
             if status == _FINAL:
                 return SkillResult(CallOutcome.FINAL, "", msgid)
             if status != _RUNNING:

@@ -161,7 +161,7 @@ class HostFunctions:
         if kind != "bool" and is_secret(path):
             raise SkillError(f"{path} is secret: skills cannot read it")
         value: bool | float | str = _GETTERS[kind](self._config, path)
-        return to_lua(_told(path, value)) if isinstance(value, str) else value
+        return to_lua(_readable(path, value)) if isinstance(value, str) else value
 
     def _config_is(self, path: str, kind: str) -> bool:
         try:
@@ -175,18 +175,18 @@ class HostFunctions:
         value = os.environ.get(from_lua(name))
         if value is None:
             return None
-        return to_lua(_told(from_lua(name), value))
+        return to_lua(_readable(from_lua(name), value))
 
 
-def _told(path: str, value: str) -> str:
+def _readable(path: str, value: str) -> str:
     """Return a value as skills may have it: without the parts of it that are secret.
 
     :raises SkillError: when all of it is.
     """
-    told = mask(path, value)
-    if told == HIDDEN != value:
+    masked = mask(path, value)
+    if masked == HIDDEN != value:
         raise SkillError(f"{path} is secret: skills cannot read it")
-    return told
+    return masked
 
 
 _GETTERS: dict[str, Callable[[ConfigReader, str], Any]] = {

@@ -130,7 +130,7 @@ class SkillSelection:
 
 
 @dataclass(frozen=True, slots=True)
-class Property(Generic[T]):
+class EstimatorProperty(Generic[T]):
     """A value that entries of the whitelist may have for themselves.
 
     :param default: for all others.
@@ -143,7 +143,7 @@ class Property(Generic[T]):
     @classmethod
     def from_config(
         cls, config: Configuration, prefix: str, name: str, get: Callable[[str], T], default: T
-    ) -> Property[T]:
+    ) -> EstimatorProperty[T]:
         """Read it below ``prefix``: ``name``, and ``whitelist/KEY/name``."""
         path = f"{prefix}/{name}"
         keys = config.keys(f"{prefix}/whitelist")

@@ -11,8 +11,8 @@ from cxbridge.navgraph.graph import Node
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
     Estimator,
+    EstimatorProperty,
     Outcome,
-    Property,
     SkillSelection,
     as_text,
 )
@@ -66,19 +66,19 @@ class NavGraphEstimator(Estimator):
         graph: NavGraph,
         selection: SkillSelection | None = None,
         *,
-        target: Property[str] | None = None,
-        start: Property[str] | None = None,
+        target: EstimatorProperty[str] | None = None,
+        start: EstimatorProperty[str] | None = None,
         pose: tuple[float, float] = (0.0, 0.0),
         interface: Any = None,
     ) -> None:
         self.selection = selection or SkillSelection()
         self.priority = self.selection.priority
         self._graph = graph
-        self._target = target or Property("place")
-        self._start = start or Property("")
+        self._target = target or EstimatorProperty("place")
+        self._start = start or EstimatorProperty("")
         self._interface = interface
         self._drive: _Drive | None = None
-        self._tell((*pose, 0.0))
+        self._publish_pose((*pose, 0.0))
 
     @classmethod
     def from_config(
@@ -98,8 +98,8 @@ class NavGraphEstimator(Estimator):
         return cls(
             graph,
             selection,
-            target=Property.from_config(config, prefix, "target", config.get_str, "place"),
-            start=Property.from_config(config, prefix, "start", config.get_str, ""),
+            target=EstimatorProperty.from_config(config, prefix, "target", config.get_str, "place"),
+            start=EstimatorProperty.from_config(config, prefix, "start", config.get_str, ""),
             pose=(
                 config.get_float(f"{_AMCL}/init_pose_x", default=0.0),
                 config.get_float(f"{_AMCL}/init_pose_y", default=0.0),
@@ -131,11 +131,11 @@ class NavGraphEstimator(Estimator):
         return Outcome(path.cost / self.selection.speed)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
-        """Go on along the way, and tell the pose."""
+        """Go on along the way, and publish the pose."""
         if self._drive is not None and self._drive.call is call:
-            self._tell(self._drive.pose(seconds * self.selection.speed))
+            self._publish_pose(self._drive.pose(seconds * self.selection.speed))
 
-    def _tell(self, pose: tuple[float, float, float]) -> None:
+    def _publish_pose(self, pose: tuple[float, float, float]) -> None:
         self._pose = pose
         if self._interface is not None:
             x, y, heading = pose

@@ -13,8 +13,8 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
     Estimator,
+    EstimatorProperty,
     Outcome,
-    Property,
     SkillPattern,
     SkillSelection,
     as_text,
@@ -68,14 +68,14 @@ class LookupEstimator(Estimator):
         samples: Iterable[Sample],
         selection: SkillSelection | None = None,
         *,
-        fully_match_args: Property[bool] | None = None,
-        include_failures: Property[bool] | None = None,
+        fully_match_args: EstimatorProperty[bool] | None = None,
+        include_failures: EstimatorProperty[bool] | None = None,
         rng: random.Random | None = None,
     ) -> None:
         self.selection = selection or SkillSelection()
         self.priority = self.selection.priority
-        self._fully_match = fully_match_args or Property(default=True)
-        self._failures = include_failures or Property(default=False)
+        self._fully_match = fully_match_args or EstimatorProperty(default=True)
+        self._failures = include_failures or EstimatorProperty(default=False)
         self._rng = rng or random.Random(0)  # noqa: S311 - a simulation repeats
         self._known: dict[str, list[tuple[SkillStringCall, Sample]]] = {}
         for sample in samples:
@@ -110,8 +110,12 @@ class LookupEstimator(Estimator):
         return cls(
             samples,
             SkillSelection.from_config(config, prefix),
-            fully_match_args=Property.from_config(config, prefix, "fully-match-args", config.get_bool, True),
-            include_failures=Property.from_config(config, prefix, "include-failures", config.get_bool, False),
+            fully_match_args=EstimatorProperty.from_config(
+                config, prefix, "fully-match-args", config.get_bool, True
+            ),
+            include_failures=EstimatorProperty.from_config(
+                config, prefix, "include-failures", config.get_bool, False
+            ),
             rng=rng,
         )
 

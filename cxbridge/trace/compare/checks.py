@@ -54,7 +54,7 @@ class MessageIds:
         self._offsets.pop(stream, None)
 
 
-class Times:
+class PartnerTimes:
     """Times of partners, relative to what came before.
 
     :param begin: when both runs began, microseconds; None: with the first partners that are asked for.

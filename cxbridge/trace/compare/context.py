@@ -9,7 +9,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, RuleFired
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalLine
+from cxbridge.trace.compare.model import DifferenceContext, EventLine, GoalAtDifference
 from cxbridge.trace.compare.selection import Selection, with_kept
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.listing import describe
@@ -92,7 +92,7 @@ class ContextTracker:
         self._tidy_at = max(TIDY_AT, 2 * len(self._goals))
 
 
-def goal_lines(goals: dict[str, GoalTransition]) -> Iterator[GoalLine]:
+def goal_lines(goals: dict[str, GoalTransition]) -> Iterator[GoalAtDifference]:
     """Yield goals as a tree; retracted roots, and what is below them, are left out.
 
     :param goals: the last transition of each goal.
@@ -100,7 +100,7 @@ def goal_lines(goals: dict[str, GoalTransition]) -> Iterator[GoalLine]:
     forest = Forest({name: parent_id(goal.parent) for name, goal in goals.items()})
     for name, depth in forest.walk(name for name in forest.roots if goals[name].mode != "RETRACTED"):
         goal = goals[name]
-        yield GoalLine(depth, goal.goal, goal.goal_class, goal.mode, goal.outcome, goal.error)
+        yield GoalAtDifference(depth, goal.goal, goal.goal_class, goal.mode, goal.outcome, goal.error)
 
 
 def context_of(

@@ -16,7 +16,7 @@ from cxbridge.trace.compare.names import anonymous, anonymous_fact
 from cxbridge.trace.compare.sequences import State, Steps, Streams
 
 UNKNOWN: Final = "?"
-"""Class of a goal that only its plan-actions tell of."""
+"""Class of a goal of which only plan-actions are known."""
 
 GoalKey: TypeAlias = tuple[str, str]
 """Environment and id of a goal."""

@@ -102,7 +102,7 @@ class EventLine:
 
 
 @dataclass(frozen=True, slots=True)
-class GoalLine:
+class GoalAtDifference:
     """A goal as it is at the difference.
 
     :param depth: how many goals are above it.
@@ -134,7 +134,7 @@ class DifferenceContext:
 
     lines: list[EventLine] = field(default_factory=list)
     rules: list[str] = field(default_factory=list)
-    goals: list[GoalLine] = field(default_factory=list)
+    goals: list[GoalAtDifference] = field(default_factory=list)
 
 
 @dataclass(frozen=True, slots=True)

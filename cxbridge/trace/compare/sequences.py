@@ -13,7 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, InterfaceWrite, SkillStatus
 from cxbridge.trace.compare.align import NONE, align
-from cxbridge.trace.compare.checks import Times, Tolerance, time_words
+from cxbridge.trace.compare.checks import PartnerTimes, Tolerance, time_words
 from cxbridge.trace.compare.keys import SkillerBacklog, scenario_hints, skill_scope
 from cxbridge.trace.compare.model import (
     AlignedRow,
@@ -80,7 +80,7 @@ class StepPair:
     states_b: list[State]
     timed: bool = True
 
-    def differences(self, times: Times | None = None) -> Iterator[Difference]:
+    def differences(self, times: PartnerTimes | None = None) -> Iterator[Difference]:
         """Yield what differs, in the order of the first run."""
         if self.states_a == self.states_b:
             if times:
@@ -154,7 +154,7 @@ class StepPair:
         where = "no further" if last == len(steps.states) - 1 else "no such"
         return Side(steps.positions[last] if last != NONE else None, f"({where} {self.noun})")
 
-    def _late(self, partners: array[int], times: Times) -> Iterator[Difference]:
+    def _late(self, partners: array[int], times: PartnerTimes) -> Iterator[Difference]:
         """Yield the steps that did not come at the same time."""
         for at, partner in enumerate(partners):
             if partner == NONE:
@@ -212,7 +212,7 @@ class StepDifferences:
     def __init__(self, begin: tuple[int, int], tolerance: Tolerance | None = None) -> None:
         self.found: list[Difference] = []
         self._begin = begin
-        self._times = Times(tolerance, begin) if tolerance else None
+        self._times = PartnerTimes(tolerance, begin) if tolerance else None
         self._pairs: dict[str, StepPair] = {}
 
     def compare(self, pair: StepPair) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 from cxbridge.event_kinds import View
 from cxbridge.events import Event
 from cxbridge.trace.compare.align import NONE
-from cxbridge.trace.compare.checks import MessageIds, Times, Tolerance, stream_of, time_words
+from cxbridge.trace.compare.checks import MessageIds, PartnerTimes, Tolerance, stream_of, time_words
 from cxbridge.trace.compare.context import LINES_BEFORE, ContextTracker
 from cxbridge.trace.compare.edits import Edit, Edits, RunTail, RunTails
 from cxbridge.trace.compare.keys import (
@@ -42,7 +42,7 @@ ROWS_AFTER = 16
 """So many rows are shown from the first difference on."""
 
 FEW_ORDER = 1
-"""With at least so many differences, all of order, a person should hear of partial order."""
+"""With at least so many differences, all of order, the report names partial order."""
 
 NOTHING = "(nothing here)"
 OVER = "(the run is over)"
@@ -74,7 +74,7 @@ class _TotalComparison:
         self._selection = selection
         self._ours, self._theirs = Tokens(a, view, selection), Tokens(b, view, selection)
         self._msgids = MessageIds()
-        self._times = Times(tolerance) if tolerance else None
+        self._times = PartnerTimes(tolerance) if tolerance else None
         self._differences: list[Difference] = []
         self._contexts: tuple[DifferenceContext, DifferenceContext] | None = None
         self._diverged: tuple[int | None, int | None] = (None, None)
@@ -129,7 +129,7 @@ class _TotalComparison:
         if self._msgids.differ(stream_of(one.key), one.msgid or 0, other.msgid or 0):
             self._note(one, other, DifferenceKind.MSGID, "another message id")
 
-    def _check_time(self, one: Token, other: Token, times: Times) -> None:
+    def _check_time(self, one: Token, other: Token, times: PartnerTimes) -> None:
         """Note a difference when partners did not come at the same time."""
         late = times.lag(one.thread, one.event.time_us, other.event.time_us)
         if late is not None:
@@ -184,7 +184,7 @@ class TailDivergence:
         """How many events of the tails have a partner at the same place."""
         return sum(1 for partner in self._partners if partner != NONE)
 
-    def edits(self, msgids: MessageIds, times: Times | None) -> list[Edit]:
+    def edits(self, msgids: MessageIds, times: PartnerTimes | None) -> list[Edit]:
         """Return all differences between the tails, in the order of the runs."""
         found = list(self._edits)
         found += self._checked(msgids, times)
@@ -200,7 +200,7 @@ class TailDivergence:
                 seen.add(change)
                 yield edit
 
-    def _checked(self, msgids: MessageIds, times: Times | None) -> Iterator[Edit]:
+    def _checked(self, msgids: MessageIds, times: PartnerTimes | None) -> Iterator[Edit]:
         """Yield the differences between partners: ids of messages, and times."""
         a, b = self._tails
         tails, next_b = self.tails, 0

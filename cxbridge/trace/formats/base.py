@@ -98,7 +98,7 @@ class Run(ABC):
         return iter(())
 
     def description(self) -> Iterator[str]:
-        """Yield lines that tell more of the file than all formats have, for ``trace info``."""
+        """Yield lines that describe more of the file than all formats have, for ``trace info``."""
         return iter(())
 
     def note(self, text: str) -> None:

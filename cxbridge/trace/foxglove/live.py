@@ -29,7 +29,7 @@ _Encoded: TypeAlias = Callable[[], bytes]
 class FoxgloveServer:
     """Sends the events of a bus, and what panels show of them, to all clients that subscribe.
 
-    It hears of events from when it is made; any thread may emit them.
+    It receives events from when it is made; any thread may emit them.
 
     :param name: what clients see as the server's name.
     """

@@ -9,7 +9,7 @@ from cxbridge.trace.html.look import ENDED, MODES, OUTCOMES, Look, goal_look
 from cxbridge.trace.html.text import html
 
 DEEPEST = 12
-"""Levels of a tree that are indented; deeper ones are below each other and tell their level."""
+"""Levels of a tree that are indented; deeper ones are below each other and show their level."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,7 +44,7 @@ def goal_badge(mode: str, outcome: str) -> str:
 def goal_tree(roots: Sequence[GoalNode], label: str) -> str:
     """Return a tree of goals, which arrow keys walk, open and close.
 
-    :param label: what tree it is, for those who hear the page.
+    :param label: what tree it is, for screen readers.
     """
     if not roots:
         return '<p class="none">no goals</p>'

@@ -46,7 +46,7 @@ class ReplayMove(NamedTuple):
     event: InterfaceWrite | InterfaceMessage
 
 
-class Positions:
+class ReplayPositions:
     """From recorded times to a time that does not go back by more than :data:`OUT_OF_ORDER_US`.
 
     :param start_us: what positions count from.
@@ -62,7 +62,7 @@ class Positions:
         time_us = event.time_us
         if isinstance(event, InterfaceWrite):
             if self._stamps.get(event.uid) == time_us:
-                # it was written again with its old stamp, which tells nothing of when
+                # it was written again with its old stamp, which does not show when
                 return self._high_us + self._offset_us
             self._stamps[event.uid] = time_us
         if time_us < self._high_us - OUT_OF_ORDER_US:
@@ -119,11 +119,11 @@ def moves(run: Run, selection: ReplaySelection) -> Iterator[ReplayMove]:
     start_us = round((selection.start_s or 0.0) * MICROSECONDS)
     end_us = None if selection.end_s is None else round(selection.end_s * MICROSECONDS)
     held: dict[str, InterfaceWrite] = {}
-    positions: Positions | None = None
+    positions: ReplayPositions | None = None
     began = False
     for event in run:
         if positions is None:
-            positions = Positions(event.time_us)
+            positions = ReplayPositions(event.time_us)
         if not isinstance(event, (InterfaceWrite, InterfaceMessage)):
             continue
         write = isinstance(event, InterfaceWrite)

@@ -63,13 +63,13 @@ cx.run = (() => {
 
   // moves that come at once are drawn once
   const listeners = [];
-  let isTold = false;
-  function tell() {
-    if (!isTold) setTimeout(() => {
-      isTold = false;
+  let isScheduled = false;
+  function notify() {
+    if (!isScheduled) setTimeout(() => {
+      isScheduled = false;
       for (const listener of listeners) listener();
     });
-    isTold = true;
+    isScheduled = true;
   }
   let moment = steps.length;
   const run = {
@@ -82,7 +82,7 @@ cx.run = (() => {
     stepOf: (seq) => upTo(seqs, seq),
     go(wanted) {
       moment = Math.max(0, Math.min(steps.length, Math.round(wanted)));
-      tell();
+      notify();
     },
     goToSeq: (seq) => run.go(upTo(seqs, seq)),
     goToTime: (time) => run.go(upTo(steps, time, (step) => step.time)),

@@ -49,7 +49,7 @@ cx.lists = (() => {
     const texts = rows.map((row) => columns.map((column) => String(column[2](row))).join("\n").toLowerCase());
     const find = el("input", { type: "search", "aria-label": "Filter: " + caption, placeholder: "filter", on: {
       input: () => { wanted = find.value.toLowerCase(); fill(); } } });
-    const told = el("span", { class: "dim", role: "status" });
+    const counter = el("span", { class: "dim", role: "status" });
     const body = el("tbody");
     const heads = columns.map(([title, , , number], at) => el("th", { scope: "col", class: number && "n" },
       el("button", { type: "button", class: "sort", on: { click: () => { down = by === at && !down; by = at; fill(); } } }, title)));
@@ -63,14 +63,14 @@ cx.lists = (() => {
         if (at === by) head.setAttribute("aria-sort", down ? "descending" : "ascending"); else head.removeAttribute("aria-sort");
       });
       const shown = found.slice(0, MOST);
-      told.textContent = found.length > MOST ? MOST + " of " + found.length + " shown: filter to see others"
+      counter.textContent = found.length > MOST ? MOST + " of " + found.length + " shown: filter to see others"
         : found.length + (found.length === rows.length ? "" : " of " + rows.length);
       body.replaceChildren(...shown.map((at) => el("tr", {}, columns.map(([title, cell, , number]) =>
         el("td", { class: number && "n", "data-title": title }, onRow && title === columns[0][0]
           ? el("button", { type: "button", class: "jump", on: { click: () => onRow(rows[at]) } }, cell(rows[at])) : cell(rows[at]))))));
     }
     if (!rows.length) { place.append(el("p", { class: "none" }, "none recorded")); return; }
-    place.append(el("p", { class: "tools" }, find, " ", told),
+    place.append(el("p", { class: "tools" }, find, " ", counter),
       el("div", { class: "wide long", tabindex: 0, role: "region", "aria-label": caption }, el("table", { "aria-label": caption }, el("thead", {}, el("tr", {}, heads)), body)));
     fill();
   }

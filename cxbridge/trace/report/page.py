@@ -115,8 +115,8 @@ def _sections(run: Run, model: RunModel) -> Iterator[Section]:
         '<p class="dim" id="now-at" role="status"></p><div id="now" class="now-grid"></div>',
     )
     yield Section("skills", "Skills", '<div id="skill-table"></div>')
-    told = '<p class="dim"><code>cxbridge coverage</code> lists the rules that never fired.</p>'
-    yield Section("rules", "Rules", f'{told if model.rules else ""}<div id="rule-table"></div>')
+    hint = '<p class="dim"><code>cxbridge coverage</code> lists the rules that never fired.</p>'
+    yield Section("rules", "Rules", f'{hint if model.rules else ""}<div id="rule-table"></div>')
     yield Section("log", "Log", _asset("log.html"))
     values = '<p class="dim">Values are those at the chosen moment.</p>' if model.interfaces else ""
     yield Section("interfaces", "Interfaces", f'{values}<div id="interface-list"></div>')

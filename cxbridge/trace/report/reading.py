@@ -145,17 +145,17 @@ class _ReportReader:
 
     def _left_out(self) -> list[str]:
         """Return what is not on the page."""
-        model, told = self._model, []
+        model, notes = self._model, []
         for level, lines in self._log.items():
             if lines.lost:
-                told.append(_middle(f"log lines of level {level}", lines))
+                notes.append(_middle(f"log lines of level {level}", lines))
         if model.changes.lost:
-            told.append(_middle("interface writes", model.changes))
+            notes.append(_middle("interface writes", model.changes))
         if model.messages.lost:
-            told.append(_middle("messages", model.messages))
+            notes.append(_middle("messages", model.messages))
         if model.firings.lost:
-            told.append(_middle("firings", model.firings) + " All are counted in the table of rules.")
-        return told + self._history.left_out()
+            notes.append(_middle("firings", model.firings) + " All are counted in the table of rules.")
+        return notes + self._history.left_out()
 
 
 def _middle(what: str, kept: Kept[Any]) -> str:

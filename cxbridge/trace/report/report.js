@@ -81,7 +81,7 @@
 
   // log
   const LEVELS = { E: "error", W: "warning", I: "info", D: "debug" };
-  const box = get("log-rows"), told = get("log-count"), find = get("log-find"), full = get("log-full");
+  const box = get("log-rows"), counter = get("log-count"), find = get("log-find"), full = get("log-full");
   let shown = [], chosen = null;
   const boxes = Object.fromEntries(Object.keys(LEVELS).map((level) => [level, get("level-" + level)]));
   const list = virtual(box, () => 22, (at) => {
@@ -96,7 +96,7 @@
     shown = data.log.filter((row) => row.length <= 4 ? boxes[row[3]].checked && !wanted
       : boxes[row[2]].checked && (!wanted || row[4].toLowerCase().includes(wanted) || data.components[row[3]].toLowerCase().includes(wanted)));
     list.set(shown.length);
-    told.textContent = shown.length + " of " + data.log.length + " lines";
+    counter.textContent = shown.length + " of " + data.log.length + " lines";
   }
   function chooseLine(at) {
     if (at < 0 || at >= shown.length || shown[at].length <= 4) return;

@@ -53,7 +53,7 @@
   route();
 
   // the bar
-  const slider = get("moment"), told = get("told");
+  const slider = get("moment"), output = get("told");
   slider.max = run.steps.length;
   slider.disabled = !run.steps.length;
   slider.addEventListener("input", () => run.go(Number(slider.value)));
@@ -63,14 +63,14 @@
     if (event.ctrlKey || event.metaKey || event.altKey || event.target.closest("input, select, textarea")) return;
     if (event.key === "," || event.key === ".") run.go(run.moment + (event.key === "." ? 1 : -1));
   });
-  function tell() {
+  function showStep() {
     slider.value = run.moment;
     const step = run.steps[run.moment - 1];
     const text = !run.steps.length ? "nothing happened" : run.moment === run.steps.length ? "the end, " + run.seconds(run.time)
       : run.moment ? run.seconds(run.time) + ", " + step.line : run.seconds(run.time) + ", before the first";
-    told.textContent = cx.visible("step " + run.moment + " of " + run.steps.length + ": " + text);
-    slider.setAttribute("aria-valuetext", told.textContent);
+    output.textContent = cx.visible("step " + run.moment + " of " + run.steps.length + ": " + text);
+    slider.setAttribute("aria-valuetext", output.textContent);
   }
-  run.onChange(() => { tell(); timeline.later(); });
-  tell();
+  run.onChange(() => { showStep(); timeline.later(); });
+  showStep();
 })();

@@ -1,4 +1,4 @@
-"""Finds the writes of a Skiller's interface that tell of a skill."""
+"""Finds the writes of a Skiller's interface that belong to a skill."""
 
 from __future__ import annotations
 

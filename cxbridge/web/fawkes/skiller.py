@@ -1,4 +1,4 @@
-"""The component ``skiller``: skills, what runs, and telling the Skiller to run one."""
+"""The component ``skiller``: skills, what runs, and orders to run one."""
 
 from __future__ import annotations
 

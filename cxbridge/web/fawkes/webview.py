@@ -6,7 +6,7 @@ from typing import Any, Final
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
-from cxbridge.config.secrets import told
+from cxbridge.config.secrets import masked
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
 from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
@@ -44,7 +44,7 @@ def config_tree(config: Configuration, query: str) -> dict[str, Any]:
         parent = tree
         for name in names[:-1]:
             parent = parent.setdefault(name, {})
-        parent[names[-1]] = _plain(told(value))
+        parent[names[-1]] = _plain(masked(value))
     return tree
 
 

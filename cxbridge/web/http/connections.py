@@ -61,7 +61,7 @@ class StrictBuffer(ReceiveBuffer):
 
 
 def _check(lines: list[bytearray]) -> None:
-    """Refuse headers that tell the length in two ways.
+    """Refuse headers that give the length in two ways.
 
     :raises h11.LocalProtocolError: when they do.
     """

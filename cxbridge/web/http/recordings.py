@@ -29,7 +29,7 @@ _LIST: Final = """<!doctype html>
 _MCAP: Final = b"\x89MCAP"
 
 
-class Recordings:
+class RecordingsApp:
     """Serves the page and these recordings, and no other file. An ASGI application.
 
     :param paths: recorded runs of any format.

@@ -12,7 +12,7 @@ from urllib.parse import urlsplit
 import pytest
 import zmq
 
-from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, Code, Envelope, decode, encode
+from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, Envelope, ResultCode, decode, encode
 from cxbridge.blackboard.zmq.wire.dataframes import (
     AnswerBody,
     SendBody,
@@ -98,7 +98,7 @@ def test_strange_frames_of_a_zeromq_peer(made):
                 [rng.randbytes(rng.randrange(64)) for _ in range(rng.randrange(1, 5))]
             )
             stranger.commands.send(rng.randbytes(20))
-        assert stranger.hear().body.code == Code.PROTOCOL
+        assert stranger.hear().body.code == ResultCode.PROTOCOL
         # libzmq hangs up on this one: an answer may or may not get through
         stranger.events.send(bytes(MAX_FRAME + 1))
         assert serves(made)
@@ -108,14 +108,14 @@ def test_strange_frames_of_a_zeromq_peer(made):
 @pytest.mark.parametrize(
     ("frames", "code"),
     [
-        ([encode("sync", 2, {"request": 1})], Code.FRAME_LOST),
-        ([encode("welcome", 1, {"epoch": SESSION})], Code.PROTOCOL),
-        ([encode("hello", 1, {"session": SESSION})], Code.PROTOCOL),
-        ([encode("sync", 1, {"request": 1}), b"block"], Code.PROTOCOL),
-        ([pack_write(2, SESSION, 0, False, b"")], Code.FRAME_LOST),
-        ([pack_write(1, SESSION, 0, False, b"")[:-1]], Code.PROTOCOL),
-        ([pack_write(1, SESSION, 0, False, b""), b"c" + SESSION, b"x"], Code.PROTOCOL),
-        ([pack_answer(1, AnswerBody(1, 0, 0, ""))], Code.PROTOCOL),
+        ([encode("sync", 2, {"request": 1})], ResultCode.FRAME_LOST),
+        ([encode("welcome", 1, {"epoch": SESSION})], ResultCode.PROTOCOL),
+        ([encode("hello", 1, {"session": SESSION})], ResultCode.PROTOCOL),
+        ([encode("sync", 1, {"request": 1}), b"block"], ResultCode.PROTOCOL),
+        ([pack_write(2, SESSION, 0, False, b"")], ResultCode.FRAME_LOST),
+        ([pack_write(1, SESSION, 0, False, b"")[:-1]], ResultCode.PROTOCOL),
+        ([pack_write(1, SESSION, 0, False, b""), b"c" + SESSION, b"x"], ResultCode.PROTOCOL),
+        ([pack_answer(1, AnswerBody(1, 0, 0, ""))], ResultCode.PROTOCOL),
     ],
 )
 def test_a_session_that_breaks_the_rules_is_ended(made, frames, code):
@@ -131,21 +131,21 @@ def test_another_version_is_told_so(made):
     with Stranger(made) as stranger:
         stranger.events.send(Envelope(version=9, hello={"session": SESSION}).SerializeToString())
         frame = stranger.hear()
-        assert frame.body.code == Code.PROTOCOL
+        assert frame.body.code == ResultCode.PROTOCOL
         assert "version 9" in frame.body.text
 
 
 @pytest.mark.parametrize(
     ("kind", "body", "code"),
     [
-        ("close", {"instance": SESSION}, Code.INVALID_INSTANCE),
-        ("open", {"type": "X", "id": "a", "hash": SESSION}, Code.UNKNOWN_TYPE),
-        ("open", {"type": "", "id": "a", "hash": SESSION}, Code.INVALID_NAME),
-        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, Code.INVALID_NAME),
+        ("close", {"instance": SESSION}, ResultCode.INVALID_INSTANCE),
+        ("open", {"type": "X", "id": "a", "hash": SESSION}, ResultCode.UNKNOWN_TYPE),
+        ("open", {"type": "", "id": "a", "hash": SESSION}, ResultCode.INVALID_NAME),
+        ("open", {"type": "SampleInterface", "id": "\0", "hash": SESSION}, ResultCode.INVALID_NAME),
         (
             "open",
             {"type": "SampleInterface", "id": "a", "hash": SESSION, "size": 2**32 - 1},
-            Code.VERSION_MISMATCH,
+            ResultCode.VERSION_MISMATCH,
         ),
     ],
 )
@@ -162,7 +162,7 @@ def test_a_message_of_nobody_is_refused(made):
         stranger.hello()
         stranger.commands.send(pack_send(1, SendBody(5, SESSION, SESSION, "X", 1, "t", 0), b""))
         frame = stranger.hear()
-        assert (frame.kind, frame.body.request, frame.body.code) == ("answer", 5, Code.INVALID_INSTANCE)
+        assert (frame.kind, frame.body.request, frame.body.code) == ("answer", 5, ResultCode.INVALID_INSTANCE)
 
 
 def test_frames_behind_a_write_are_no_messages_of_others(made):
@@ -173,7 +173,7 @@ def test_frames_behind_a_write_are_no_messages_of_others(made):
     with Stranger(made) as stranger:
         stranger.hello()
         stranger.commands.send_multipart([pack_write(1, SESSION, 0, False, b""), b"x"])
-        assert stranger.hear().body.code == Code.PROTOCOL
+        assert stranger.hear().body.code == ResultCode.PROTOCOL
     writer.count = 3
     writer.write()
     made.settle()
@@ -192,7 +192,7 @@ def test_more_sessions_than_are_served(made):
     with ExitStack() as stack:
         answers = [stack.enter_context(Stranger(made, os.urandom(16))).hello() for _ in range(10)]
     assert [answer.kind for answer in answers] == ["welcome"] * 8 + ["gone"] * 2
-    assert answers[-1].body.code == Code.TOO_MANY
+    assert answers[-1].body.code == ResultCode.TOO_MANY
 
 
 def test_a_thousand_connections_that_say_nothing(made):
@@ -211,7 +211,7 @@ def test_a_session_that_falls_silent_is_ended(made):
     with Stranger(made) as stranger:
         assert stranger.hello(heartbeat_ms=1).body.heartbeat_ms == 50
         eventually(lambda: made.server.sessions == 0)
-        assert stranger.hear().body.code == Code.SILENT
+        assert stranger.hear().body.code == ResultCode.SILENT
 
 
 def test_a_write_to_what_is_not_ones_own_changes_nothing(made):

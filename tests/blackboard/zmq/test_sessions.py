@@ -17,7 +17,7 @@ from cxbridge.blackboard.kit.errors import (
     RequestTimeoutError,
 )
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
-from cxbridge.blackboard.zmq.wire.codec import Code
+from cxbridge.blackboard.zmq.wire.codec import ResultCode
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface
 from tests.blackboard.zmq.support import LONG, bench, eventually
@@ -186,10 +186,10 @@ def test_a_message_to_a_writer_that_dies_is_an_error_in_time(tmp_path):
         victim.open_for_writing(SampleInterface, "a")
         entered, leave = threading.Event(), threading.Event()
 
-        def hang(body: Any, block: bytes) -> tuple[Code, int]:
+        def hang(body: Any, block: bytes) -> tuple[ResultCode, int]:
             entered.set()
             leave.wait(LONG)
-            return Code.NO_WRITER, 0
+            return ResultCode.NO_WRITER, 0
 
         cast("Any", victim._interfaces)._queue_message = hang
         freeze(victim)

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.executive.host.source import Construct, prepare, prepare_core
+from cxbridge.executive.host.source import SourceConstruct, prepare, prepare_core
 
 
 def rewritten(text: str) -> str:
@@ -61,7 +61,7 @@ def test_a_comment_between_the_parenthesis_and_the_word():
     text = "(; first\n modify ?f (; second\n a 1))"
     assert rewritten(text) == "(\ncx-modify ?f \n a (create$ 1))"
     assert prepare("(defrule ; why\n a =>)", rewrite_modify=False).constructs == (
-        Construct("defrule", "a", 1),
+        SourceConstruct("defrule", "a", 1),
     )
 
 
@@ -78,9 +78,9 @@ def test_constructs_and_their_lines():
     text = f"; head\n{rule}\n\n  (deffunction MAIN::b () 1)(defglobal ?*c* = 1)"
     source = prepare(text, rewrite_modify=False)
     assert source.constructs == (
-        Construct("defrule", "a", 2),
-        Construct("deffunction", "MAIN::b", 5),
-        Construct("defglobal", "?*c*", 5),
+        SourceConstruct("defrule", "a", 2),
+        SourceConstruct("deffunction", "MAIN::b", 5),
+        SourceConstruct("defglobal", "?*c*", 5),
     )
 
 

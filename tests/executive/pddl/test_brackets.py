@@ -10,13 +10,13 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.brackets import MAX_DEPTH, Group, Word, read_items
+from cxbridge.executive.pddl.brackets import MAX_DEPTH, BracketWord, Group, read_items
 
 patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
-def shape(item: Word | Group) -> object:
-    return item.text if isinstance(item, Word) else [shape(each) for each in item.items]
+def shape(item: BracketWord | Group) -> object:
+    return item.text if isinstance(item, BracketWord) else [shape(each) for each in item.items]
 
 
 def test_words_groups_and_comments() -> None:

@@ -11,7 +11,7 @@ from bson import Timestamp
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import QueryError
-from cxbridge.executive.robmem.updates.modifiers import Moment
+from cxbridge.executive.robmem.updates.modifiers import UpdateMoment
 from cxbridge.executive.robmem.updates.update import Update
 from cxbridge.executive.robmem.values import copy, encode
 from tests.executive.robmem import mongodb_cases as mongodb
@@ -56,7 +56,7 @@ def test_a_query_that_mongodb_refuses_is_refused(embedded, query, named):
 
 @pytest.mark.parametrize(("_name", "document", "update", "expected"), cases(mongodb.UPDATE_CASES), ids=brief)
 def test_an_update_makes_what_mongodb_documents(_name, document, update, expected):
-    moment = Moment(mongodb.NOW, lambda: Timestamp(7, 1))
+    moment = UpdateMoment(mongodb.NOW, lambda: Timestamp(7, 1))
     before = {"_id": 1, **document}
     if isinstance(expected, str):
         with pytest.raises(QueryError, match=re.escape(expected)):

@@ -15,7 +15,7 @@ from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge.ros2.experts.client import ExpertClient
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge.ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
-from cxbridge.ros2.experts.nodes import Kind, NodeCodec, ground_node, param
+from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_node, param
 from cxbridge.ros2.qos import QosProfile
 from tests.ros2.experts.agents import AGENT, MEETING, asking, served
 
@@ -25,11 +25,11 @@ MEETING_PROBLEM = (MEETING / "problem.pddl").read_text()
 
 
 def predicate(*words: str) -> dict[str, Any]:
-    return {"node": ground_node(Kind.PREDICATE, (words[0], words[1:]), {})}
+    return {"node": ground_node(TreeNodeKind.PREDICATE, (words[0], words[1:]), {})}
 
 
 def function(value: float, *words: str) -> dict[str, Any]:
-    return {"node": ground_node(Kind.FUNCTION, (words[0], words[1:]), {}, value)}
+    return {"node": ground_node(TreeNodeKind.FUNCTION, (words[0], words[1:]), {}, value)}
 
 
 def goal(text: str) -> dict[str, Any]:

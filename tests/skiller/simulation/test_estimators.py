@@ -15,8 +15,8 @@ from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import Level
 from cxbridge.skiller.simulation.estimators import (
     Estimator,
+    EstimatorProperty,
     Outcome,
-    Property,
     SkillPattern,
     SkillSelection,
     StaticEstimator,
@@ -185,7 +185,7 @@ def test_lookup_draws_from_executions_with_the_same_arguments():
 
 
 def test_lookup_includes_failures_when_told_to():
-    estimator = LookupEstimator(PICKS, include_failures=Property(default=True))
+    estimator = LookupEstimator(PICKS, include_failures=EstimatorProperty(default=True))
     slipped = Outcome(1.0, Status.S_FAILED, "slipped")
     seen = draws(estimator, 'pick{what="cup", from="A"}')
     assert set(seen) == {Outcome(2.0), slipped}
@@ -195,7 +195,7 @@ def test_lookup_includes_failures_when_told_to():
 def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
     entry = SkillPattern("pick", {"what": "c.*"}, key="cups")
     chosen = SkillSelection(whitelist=[entry], speed=2.0)
-    estimator = LookupEstimator(PICKS, chosen, fully_match_args=Property(True, {"cups": False}))
+    estimator = LookupEstimator(PICKS, chosen, fully_match_args=EstimatorProperty(True, {"cups": False}))
     assert set(draws(estimator, 'pick{what="cap", from="Z"}')) == {Outcome(1.0), Outcome(2.0)}
     assert set(draws(estimator, 'pick{what="pot"}')) == {None}
 

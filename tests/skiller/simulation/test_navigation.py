@@ -12,7 +12,7 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import Edge, Node
-from cxbridge.skiller.simulation.estimators import Outcome, Property, SkillPattern, SkillSelection
+from cxbridge.skiller.simulation.estimators import EstimatorProperty, Outcome, SkillPattern, SkillSelection
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
@@ -51,7 +51,10 @@ def test_what_is_no_node_that_can_be_reached_is_for_others(graph: NavGraph, text
 def test_start_and_target_are_arguments_by_the_entry_of_the_whitelist(graph: NavGraph):
     chosen = SkillSelection(whitelist=[SkillPattern("drive", key="d"), SkillPattern("goto", key="g")])
     estimator = NavGraphEstimator(
-        graph, chosen, target=Property("place", {"d": "to"}), start=Property("", {"d": "from"})
+        graph,
+        chosen,
+        target=EstimatorProperty("place", {"d": "to"}),
+        start=EstimatorProperty("", {"d": "from"}),
     )
     assert seconds(estimator, 'drive{from="B", to="C"}') == 4.0
     assert seconds(estimator, 'drive{to="C"}') == 7.0

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.events import InterfaceWrite
-from cxbridge.trace.replay.moves import OUT_OF_ORDER_US, Positions, ReplaySelection, moves, survey
+from cxbridge.trace.replay.moves import OUT_OF_ORDER_US, ReplayPositions, ReplaySelection, moves, survey
 from tests.trace.replay.samples import UID, message, recorded, write
 
 
@@ -62,7 +62,7 @@ def test_messages_go_to_what_is_not_replayed(tmp_path: Path) -> None:
 
 @given(st.lists(st.tuples(st.sampled_from("ab"), st.integers(0, 10**10)), min_size=1))
 def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[tuple[str, int]]) -> None:
-    positions = Positions(times[0][1])
+    positions = ReplayPositions(times[0][1])
     high = 0
     for uid, time_us in times:
         at_us = positions.of(InterfaceWrite(time_us, uid, {}))
@@ -73,7 +73,7 @@ def test_positions_never_go_back_by_more_than_what_is_out_of_order(times: list[t
 @given(st.lists(st.integers(0, 10**10), min_size=1))
 def test_times_in_order_keep_their_distances(times: list[int]) -> None:
     times.sort()
-    positions = Positions(times[0])
+    positions = ReplayPositions(times[0])
     assert [positions.of(InterfaceWrite(time, "x", {})) for time in times] == [
         time - times[0] for time in times
     ]

@@ -21,7 +21,7 @@ from urllib.parse import quote
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
 from cxbridge.web import pages
-from cxbridge.web.http.recordings import Recordings
+from cxbridge.web.http.recordings import RecordingsApp
 from cxbridge.web.http.serving import HttpThread
 from cxbridge.web.settings import WebSettings
 from tests.support import ROOT
@@ -122,7 +122,7 @@ def viewing(folder: Path, scenarios: list[str]) -> Iterator[dict[str, str]]:
     with ExitStack() as stack:
         addresses = {}
         for scenario in scenarios:
-            recordings = Recordings([record(folder, scenario)])
+            recordings = RecordingsApp([record(folder, scenario)])
             server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
             server.start(recordings)
             stack.callback(server.stop)

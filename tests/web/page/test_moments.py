@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge.web.http.recordings import Recordings
+from cxbridge.web.http.recordings import RecordingsApp
 from cxbridge.web.http.serving import HttpThread
 from cxbridge.web.settings import WebSettings
 from tests.run.mini import write_scenario
@@ -95,7 +95,7 @@ def test_a_moment_that_the_timeline_sets_is_that_of_the_goals(tab, site, daemon)
 @contextmanager
 def viewing(*paths):
     """What `cxbridge view` serves."""
-    recordings = Recordings(paths)
+    recordings = RecordingsApp(paths)
     server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
     server.start(recordings)
     try:

@@ -98,7 +98,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             self._ports,
             self._requests,
             self._dispatcher,
-            self._tell_observers,
+            self._notify_observers,
             self._complaints,
             self.emit_write,
         )
@@ -183,7 +183,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         return self._opener.list(self.registry, type_glob, id_glob)
 
     def sync(self) -> None:
-        """Wait until the remote has got all that was sent, and listeners have heard all that it sent before.
+        """Wait until the remote has got all that was sent, and listeners have got all that it sent before.
 
         In a listener it waits for the remote only.
 
@@ -216,10 +216,10 @@ class FawkesBlackBoard(RemoteBlackBoard):
                     return port
         raise ForeignInstanceError(instance.uid)
 
-    def _tell_observers(self, event: InterfaceEvent) -> None:
+    def _notify_observers(self, event: InterfaceEvent) -> None:
         created = event.kind == BoardKind.INTERFACE_CREATED
-        tell = self._observers.created if created else self._observers.destroyed
-        self._endings.tell(event.type, event.id, partial(tell, event.type, event.id))
+        notify = self._observers.created if created else self._observers.destroyed
+        self._endings.deliver(event.type, event.id, partial(notify, event.type, event.id))
 
     # -- for ports
 
@@ -255,7 +255,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         self._requests.attach(connection)
 
     def detach(self, reason: str) -> None:
-        """Tell all instances that the connection is lost."""
+        """Notify all instances that the connection is lost."""
         with self._lock:
             self._ports.clear()
             ports = tuple(self._all_ports)

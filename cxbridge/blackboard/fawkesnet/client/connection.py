@@ -42,7 +42,7 @@ class FawkesConnection:
         self.address: Final = f"{address[0]}:{address[1]}"
         self._on_frame: Final = on_frame
         self._on_lost: Final = on_lost
-        self.heard_s = time.monotonic()
+        self.last_received_s = time.monotonic()
         """When something came from the other end, by the monotonic clock."""
         self._sending = threading.Lock()
         self._reason = ""
@@ -113,7 +113,7 @@ class FawkesConnection:
         try:
             while data := self._sock.recv(_CHUNK):
                 acknowledge(self._sock)
-                self.heard_s = time.monotonic()
+                self.last_received_s = time.monotonic()
                 for frame in decoder.feed(data):
                     self._on_frame(frame)
         except OSError as error:

@@ -28,7 +28,7 @@ class Endings:
         self._closing: dict[tuple[str, str], int] = {}
         self._held: dict[tuple[str, str], list[Call]] = {}
 
-    def tell(self, interface_type: str, interface_id: str, call: Call) -> None:
+    def deliver(self, interface_type: str, interface_id: str, call: Call) -> None:
         """Put ``call``, now or when nothing is being closed of the interface; names are the wire's."""
         key = (interface_type, interface_id)
         with self._lock:

@@ -182,7 +182,7 @@ class RemotePort(BoardPort):
         stamped: bool | None,
         changed: bool,
     ) -> int:
-        """Send the writer's block and tell the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+        """Send the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
         :raises ConnectionLostError: when it cannot be sent.
         """
@@ -200,7 +200,7 @@ class RemotePort(BoardPort):
             happened = self._happened(*kinds) if self.listeners.has_data else ()
         self.uplink.emit_write(self, data)
         for kind, audience in happened:
-            self.listeners.tell(audience, kind)
+            self.listeners.notify_audience(audience, kind)
         return version
 
     def next_id(self, last: int) -> int:

@@ -44,7 +44,7 @@ class FrameReceiver:
     :param ports: of the open instances, by the bytes of their serials; changes while this is at work.
     :param requests: wait for answers.
     :param dispatcher: calls the listeners.
-    :param tell_observers: called for interfaces that come and go.
+    :param notify_observers: called for interfaces that come and go.
     :param complaints: about what makes no sense.
     :param emit_write: emits data that came on the event bus.
     """
@@ -54,14 +54,14 @@ class FrameReceiver:
         ports: Mapping[bytes, RemotePort],
         requests: RequestSender,
         dispatcher: Dispatcher,
-        tell_observers: Callable[[InterfaceEvent], None],
+        notify_observers: Callable[[InterfaceEvent], None],
         complaints: Complaints,
         emit_write: Callable[[RemotePort, bytes], None],
     ) -> None:
         self._ports: Final = ports
         self._requests: Final = requests
         self._dispatcher: Final = dispatcher
-        self._tell_observers: Final = tell_observers
+        self._notify_observers: Final = notify_observers
         self._complaints: Final = complaints
         self._emit_write: Final = emit_write
 
@@ -105,7 +105,7 @@ class FrameReceiver:
             case InstanceEvent():
                 self._instance_event(message)
             case InterfaceEvent():
-                self._tell_observers(message)
+                self._notify_observers(message)
             case WireMessage():
                 self._interface_message(message)
             case _:
@@ -132,7 +132,7 @@ class FrameReceiver:
         try:
             message = writer.create_message(received.type)
             message.set_from_chunk(received.block)
-            # the wire tells who sent it first, not who sent it last
+            # the wire shows who sent it first, not who sent it last
             message.address(received.id, port.mem_serial, received.source, received.source)
             message.mark_foreign(received.hops + 1)
             if port.listeners.accept(message) and writer.valid:
@@ -149,4 +149,4 @@ class FrameReceiver:
 def _notify_data(port: RemotePort, events: Happened) -> None:
     port.events_waiting -= 1
     for kind, audience in events:
-        port.listeners.tell(audience, kind)
+        port.listeners.notify_audience(audience, kind)

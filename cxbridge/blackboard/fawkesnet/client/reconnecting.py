@@ -1,6 +1,6 @@
 """The thread that connects a client again when its connection is lost, and opens everything again.
 
-It asks the other end something when that has been silent for long. Other threads only tell it of a loss.
+It asks the other end something when that has been silent for long. Other threads only report a loss to it.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ class Reconnectable(Protocol):
         """Use this connection."""
 
     def detach(self, reason: str) -> None:
-        """Tell all instances that the connection is lost."""
+        """Notify all instances that the connection is lost."""
 
     def probe(self) -> None:
         """Ask the other end something, and end the connection when nothing comes.
@@ -48,7 +48,7 @@ class Reconnectable(Protocol):
         """Make an instance invalid that cannot be opened again."""
 
     def announce(self, connected: bool, text: str) -> None:
-        """Tell people and programs that the connection is lost or back."""
+        """Notify people and programs that the connection is lost or back."""
 
 
 class Reconnector:
@@ -93,7 +93,7 @@ class Reconnector:
         return self._settled.wait(timeout)
 
     def lost(self, connection: FawkesConnection, reason: str) -> None:
-        """Hear from the receiving thread that its connection is lost."""
+        """Note, for the receiving thread, that its connection is lost."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
             self._settled.clear()  # first: who asks whether it may ask must not wait for a connection
@@ -135,7 +135,7 @@ class Reconnector:
         """Return for how long there is nothing to ask."""
         if not self._silence or self._connection is None:
             return None
-        return max(self._connection.heard_s + self._silence - time.monotonic(), 0.0)
+        return max(self._connection.last_received_s + self._silence - time.monotonic(), 0.0)
 
     def _probe(self) -> bool:
         """Ask the other end something; return whether it is there.
@@ -144,7 +144,7 @@ class Reconnector:
         """
         try:
             self._client.probe()
-        except BlackBoardError:  # the receiving thread tells
+        except BlackBoardError:  # the receiving thread reports it
             return False
         return True
 

@@ -123,7 +123,7 @@ class RequestSender:
             connection.send(question.to_bytes())
             patience = timeout
             while not request.done.wait(patience) and any_sign:
-                patience = connection.heard_s + timeout - time.monotonic()
+                patience = connection.last_received_s + timeout - time.monotonic()
                 if patience <= 0:
                     break
             if not request.done.is_set():

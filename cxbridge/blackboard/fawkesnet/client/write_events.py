@@ -43,7 +43,7 @@ class PublicationEmitter:
         emit_write(bus, self._now_us(), port.uid, port.hash, block, values)
 
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
-        """Tell of a message that was received, or is on its way to the other end.
+        """Report a message that was received, or is on its way to the other end.
 
         What is sent to a writer of this client comes back, and is announced then.
         """

@@ -6,7 +6,7 @@ from abc import ABC, abstractmethod
 from typing import ClassVar
 
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
+from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
 
 
 class NetworkHandler(ABC):
@@ -17,7 +17,7 @@ class NetworkHandler(ABC):
 
     COMPONENT: ClassVar[ComponentId]
 
-    def start(self, hub: Hub) -> None:  # noqa: B027 - not everybody has something to prepare
+    def start(self, hub: FawkesNetworkHub) -> None:  # noqa: B027 - not everybody has something to prepare
         """Prepare for clients."""
 
     @abstractmethod

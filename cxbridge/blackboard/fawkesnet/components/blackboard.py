@@ -17,10 +17,10 @@ from cxbridge.blackboard.errors import (
 from cxbridge.blackboard.fawkesnet.components.base import NetworkHandler
 from cxbridge.blackboard.fawkesnet.components.opened import Opened
 from cxbridge.blackboard.fawkesnet.errors import MalformedMessageError
-from cxbridge.blackboard.fawkesnet.hashes import hash_to_tell
+from cxbridge.blackboard.fawkesnet.hashes import fawkes_hash
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
-from cxbridge.blackboard.fawkesnet.session import FawkesSession, Hub
+from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
 from cxbridge.blackboard.observers import Observer
@@ -53,18 +53,18 @@ _FAILURES: Final = {
 
 
 class _Births(Observer):
-    """Tells all clients of interfaces that come into being and vanish."""
+    """Notifies all clients of interfaces that come into being and vanish."""
 
     def __init__(self, broadcast: Callable[[bytes], None]) -> None:
         self._broadcast: Final = broadcast
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        self._tell(bb.BoardKind.INTERFACE_CREATED, interface_type, interface_id)
+        self._broadcast_event(bb.BoardKind.INTERFACE_CREATED, interface_type, interface_id)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        self._tell(bb.BoardKind.INTERFACE_DESTROYED, interface_type, interface_id)
+        self._broadcast_event(bb.BoardKind.INTERFACE_DESTROYED, interface_type, interface_id)
 
-    def _tell(self, kind: bb.BoardKind, interface_type: str, interface_id: str) -> None:
+    def _broadcast_event(self, kind: bb.BoardKind, interface_type: str, interface_id: str) -> None:
         self._broadcast(bb.InterfaceEvent(kind, interface_type, interface_id).to_bytes())
 
 
@@ -107,13 +107,13 @@ class BlackBoardNetworkHandler(NetworkHandler):
             bb.BoardKind.LIST: self._list_matching,
         }
 
-    def start(self, hub: Hub) -> None:
-        """Begin to tell of interfaces that come and go."""
+    def start(self, hub: FawkesNetworkHub) -> None:
+        """Begin to report interfaces that come and go."""
         self._births = _Births(hub.broadcast)
         self._board.register_observer(self._births)
 
     def stop(self) -> None:
-        """Tell nothing any more."""
+        """Stop reporting."""
         if self._births is not None:
             self._board.unregister_observer(self._births)
 
@@ -225,7 +225,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
             bb.ListedInterface(
                 type=info.type,
                 id=info.id,
-                hash=hash_to_tell(registry, info.type, info.hash),
+                hash=fawkes_hash(registry, info.type, info.hash),
                 number=info.serial,
                 has_writer=info.has_writer,
                 num_readers=info.num_readers,

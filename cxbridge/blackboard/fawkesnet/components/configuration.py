@@ -24,7 +24,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.fawkesnet.session import FawkesSession
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import UINT_MAX, ConfigType, to_bool, to_float, to_int, to_uint
-from cxbridge.config.secrets import told
+from cxbridge.config.secrets import masked
 from cxbridge.errors import BlackBoardError, ConfigError
 
 
@@ -88,7 +88,7 @@ class ConfigurationComponent(NetworkHandler):
             other.send(answer)
 
     def _erase(self, session: FawkesSession, path: str) -> None:
-        """Take back what was set; subscribers hear, too, of a file's value that counts again."""
+        """Take back what was set; subscribers are notified, too, of a file's value that counts again."""
         if not self._writable:
             session.send(_invalid(path).to_bytes())
             raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")
@@ -107,7 +107,7 @@ class ConfigurationComponent(NetworkHandler):
     def _answer(self, path: str) -> ConfigMessage:
         if not self._config.exists(path):
             return _invalid(path)
-        message = _to_message(path, told(self._config.get(path)))
+        message = _to_message(path, masked(self._config.get(path)))
         try:
             message.pack()
         except MalformedMessageError:
@@ -117,7 +117,7 @@ class ConfigurationComponent(NetworkHandler):
     def _entries(self) -> Iterator[ConfigMessage]:
         """Yield all values that fit into a list."""
         for value in self._config.search("/"):
-            message = _to_message(value.path, told(value))
+            message = _to_message(value.path, masked(value))
             try:
                 fits = len(message.pack_entry()) <= MAX_ELEMENT and len(value.path.encode()) < PATH_SIZE
             except MalformedMessageError:

@@ -46,11 +46,11 @@ class NetworkLogger(NetworkHandler):
     def _set(self, subscribers: frozenset[FawkesSession]) -> None:
         before, self._subscribers = self._subscribers, subscribers
         if subscribers and not before:
-            self._bus.subscribe(self._tell, LogLine)
+            self._bus.subscribe(self._forward, LogLine)
         elif before and not subscribers:
-            self._bus.unsubscribe(self._tell)
+            self._bus.unsubscribe(self._forward)
 
-    def _tell(self, event: Event) -> None:
+    def _forward(self, event: Event) -> None:
         assert isinstance(event, LogLine)
         # Fawkes' viewers print what comes to their terminals, line ends and all
         text, component = indented(event.text), one_line(event.component)

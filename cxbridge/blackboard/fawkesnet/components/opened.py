@@ -17,7 +17,7 @@ class Opened(Listener):
     """An instance that a client has open; notifies the client of its events.
 
     Nothing is announced before the client knows the instance: what happens until then is in OPEN_SUCCESS.
-    Only a writer hears afterwards of messages that came, and of readers that left, who may have sent them.
+    Only a writer is notified afterwards of messages, and of readers that left, who may have sent them.
 
     :param instance: the instance.
     :param session: the client.
@@ -31,17 +31,17 @@ class Opened(Listener):
         self._serial: Final = instance.serial.bytes
         self._lock = threading.Lock()
         self._known = False
-        self._repeats = True  # what is being told now; nothing has been told on its own yet
-        self._told = 0  # writes that the client knows about
+        self._repeats = True  # the event being sent now; none has been sent on its own yet
+        self._known_writes = 0  # writes that the client knows about
         self._block = b""  # the client's newest
         self._early: list[bytes] = []  # for a writer, before the client knows about it
 
     def introduce(self) -> None:
-        """Tell the client of the instance."""
+        """Notify the client of the instance."""
         with self._lock:
             instance = self.instance
             instance.read()
-            self._told = instance.version_read
+            self._known_writes = instance.version_read
             self._block = instance.to_bytes()
             opened = bb.OpenSuccess(instance.serial, instance.has_writer, instance.num_readers, self._block)
             self.session.send(opened.to_bytes())
@@ -58,10 +58,12 @@ class Opened(Listener):
             if self._known:
                 interface.read()
                 newest = interface.version_read
-                self._repeats = newest == self._told  # of a write that OPEN_SUCCESS had already
+                self._repeats = newest == self._known_writes  # of a write that OPEN_SUCCESS had already
                 if self._repeats:
                     return
-                self._told = min(self._told + 1, newest)  # less, when the numbers began from 0 again
+                self._known_writes = min(
+                    self._known_writes + 1, newest
+                )  # less, when the numbers began from 0 again
                 self._block = block = interface.to_bytes()
                 self.session.send_data(self._serial, block, changed=False)
 
@@ -97,19 +99,19 @@ class Opened(Listener):
             self._early.append(sent)
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
-        """Tell of a reader."""
+        """Report a reader."""
         self._send_event(bb.BoardKind.READER_ADDED, interface, serial)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        """Tell of a reader's end."""
+        """Report a reader's end."""
         self._send_event(bb.BoardKind.READER_REMOVED, interface, serial)
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
-        """Tell of a writer."""
+        """Report a writer."""
         self._send_event(bb.BoardKind.WRITER_ADDED, interface, serial)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """Tell of a writer's end."""
+        """Report a writer's end."""
         self._send_event(bb.BoardKind.WRITER_REMOVED, interface, serial)
 
     def _send_event(self, kind: bb.BoardKind, interface: Interface, serial: UUID) -> None:

@@ -55,7 +55,7 @@ class PluginHost(Protocol):
 
 
 class PluginManager(NetworkHandler):
-    """Lists plugins, loads and unloads them, and tells watchers.
+    """Lists plugins, loads and unloads them, and notifies watchers.
 
     Loading happens in a thread of its own, one after the other: it may take long.
 
@@ -101,15 +101,15 @@ class PluginManager(NetworkHandler):
         if worker is not None:
             worker.stop(_STOP_SECONDS)
 
-    def tell_loaded(self, name: str) -> None:
-        """Tell watchers that a plugin was loaded; for the host, no matter who asked for it."""
-        self._tell(PluginMessage(PluginKind.LOADED, name))
+    def notify_loaded(self, name: str) -> None:
+        """Notify watchers that a plugin was loaded; for the host, no matter who asked for it."""
+        self._notify(PluginMessage(PluginKind.LOADED, name))
 
-    def tell_unloaded(self, name: str) -> None:
-        """Tell watchers that a plugin was unloaded."""
-        self._tell(PluginMessage(PluginKind.UNLOADED, name))
+    def notify_unloaded(self, name: str) -> None:
+        """Notify watchers that a plugin was unloaded."""
+        self._notify(PluginMessage(PluginKind.UNLOADED, name))
 
-    def _tell(self, message: PluginMessage) -> None:
+    def _notify(self, message: PluginMessage) -> None:
         for session in self._watchers:
             _send(session, message)
 

@@ -11,7 +11,7 @@ from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import DisconnectedError, TransportError
-from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.listeners import ListenerTable
 from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.opening import OpenRequest
@@ -42,7 +42,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives time stamps.
     :param bus: gets log lines; writes are published on the bus of the server's blackboard.
-    :param name: tells people at the server who this is.
+    :param name: shows people at the server who this is.
     :param heartbeat: seconds; the server may want a shorter one.
     :param timeout: seconds that a request may take.
     :param connect_timeout: seconds that connecting may take at the beginning.
@@ -53,7 +53,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     :raises DisconnectedError: when no server answers.
     """
 
-    tells_writes = False
+    reports_writes = False
 
     def __init__(  # noqa: PLR0913 - settings, by name
         self,
@@ -75,7 +75,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self.url: Final = url
         self.timeout: Final = timeout
         self._context, self._own_context = context_for(context, [url])
-        wakeup = Wakeup()
+        wakeup = SocketWakeup()
         self._dispatcher: EventReceiver = EventReceiver(
             f"BlackBoard events {url}", self.report_fault, self._context, wakeup.set
         )
@@ -142,7 +142,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
     # -- looking around
 
     def list(self, type_glob: str = "*", id_glob: str = "*") -> Sequence[InterfaceInfo]:
-        """Return what there is to tell of the interfaces that match; see the base class."""
+        """Return a description of the interfaces that match; see the base class."""
         self._check_here()
         body: dict[str, Any] = {"type_glob": type_glob, "id_glob": id_glob}
         reply = self._sender.request("list", body, timeout=self.timeout)
@@ -182,7 +182,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         self._sender.request("sync", {}, timeout=seconds)
         self._dispatcher.drain(seconds)
 
-    # -- being told
+    # -- notifications
 
     def _listeners_of(self, instance: Interface) -> ListenerTable:
         port = self._interfaces.copy_of(instance)
@@ -191,7 +191,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return port.listeners
 
     def register_observer(self, observer: Observer, type_glob: str = "*", id_glob: str = "*") -> None:
-        """Tell ``observer`` of interfaces that come into being or vanish; see the base class."""
+        """Notify ``observer`` of interfaces that come into being or vanish; see the base class."""
         self._check_here()
         super().register_observer(observer, type_glob, id_glob)
         existence = self._interfaces.existence

@@ -10,7 +10,7 @@ from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 
 
 class ExistenceWatch:
-    """Tells observers what came and went; called by the one who receives.
+    """Notifies observers of what came and went; called by the one who receives.
 
     :param observers: of the blackboard.
     :param dispatcher: calls them.

@@ -20,7 +20,7 @@ from cxbridge.blackboard.zmq.client.existence import ExistenceWatch
 from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender, PendingRequest
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code, Stamp
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode, Stamp
 from cxbridge.blackboard.zmq.wire.dataframes import (
     UPDATE_HEADER,
     VERSION,
@@ -74,7 +74,7 @@ class OpenInterfaces:
         self._epoch = b""
         self._same_epoch = False
         self._reopening = 0
-        self._told_lost = False
+        self._loss_announced = False
         self.existence: Final = ExistenceWatch(observers, dispatcher)
         self.reason = ""
         """Why the last session ended."""
@@ -93,7 +93,7 @@ class OpenInterfaces:
         opened: list[Interface] = []
 
         def on_reply(frame: ZmqFrame) -> None:
-            if frame.body.code == Code.OK:
+            if frame.body.code == ResultCode.OK:
                 opened.append(self._enter(request, frame))
 
         schema = request.interface_class.SCHEMA
@@ -138,7 +138,7 @@ class OpenInterfaces:
             return self._copies.get((instance.type, instance.id)) if self.owns(instance) else None
 
     def start_closing(self, instance: Interface) -> InterfaceCopy:
-        """Make an instance invalid; its listeners hear of its end still."""
+        """Make an instance invalid; its listeners are still notified of its end."""
         with self._lock:
             copy = self._copies[instance.type, instance.id]
             del self._instances[instance.serial.bytes]
@@ -207,7 +207,7 @@ class OpenInterfaces:
             self.flushing = False
 
     def note_skipped(self) -> None:
-        """Count an update that listeners do not hear of, as they are too slow."""
+        """Count an update of which listeners are not notified, as they are too slow."""
         self.skipped += 1
 
     def send_message(self, sender: Interface, message: Message) -> None:
@@ -221,11 +221,11 @@ class OpenInterfaces:
         body, block = send_body(sender, message), message.to_bytes()
         reply = self._sender.request("send", body, block, timeout=self._timeout, repeat=False)
         match reply.body.code:
-            case Code.OK:
+            case ResultCode.OK:
                 message.mark_enqueued(self._board.clock.now_us())
-            case Code.DECLINED:
+            case ResultCode.DECLINED:
                 pass
-            case Code.NO_WRITER:
+            case ResultCode.NO_WRITER:
                 self._board.refuse_message(sender, message)
             case _:
                 raise_refusal(reply, uid=sender.uid, message_type=message.type, serial=sender.serial)
@@ -278,7 +278,7 @@ class OpenInterfaces:
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
-            if frame.body.code != Code.OK:
+            if frame.body.code != ResultCode.OK:
                 self._give_up(copy, instance, frame)
             elif copy is None or not open_here:  # closed meanwhile
                 self._close_late(opened.instance)
@@ -304,7 +304,7 @@ class OpenInterfaces:
         return seq < copy.expected if self._same_epoch else seq == 0
 
     def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
-        code = Code(frame.body.code).name
+        code = ResultCode(frame.body.code).name
         self._board.warn(f"{instance.uid} of {instance.owner or 'nobody'} could not be opened again: {code}")
         instance.invalidate()
         if copy is not None:
@@ -327,14 +327,14 @@ class OpenInterfaces:
         with self._sender.lock:
             self._sender.set_ready()
             self.flush()
-        if self._told_lost:
-            self._told_lost = False
+        if self._loss_announced:
+            self._loss_announced = False
             self._board.announce(True, f"connected to {self._url} again")
 
     def lost(self, reason: str) -> None:
         """Note that there is no session: nobody else is to be seen."""
-        if self._epoch and not self._told_lost:
-            self._told_lost = True
+        if self._epoch and not self._loss_announced:
+            self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
             self._board.announce(False, text)
         self.reason = reason
@@ -382,13 +382,13 @@ class OpenInterfaces:
                 pass  # a beat, or news of a later version
 
     def _deliver(self, body: DeliverBody, block: bytes) -> None:
-        """Put a message into a writer's queue and tell the server; in the dispatcher's thread."""
+        """Put a message into a writer's queue and notify the server; in the dispatcher's thread."""
         code, detail = self._queue_message(body, block)
-        self._sender.tell_delivered(DeliveredBody(body.delivery, code, detail))
+        self._sender.send_delivered(DeliveredBody(body.delivery, code, detail))
 
-    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+    def _queue_message(self, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
         instance = self._instances.get(body.instance)
         port = None if instance is None else self.copy_of(instance)
         if instance is None or port is None or not instance.is_writer:
-            return Code.NO_WRITER, 0
+            return ResultCode.NO_WRITER, 0
         return port.queue_message(instance, body, block)

@@ -1,7 +1,7 @@
 """The copy of an interface at a client: the port of the instances that the client has of it.
 
 The thread that has the turn to receive feeds it, the threads of the instances use it, the dispatcher's thread
-tells its listeners; the lock guards the copy.
+notifies its listeners; the lock guards the copy.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.listeners import DataAudience, EventKind
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
-from cxbridge.blackboard.zmq.wire.codec import ChangeKind, Code
+from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.blackboard.zmq.wire.messages import receive_message
 from cxbridge.interfaces.instance import STAMP, Interface, Message
@@ -44,7 +44,7 @@ class ZmqUplink(Protocol):
         """Send a message and wait for what became of it."""
 
     def note_skipped(self) -> None:
-        """Count an update that listeners do not hear of."""
+        """Count an update of which listeners are not notified."""
 
 
 @dataclass(slots=True)
@@ -61,7 +61,7 @@ Copy = tuple[int, int, int, bytes]
 
 @dataclass(slots=True)
 class DataEvent:
-    """A write that listeners are still to hear of, whether to tell of changed data, and who listened then."""
+    """A write of which nobody is notified yet, whether data changed, and who listened then."""
 
     copy: Copy
     differs: bool
@@ -99,7 +99,7 @@ class InterfaceCopy(BoardPort):
         self._dispatcher: Final = dispatcher
         self._copy: Copy = (0, 0, 0, bytes(self.size))
         self._fetched = 0  # the newest version that anybody has read
-        self._view: Copy | None = None  # what read() gives to the listeners that are being told
+        self._view: Copy | None = None  # what read() gives to the listeners that are being notified
         self._tail: DataEvent | None = None  # the event that waits last
         self._members: dict[UUID, Member] = {}
 
@@ -130,20 +130,20 @@ class InterfaceCopy(BoardPort):
                 self._uplink.note_skipped()
                 return
             event = self._tail = DataEvent(copy, changed, audience)
-        self._dispatcher.put(self._tell_data, event)
+        self._dispatcher.put(self._notify_data, event)
 
-    def _tell_data(self, event: DataEvent) -> None:
+    def _notify_data(self, event: DataEvent) -> None:
         with self._lock:
             if self._tail is event:
                 self._tail = None
         self._view = event.copy
         try:
-            self.listeners.tell_data(event.audience, event.differs)
+            self.listeners.notify_data(event.audience, event.differs)
         finally:
             self._view = None
 
     def change(self, kind: ChangeKind, serial: UUID, owner: str) -> None:
-        """Note who came or went, and tell the listeners."""
+        """Note who came or went, and notify the listeners."""
         if kind in (ChangeKind.READER_ADDED, ChangeKind.WRITER_ADDED):
             if serial in self._members:
                 return
@@ -153,29 +153,29 @@ class InterfaceCopy(BoardPort):
                 return
             self._members = {key: member for key, member in self._members.items() if key != serial}
         event = _EVENTS[kind]
-        self._dispatcher.put(self.listeners.tell, self.listeners.audience(event), event, serial)
+        self._dispatcher.put(self.listeners.notify_audience, self.listeners.audience(event), event, serial)
 
-    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[Code, int]:
+    def queue_message(self, writer: Interface, body: DeliverBody, block: bytes) -> tuple[ResultCode, int]:
         """Ask the listeners and put a message into a writer's queue; in the dispatcher's thread.
 
         :returns: what became of it, and a detail.
         """
         message_class = writer.MESSAGES.get(body.type)
         if message_class is None or len(block) != message_class.SCHEMA.datasize:
-            return Code.UNKNOWN_MESSAGE, 0
+            return ResultCode.UNKNOWN_MESSAGE, 0
         message = receive_message(message_class, body, block, body.sender, self.mem_serial)
         if not self.listeners.accept(message):
-            return Code.DECLINED, 0
+            return ResultCode.DECLINED, 0
         try:
             writer.msgq_append(message)
         except QueueFullError as error:
-            return Code.QUEUE_FULL, error.limit
+            return ResultCode.QUEUE_FULL, error.limit
         except InvalidInstanceError:  # a listener has closed it
-            return Code.NO_WRITER, 0
-        return Code.OK, 0
+            return ResultCode.NO_WRITER, 0
+        return ResultCode.OK, 0
 
     def end_listening(self, instance: Interface) -> None:
-        """Tell nobody more on behalf of an instance; after what is on its way."""
+        """Stop notifying on behalf of an instance; after what is on its way."""
         self._dispatcher.put(self._unregister, instance)
 
     def _unregister(self, instance: Interface) -> None:
@@ -184,7 +184,7 @@ class InterfaceCopy(BoardPort):
     def set_members(self, members: Iterable[Any], *, quietly: bool) -> None:
         """Replace who has it open: members as the protocol's Opened has them.
 
-        :param quietly: do not tell the listeners.
+        :param quietly: do not notify the listeners.
         """
         new = {UUID(bytes=m.instance): Member(m.owner, m.writer) for m in members}
         old = self._members
@@ -217,7 +217,7 @@ class InterfaceCopy(BoardPort):
 
     # -- the port of the instances
 
-    def _told(self) -> Copy | None:
+    def _notified_copy(self) -> Copy | None:
         """Return the data that the caller is being notified of, unless somebody read newer data."""
         view = self._view
         if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
@@ -227,18 +227,18 @@ class InterfaceCopy(BoardPort):
     @property
     def version(self) -> int:
         """How often the copy was replaced."""
-        return ((None if self._view is None else self._told()) or self._copy)[0]
+        return ((None if self._view is None else self._notified_copy()) or self._copy)[0]
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Give the copy; see :class:`~cxbridge.interfaces.port.Port`."""
         with self._lock:
-            copy = (None if self._view is None else self._told()) or self._copy
+            copy = (None if self._view is None else self._notified_copy()) or self._copy
             self._fetched = copy[0]
         version, stamped, changed, into[:] = copy
         return version, stamped, changed
 
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
-        """Take over the writer's block, send it, tell the listeners; see the port."""
+        """Take over the writer's block, send it, notify the listeners; see the port."""
         data = bytes(block)
         with self._lock:
             _, old_stamped, old_changed, old = self._copy
@@ -247,10 +247,10 @@ class InterfaceCopy(BoardPort):
                 old_stamped = version
             self._copy = (version, old_stamped, version if changed else old_changed, data)
             self.written = True
-            audience = self.listeners.data_audience  # who comes later can read the data, and is not told
+            audience = self.listeners.data_audience  # who comes later can read the data, and is not notified
         self._uplink.write(self, writer.serial, stamped, changed, data)
         if audience is not None:
-            self.listeners.tell_data(audience, changed)
+            self.listeners.notify_data(audience, changed)
         return version
 
     def next_id(self, last: int) -> int:

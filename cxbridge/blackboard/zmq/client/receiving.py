@@ -26,7 +26,7 @@ import zmq
 
 from cxbridge.blackboard.kit.dispatcher import Dispatcher, Work
 from cxbridge.blackboard.kit.errors import ProtocolError
-from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, Code, decode
+from cxbridge.blackboard.zmq.wire.codec import MAX_REPLY, ResultCode, decode
 from cxbridge.blackboard.zmq.wire.dataframes import UPDATE, ZmqFrame, is_data_frame
 from cxbridge.blackboard.zmq.wire.sockets import NOBLOCK, Context, Socket, receiver, rest
 
@@ -95,8 +95,8 @@ class EventReceiver(Dispatcher):
         super().__init__(name, report)  # begins the thread
 
     def _reset(self) -> None:
-        self.heard = time.monotonic()
-        """When something was heard last; seconds, monotonic."""
+        self.last_received_s = time.monotonic()
+        """When something was received last; seconds, monotonic."""
         self.welcome: Any = None
         """The server's Welcome; None before it came."""
         self.fault = ""
@@ -193,7 +193,7 @@ class EventReceiver(Dispatcher):
                 before = now()
                 data = recv()
                 self._receiving = False
-                self.heard = after = now()
+                self.last_received_s = after = now()
                 self._take(data)
                 if after - before < _AT_ONCE:
                     self.take()  # there may be more: the copies before the listeners
@@ -224,7 +224,7 @@ class EventReceiver(Dispatcher):
 
         :param name: of the session, for this process.
         :param handler: takes what comes.
-        :param give_credit: tells the server that so many updates were taken; returns whether it could.
+        :param give_credit: reports to the server that so many updates were taken; returns whether it could.
         """
         self._reset()
         self._handler = handler
@@ -291,7 +291,7 @@ class EventReceiver(Dispatcher):
             self._take(data)
             if self.fault:
                 return
-        self.heard = time.monotonic()
+        self.last_received_s = time.monotonic()
         if self._credit >= self._return_at:
             self._give_credit()
 
@@ -356,6 +356,6 @@ class EventReceiver(Dispatcher):
 def _name(code: Any) -> str:
     """Return a code's name; its number when this version does not know it."""
     try:
-        return Code(code).name
+        return ResultCode(code).name
     except ValueError:
         return str(code)

@@ -162,12 +162,12 @@ class CommandSender:
             return self._send(encode(kind, self._number + 1, body), wait_ms)
 
     def give_credit(self, updates: int) -> bool:
-        """Tell the server that so many updates were taken; return whether it was possible."""
+        """Report to the server that so many updates were taken; return whether it was possible."""
         with self.lock:
             return self._send(pack_credit(self._number + 1, updates), 0)
 
-    def tell_delivered(self, body: DeliveredBody) -> None:
-        """Tell the server what became of a message."""
+    def send_delivered(self, body: DeliveredBody) -> None:
+        """Report to the server what became of a message."""
         with self.lock:
             self._send(pack_delivered(self._number + 1, body), _PATIENCE_MS)
 

@@ -14,7 +14,7 @@ from typing import Final
 import zmq
 
 from cxbridge.blackboard.kit.errors import TransportError
-from cxbridge.blackboard.kit.wakeup import Wakeup
+from cxbridge.blackboard.kit.wakeup import SocketWakeup
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
@@ -54,7 +54,7 @@ class SessionThread:
         interfaces: OpenInterfaces,
         sender: CommandSender,
         receiver: EventReceiver,
-        wakeup: Wakeup,
+        wakeup: SocketWakeup,
         *,
         heartbeat: float,
         name: str,
@@ -203,13 +203,13 @@ class SessionThread:
     def _look_after(self, now: float, gap: float) -> None:
         """Send a heartbeat when it is due; find out whether the server is dead."""
         receiver = self._receiver
-        if gap > self._heartbeat:  # this process stood still: nothing could be heard
-            receiver.heard = max(receiver.heard, now - self._heartbeat)
+        if gap > self._heartbeat:  # this process stood still: nothing could be received
+            receiver.last_received_s = max(receiver.last_received_s, now - self._heartbeat)
         if receiver.welcome is None:
-            if now - receiver.heard > HELLO_S:
+            if now - receiver.last_received_s > HELLO_S:
                 receiver.fail("the server does not answer")
             return
-        if now - receiver.heard > DEATH * self._heartbeat:
+        if now - receiver.last_received_s > DEATH * self._heartbeat:
             receiver.fail("the server is silent")
         elif self._sender.broken:
             receiver.fail("the server takes nothing any more")

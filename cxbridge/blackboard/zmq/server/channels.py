@@ -204,28 +204,28 @@ class Channel(Listener):
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Pass it on."""
-        self._tell(ChangeKind.READER_ADDED, serial)
+        self._notify(ChangeKind.READER_ADDED, serial)
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Pass it on."""
-        self._tell(ChangeKind.READER_REMOVED, serial)
+        self._notify(ChangeKind.READER_REMOVED, serial)
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Pass it on."""
-        self._tell(ChangeKind.WRITER_ADDED, serial)
+        self._notify(ChangeKind.WRITER_ADDED, serial)
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:  # noqa: ARG002
         """Pass it on."""
-        self._tell(ChangeKind.WRITER_REMOVED, serial)
+        self._notify(ChangeKind.WRITER_REMOVED, serial)
 
-    def _tell(self, kind: ChangeKind, serial: UUID) -> None:
+    def _notify(self, kind: ChangeKind, serial: UUID) -> None:
         if self._loop.inside():
             self._send_change(kind, serial)
         else:
             self._loop.post(self._send_change, kind, serial)
 
     def _send_change(self, kind: ChangeKind, serial: UUID) -> None:
-        if self._last == (kind, serial):  # told for two carriers, see hand_over
+        if self._last == (kind, serial):  # notified for two carriers, see hand_over
             return
         self._last = (kind, serial)
         owner = next((member.owner for member in self.memory.instances() if member.serial == serial), "")

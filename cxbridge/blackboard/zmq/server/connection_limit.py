@@ -26,12 +26,12 @@ class ConnectionLimit:
     """The connections of a server's TCP sockets. For the server's thread.
 
     :param most: connections at a time; a client has two.
-    :param tell: called when a client is turned away.
+    :param report: called when a client is turned away.
     """
 
-    def __init__(self, most: int, tell: Callable[[str], None]) -> None:
+    def __init__(self, most: int, report: Callable[[str], None]) -> None:
         self._most: Final = most
-        self._tell: Final = tell
+        self._report: Final = report
         self._inside: set[int] = set()
         self._watched: dict[int, tuple[Socket, Socket, int]] = {}
 
@@ -81,7 +81,7 @@ class ConnectionLimit:
             try:
                 if peer.getsockname()[1] == port:
                     peer.shutdown(network.SHUT_RDWR)
-                    self._tell(f"more than {self._most} connections, the next are ended")
+                    self._report(f"more than {self._most} connections, the next are ended")
             finally:
                 peer.detach()  # it is libzmq's
 

@@ -13,14 +13,14 @@ from cxbridge.blackboard.kit.errors import RequestTimeoutError
 from cxbridge.blackboard.listeners import Listener
 from cxbridge.blackboard.zmq.server.channels import ServerLoop
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import Code
+from cxbridge.blackboard.zmq.wire.codec import ResultCode
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.interfaces.instance import Interface, Message, MessageQueue
 
 MAX_PENDING: Final = 1024
 """Messages that may be under way to one session."""
 
-Outcome = Callable[[Code, int], None]
+Outcome = Callable[[ResultCode, int], None]
 """Takes what became of a message, and a detail."""
 
 
@@ -58,10 +58,10 @@ class Deliveries:
         :param deadline: seconds, monotonic.
         """
         if session.failed:
-            done(Code.NO_WRITER, 0)
+            done(ResultCode.NO_WRITER, 0)
             return
         if session.pending >= MAX_PENDING:
-            done(Code.QUEUE_FULL, MAX_PENDING)
+            done(ResultCode.QUEUE_FULL, MAX_PENDING)
             return
         number = next(self._numbers)
         session.pending += 1
@@ -69,7 +69,7 @@ class Deliveries:
         self._pending[number] = _Delivery(session, serial, done, deadline)
         session.deliver(DeliverBody(number, serial, *message[2:]), block)
 
-    def finish(self, session: ZmqSession, number: int, code: Code, detail: int) -> None:
+    def finish(self, session: ZmqSession, number: int, code: ResultCode, detail: int) -> None:
         """Note what a writer's client says about a message; nothing when it was given up meanwhile."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
@@ -79,15 +79,15 @@ class Deliveries:
         """Give up what is under way to a session, or to one writer of it."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):
-                self._end(number, Code.NO_WRITER, 0)
+                self._end(number, ResultCode.NO_WRITER, 0)
 
     def expire(self, now: float) -> None:
         """Give up what was not answered in time."""
         for number, delivery in list(self._pending.items()):
             if delivery.deadline < now:
-                self._end(number, Code.TIMEOUT, 0)
+                self._end(number, ResultCode.TIMEOUT, 0)
 
-    def _end(self, number: int, code: Code, detail: int) -> None:
+    def _end(self, number: int, code: ResultCode, detail: int) -> None:
         delivery = self._pending.pop(number)
         delivery.session.pending -= 1
         delivery.done(code, detail)
@@ -121,23 +121,23 @@ class Forwarder(Listener):
     def message_received(self, interface: Interface, message: Message) -> bool:
         """Carry a message of this process to the writer's client."""
         if self._loop.inside():
-            self.outcome.value = (Code.OK, 0)
+            self.outcome.value = (ResultCode.OK, 0)
             self._deliver(interface, message.copy(), self._note)
             return True
         answered = threading.Event()
-        answer = [(Code.TIMEOUT, 0)]
+        answer = [(ResultCode.TIMEOUT, 0)]
 
-        def done(code: Code, detail: int) -> None:
+        def done(code: ResultCode, detail: int) -> None:
             answer[0] = (code, detail)
             answered.set()
 
         self._loop.post(self._deliver, interface, message, done)
         answered.wait(self._timeout + 1.0)
         self.outcome.value = answer[0]
-        return answer[0][0] is not Code.DECLINED
+        return answer[0][0] is not ResultCode.DECLINED
 
-    def _note(self, code: Code, detail: int) -> None:  # noqa: ARG002 - an outcome
-        if code not in (Code.OK, Code.DECLINED):
+    def _note(self, code: ResultCode, detail: int) -> None:  # noqa: ARG002 - an outcome
+        if code not in (ResultCode.OK, ResultCode.DECLINED):
             self._log(f"a message of a listener was not delivered: {code.name}")
 
 
@@ -159,11 +159,11 @@ class ForwardedQueue(MessageQueue):
         :raises RequestTimeoutError: when its process did not answer.
         """
         code, detail = self._forwarder.outcome.value
-        if code is Code.OK:
+        if code is ResultCode.OK:
             message.mark_enqueued(time_us)
-        elif code is Code.QUEUE_FULL:
+        elif code is ResultCode.QUEUE_FULL:
             raise QueueFullError(self._name, detail)
-        elif code is Code.TIMEOUT:
+        elif code is ResultCode.TIMEOUT:
             raise RequestTimeoutError(f"the writer of {self._name} did not take the message in time")
         else:
             raise NoWriterError(self._name)

@@ -16,7 +16,7 @@ from cxbridge.blackboard.publications import HANDLED, QUEUED, REFUSED, emit_mess
 from cxbridge.blackboard.zmq.server.channels import Channel, InterfaceValue, ServerLoop
 from cxbridge.blackboard.zmq.server.deliveries import Deliveries, ForwardedQueue, Forwarder, Outcome
 from cxbridge.blackboard.zmq.server.sessions import ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import Code, Stamp
+from cxbridge.blackboard.zmq.wire.codec import ResultCode, Stamp
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody, ZmqFrame
 from cxbridge.blackboard.zmq.wire.messages import deliver_body, receive_message
 from cxbridge.blackboard.zmq.wire.refusals import refusal_of
@@ -28,8 +28,8 @@ from cxbridge.rights import EVERYTHING, Rights
 MAX_INSTANCES: Final = 4096
 """Instances that a session may have."""
 
-_CODES: Final = {int(code): code for code in Code}
-_OUTCOMES: Final = {Code.OK: QUEUED, Code.DECLINED: HANDLED}
+_CODES: Final = {int(code): code for code in ResultCode}
+_OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
 _STAMPED: Final = {int(Stamp.COMPARE): None, int(Stamp.OLD): False, int(Stamp.NEW): True}
 
 
@@ -128,7 +128,7 @@ class RequestHandler:
     def _on_close(self, session: ZmqSession, frame: ZmqFrame) -> None:
         instance = session.instances.get(frame.body.instance)
         if instance is None:
-            session.reply(frame.body.request, Code.INVALID_INSTANCE)
+            session.reply(frame.body.request, ResultCode.INVALID_INSTANCE)
         else:
             session.reply(frame.body.request, detail=self.close(session, instance))
 
@@ -189,11 +189,11 @@ class RequestHandler:
         body = frame.body
         sender = session.instances.get(body.instance)
         if sender is None or sender.is_writer:
-            session.answer(body.request, Code.INVALID_INSTANCE)
+            session.answer(body.request, ResultCode.INVALID_INSTANCE)
             return
         message_class = sender.MESSAGES.get(body.type)
         if message_class is None or len(frame.block or b"") != message_class.SCHEMA.datasize:
-            session.answer(body.request, Code.UNKNOWN_MESSAGE)
+            session.answer(body.request, ResultCode.UNKNOWN_MESSAGE)
             return
         assert frame.block is not None
         self._rights.check_message(sender.type, body.type)
@@ -204,8 +204,8 @@ class RequestHandler:
                 0, b"", body.source, body.instance, body.type, body.id, body.thread, body.hops
             )
 
-            def done(code: Code, detail: int) -> None:
-                self._tell(sender, received, _OUTCOMES.get(code, REFUSED))
+            def done(code: ResultCode, detail: int) -> None:
+                self._emit(sender, received, _OUTCOMES.get(code, REFUSED))
                 session.answer(body.request, code, detail)
 
             self.deliveries.start(
@@ -213,25 +213,25 @@ class RequestHandler:
             )
         elif sender.has_writer:
             self._board.memory_of(sender).transmit(sender, received)
-            session.answer(body.request, Code.OK if received.enqueued else Code.DECLINED)
+            session.answer(body.request, ResultCode.OK if received.enqueued else ResultCode.DECLINED)
         else:
-            self._tell(sender, received, REFUSED)
-            session.answer(body.request, Code.NO_WRITER)
+            self._emit(sender, received, REFUSED)
+            session.answer(body.request, ResultCode.NO_WRITER)
 
-    def _tell(self, sender: Interface, message: Message, outcome: str) -> None:
-        """Tell the bus of a message from one client to another."""
+    def _emit(self, sender: Interface, message: Message, outcome: str) -> None:
+        """Emit the event of a message from one client to another."""
         emit_message(self._board.bus, self._board.clock.now_us(), sender.uid, sender.owner, message, outcome)
 
     def _on_delivered(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
-        code = _CODES.get(body.code, Code.REFUSED)
+        code = _CODES.get(body.code, ResultCode.REFUSED)
         self.deliveries.finish(session, body.delivery, code, body.detail)
 
     def _deliver(self, writer: Interface, message: Message, done: Outcome) -> None:
         """Send a message of this process to a writer in a client."""
         channel = self._channels.get(writer.mem_serial)
         if channel is None or channel.writer is None or channel.writer[1] is not writer:
-            done(Code.NO_WRITER, 0)
+            done(ResultCode.NO_WRITER, 0)
             return
         deadline = time.monotonic() + self._delivery_timeout
         self.deliveries.start(*channel.writer, deliver_body(message), message.to_bytes(), done, deadline)
@@ -252,7 +252,7 @@ class RequestHandler:
 
 
 def _reply_list(session: ZmqSession, request: int, found: Sequence[InterfaceInfo]) -> None:
-    """Answer with what there is to tell of interfaces."""
+    """Answer with a description of interfaces."""
     infos = [
         {
             "type": info.type,

@@ -23,7 +23,7 @@ from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.server.connection_limit import ConnectionLimit
 from cxbridge.blackboard.zmq.server.requests import RequestHandler
 from cxbridge.blackboard.zmq.server.sessions import COMMANDS, EVENTS, ZmqSession
-from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, Code, decode, encode
+from cxbridge.blackboard.zmq.wire.codec import SESSION_SIZE, ResultCode, decode, encode
 from cxbridge.blackboard.zmq.wire.dataframes import VERSION, WRITE, WRITE_HEADER, ZmqFrame
 from cxbridge.blackboard.zmq.wire.sockets import (
     FAREWELL_MS,
@@ -105,7 +105,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._files: list[EndpointFile] = []
         self._sessions: dict[bytes, ZmqSession] = {}
         self._connections: Final = ConnectionLimit(most_connections, partial(self._complaints.add, "most"))
-        self._failed: deque[tuple[ZmqSession, Code]] = deque()
+        self._failed: deque[tuple[ZmqSession, ResultCode]] = deque()
         self._inbox: deque[tuple[Callable[..., None], tuple[Any, ...]]] = deque()
         self._skipped = 0
         patience = max(3 * self.heartbeat, 1.0)
@@ -175,14 +175,14 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._wakeup.set()
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Tell the clients that watch."""
-        self._tell_existence(True, interface_type, interface_id)
+        """Notify the clients that watch."""
+        self._notify_existence(True, interface_type, interface_id)
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Tell the clients that watch."""
-        self._tell_existence(False, interface_type, interface_id)
+        """Notify the clients that watch."""
+        self._notify_existence(False, interface_type, interface_id)
 
-    def _tell_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
+    def _notify_existence(self, created: bool, interface_type: str, interface_id: str) -> None:
         body = {"created": created, "type": interface_type, "id": interface_id}
         if self.inside():
             self._send_existence(body)
@@ -227,7 +227,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 batch = 1
                 ready = poll.poll(max(0.0, due - time.monotonic()) * 1000 + 1)
         for session in tuple(self._sessions.values()):
-            session.send("gone", {"code": int(Code.SHUTDOWN), "text": "the server stops"})
+            session.send("gone", {"code": int(ResultCode.SHUTDOWN), "text": "the server stops"})
             self._end(session)
         self.drain()
 
@@ -266,10 +266,10 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._take(socket, route, frame, more)
             except ProtocolError as error:
                 self._complaints.add(str(error.message)[:40], f"a client was sent away: {error.message}")
-                self._send_away(socket, route, Code.PROTOCOL, error.message)
+                self._send_away(socket, route, ResultCode.PROTOCOL, error.message)
             except Exception as error:  # noqa: BLE001 - one client's frame must not end the others' service
                 self._complaints.add(type(error).__name__, f"a client was sent away: {error!r}")
-                self._send_away(socket, route, Code.REFUSED, "the server failed")
+                self._send_away(socket, route, ResultCode.REFUSED, "the server failed")
 
     def _take(self, socket: zmq.Socket[bytes], route: bytes, data: bytes, more: list[bytes]) -> None:
         """Take one message."""
@@ -279,7 +279,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             if frame.kind == "hello":
                 self._welcome(socket, route, frame)
             elif session is None:
-                self._send_away(socket, route, Code.UNKNOWN_SESSION, "there is no such session")
+                self._send_away(socket, route, ResultCode.UNKNOWN_SESSION, "there is no such session")
             return
         if session.failed:
             return
@@ -298,12 +298,12 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _is_next(self, session: ZmqSession, number: int) -> bool:
         """Note a number; return whether it is not a duplicate's, and none is missing."""
-        session.heard = time.monotonic()
+        session.last_received_s = time.monotonic()
         if number == session.numbers_in + 1:
             session.numbers_in = number
             return True
         if number > session.numbers_in:
-            self._fail(session, Code.FRAME_LOST)
+            self._fail(session, ResultCode.FRAME_LOST)
         return False
 
     def _welcome(self, socket: zmq.Socket[bytes], route: bytes, frame: ZmqFrame) -> None:
@@ -320,7 +320,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._complaints.add(
                 "too many", f"more than {self._max_sessions} clients, the next are sent away"
             )
-            self._send_away(socket, route, Code.TOO_MANY, f"{self._max_sessions} clients are connected")
+            self._send_away(socket, route, ResultCode.TOO_MANY, f"{self._max_sessions} clients are connected")
             return
         heartbeat = min(max(body.heartbeat_ms / 1000 or self.heartbeat, MIN_HEARTBEAT), self.heartbeat)
         session = ZmqSession(
@@ -334,17 +334,17 @@ class ZmqBlackBoardServer(BoardServer, Observer):
 
     def _look_after_sessions(self, now: float, gap: float) -> None:
         """Send heartbeats, find who is dead, give up what takes too long."""
-        stalled = gap > self.heartbeat  # this process stood still: the clients could not be heard
+        stalled = gap > self.heartbeat  # this process stood still: nothing of the clients could be received
         for session in tuple(self._sessions.values()):
             if stalled:
-                session.heard = now
+                session.last_received_s = now
             session.check_alive(now)
         self._requests.deliveries.expire(now)
         self._end_failed()
 
     # -- the ends of sessions
 
-    def _fail(self, session: ZmqSession, code: Code) -> None:
+    def _fail(self, session: ZmqSession, code: ResultCode) -> None:
         """Note that a session cannot go on; it ends when nobody works with it."""
         if not session.failed:
             session.failed = True
@@ -365,8 +365,8 @@ class ZmqBlackBoardServer(BoardServer, Observer):
             self._skipped += session.skipped
             self._requests.end(session)
 
-    def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: Code, text: str) -> None:
-        """Tell somebody that there is no session for it, and end the one that there may be."""
+    def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
+        """Notify somebody that there is no session for it, and end the one that there may be."""
         session = self._sessions.get(route[1:])
         try:
             envelope = encode("gone", 0, {"code": int(code), "text": text})

@@ -8,7 +8,7 @@ from typing import Any, Final, Protocol
 
 import zmq
 
-from cxbridge.blackboard.zmq.wire.codec import Code, encode
+from cxbridge.blackboard.zmq.wire.codec import ResultCode, encode
 from cxbridge.blackboard.zmq.wire.dataframes import AnswerBody, DeliverBody, pack_answer, pack_deliver
 from cxbridge.blackboard.zmq.wire.sockets import MORE, NOBLOCK, sender
 from cxbridge.interfaces.instance import Interface
@@ -62,12 +62,12 @@ class ZmqSession:
     name: str
     heartbeat: float
     window: int
-    fail: Callable[[ZmqSession, Code], None]
+    fail: Callable[[ZmqSession, ResultCode], None]
     now: Callable[[], float]
     credit: int = 0
     numbers_in: int = 0
     numbers_out: int = 0
-    heard: float = 0.0
+    last_received_s: float = 0.0
     sent: float = 0.0
     watching: bool = False
     failed: bool = False
@@ -81,7 +81,7 @@ class ZmqSession:
 
     def __post_init__(self) -> None:
         self.credit = self.window
-        self.heard = self.sent = self.now()
+        self.last_received_s = self.sent = self.now()
         self._route = EVENTS + self.id
         self._send = sender(self.socket)
 
@@ -92,7 +92,7 @@ class ZmqSession:
         """Send an envelope, in order after all others."""
         self._send_next(encode(kind, self.numbers_out + 1, body), block)
 
-    def answer(self, request: int, code: Code, detail: int = 0, text: str = "") -> None:
+    def answer(self, request: int, code: ResultCode, detail: int = 0, text: str = "") -> None:
         """Answer a Send."""
         self._send_next(pack_answer(self.numbers_out + 1, AnswerBody(request, code, detail, text)))
 
@@ -118,14 +118,14 @@ class ZmqSession:
                 send(frame, MORE)
                 send(block, NOBLOCK)
         except zmq.Again:
-            self.fail(self, Code.TOO_SLOW)
+            self.fail(self, ResultCode.TOO_SLOW)
         except zmq.ZMQError:  # its connection is gone
-            self.fail(self, Code.SILENT)
+            self.fail(self, ResultCode.SILENT)
         else:
             self.sent = self.now()
 
     def reply(
-        self, request: int, code: Code = Code.OK, *, block: bytes | None = None, **fields: object
+        self, request: int, code: ResultCode = ResultCode.OK, *, block: bytes | None = None, **fields: object
     ) -> None:
         """Answer a request."""
         self.send("reply", {"request": request, "code": int(code), **fields}, block)
@@ -140,7 +140,7 @@ class ZmqSession:
 
     def check_alive(self, now: float) -> None:
         """Send a heartbeat when it is due; fail when the client was silent for too long."""
-        if now - self.heard > DEATH * self.heartbeat:
-            self.fail(self, Code.SILENT)
+        if now - self.last_received_s > DEATH * self.heartbeat:
+            self.fail(self, ResultCode.SILENT)
         elif now - self.sent > BEAT * self.heartbeat:
             self.send("beat", {})

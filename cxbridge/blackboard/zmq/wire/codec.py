@@ -44,7 +44,7 @@ Envelope: Final[Any] = _CLASSES["Envelope"]
 # Spelt out for type checkers; compared with the file below.
 
 
-class Code(IntEnum):
+class ResultCode(IntEnum):
     """Outcome of a request, or why a session ended."""
 
     OK = 0
@@ -86,7 +86,7 @@ class ChangeKind(IntEnum):
     WRITER_REMOVED = 4
 
 
-for _name, _enum in (("Code", Code), ("Stamp", Stamp), ("Kind", ChangeKind)):
+for _name, _enum in (("Code", ResultCode), ("Stamp", Stamp), ("Kind", ChangeKind)):
     if _ENUMS[_name] != {member.name: member.value for member in _enum}:
         raise ImportError(f"{_name} is another one in envelope.proto")
 

@@ -16,7 +16,7 @@ from cxbridge.blackboard.errors import (
 )
 from cxbridge.blackboard.kit.errors import RemoteRefusalError, RequestTimeoutError
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.zmq.wire.codec import Code
+from cxbridge.blackboard.zmq.wire.codec import ResultCode
 from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 from cxbridge.errors import CxbridgeError
 
@@ -34,41 +34,41 @@ def raise_refusal(
     body = reply.body
     interface_type, interface_id = parse_uid(uid)
     match body.code:
-        case Code.WRITER_ACTIVE:
+        case ResultCode.WRITER_ACTIVE:
             raise WriterActiveError(interface_type, interface_id, body.text)
-        case Code.VERSION_MISMATCH:
+        case ResultCode.VERSION_MISMATCH:
             raise VersionMismatchError(uid, body.hash, hash_)
-        case Code.UNKNOWN_TYPE:
+        case ResultCode.UNKNOWN_TYPE:
             raise UnknownTypeError(interface_type, hint=f"at the server: {body.text}" if body.text else None)
-        case Code.INVALID_NAME:
+        case ResultCode.INVALID_NAME:
             raise InvalidNameError(f"the server refuses the name {uid}")
-        case Code.NO_WRITER:
+        case ResultCode.NO_WRITER:
             raise NoWriterError(uid)
-        case Code.QUEUE_FULL:
+        case ResultCode.QUEUE_FULL:
             raise QueueFullError(uid, body.detail)
-        case Code.INVALID_INSTANCE:
+        case ResultCode.INVALID_INSTANCE:
             raise InvalidInstanceError(uid, serial, "msgq_enqueue()")
-        case Code.UNKNOWN_MESSAGE:
+        case ResultCode.UNKNOWN_MESSAGE:
             raise InvalidMessageError(message_type, interface_type)
-        case Code.TIMEOUT:
+        case ResultCode.TIMEOUT:
             raise RequestTimeoutError(f"the writer of {uid} did not take the message in time")
         case _:
             raise RemoteRefusalError(body.text or f"the server refuses, code {body.code}")
 
 
-def refusal_of(error: CxbridgeError) -> tuple[Code, dict[str, Any]]:
+def refusal_of(error: CxbridgeError) -> tuple[ResultCode, dict[str, Any]]:
     """Return the code and the fields of the reply that refuses a request for this error."""
     if isinstance(error, WriterActiveError):
-        return Code.WRITER_ACTIVE, {"text": error.owner}
+        return ResultCode.WRITER_ACTIVE, {"text": error.owner}
     if isinstance(error, VersionMismatchError):
-        return Code.VERSION_MISMATCH, {"hash": error.in_memory}
+        return ResultCode.VERSION_MISMATCH, {"hash": error.in_memory}
     if isinstance(error, QueueFullError):
-        return Code.QUEUE_FULL, {"detail": error.limit}
+        return ResultCode.QUEUE_FULL, {"detail": error.limit}
     for kind, code in (
-        (UnknownTypeError, Code.UNKNOWN_TYPE),
-        (InvalidNameError, Code.INVALID_NAME),
-        (NoWriterError, Code.NO_WRITER),
+        (UnknownTypeError, ResultCode.UNKNOWN_TYPE),
+        (InvalidNameError, ResultCode.INVALID_NAME),
+        (NoWriterError, ResultCode.NO_WRITER),
     ):
         if isinstance(error, kind):
             return code, {"text": error.hint or ""}
-    return Code.REFUSED, {"text": f"{error.message} ({error.hint})" if error.hint else error.message}
+    return ResultCode.REFUSED, {"text": f"{error.message} ({error.hint})" if error.hint else error.message}

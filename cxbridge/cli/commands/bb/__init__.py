@@ -235,7 +235,7 @@ def _answered(feed: Feed, before: InterfaceChange, msgid: int, deadline: Any) ->
 
 
 def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
-    """Return what there is to tell of an interface.
+    """Return a description of an interface.
 
     :raises BlackBoardError: when nobody has it open.
     """
@@ -259,7 +259,7 @@ def _plain(values: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _info_row(info: InterfaceInfo) -> dict[str, Any]:
-    """Return what there is to tell of an interface as JSON can have it."""
+    """Return a description of an interface as JSON can have it."""
     return {
         "uid": info.uid,
         "type": info.type,
@@ -304,7 +304,7 @@ def _print_fields(values: Mapping[str, Any]) -> None:
 
 
 def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_json: bool) -> bool:
-    """Print a line for news, if there is something new in it; tell whether there was."""
+    """Print a line for news, if there is something new in it; return whether there was."""
     from cxbridge.interfaces.assignments import shown_fields
 
     changed: Iterable[str] = ()

@@ -174,7 +174,7 @@ def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int
 
 
 def _status(results: Mapping[int, GameResult]) -> int:
-    """Tell what went wrong; returns the exit status."""
+    """Print what went wrong; returns the exit status."""
     for each in dict.fromkeys(each for result in results.values() for each in result.undefined):
         complain(f"{each}; what it does never happens")
     for seed, result in results.items():

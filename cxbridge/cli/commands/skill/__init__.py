@@ -68,7 +68,7 @@ def execute(
     progress = _Progress(skill_string)
     with (
         connect(url, interface_dir) as board,
-        SkillerCall(board, skiller=skiller, steal=steal, tell=progress.tell) as call,
+        SkillerCall(board, skiller=skiller, steal=steal, on_status=progress.show) as call,
     ):
         if not wait:
             msgid = call.start(skill_string)
@@ -326,7 +326,7 @@ class _Progress:
         self._skill_string = skill_string
         self._shown = False
 
-    def tell(self, status: str, error: str) -> None:
+    def show(self, status: str, error: str) -> None:
         """Show a new status."""
         if sys.stderr.isatty():
             line = one_line(f"{status} {self._skill_string} {error}".rstrip())

@@ -11,7 +11,7 @@ from rich.text import Text
 
 from cxbridge.errors import SkillerError
 from cxbridge.printing import one_line, visible
-from cxbridge.skiller.machinegraph import Machine, MachineState, MachineTransition, parse_graph
+from cxbridge.skiller.machinegraph import MachineState, MachineTransition, StateMachine, parse_graph
 
 _COLOURS = {"S_RUNNING": "yellow", "S_FINAL": "green", "S_FAILED": "red", "S_INACTIVE": "dim"}
 _KINDS = {"start": "bold", "final": "green", "failed": "red", "end": "cyan"}
@@ -51,7 +51,7 @@ def _head(values: Mapping[str, Any]) -> Text:
     return line
 
 
-def _machine(machine: Machine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
+def _machine(machine: StateMachine, uses: Mapping[str, list[str]]) -> list[RenderableType]:
     names = {state.node: state.name for _, part in machine.walk() for state in part.states}
     title = Text.assemble("\n", (machine.name, "bold underline"))
     if uses.get(machine.name):
@@ -69,7 +69,7 @@ def _machine(machine: Machine, uses: Mapping[str, list[str]]) -> list[Renderable
     return [title, table, *_way(machine, names)]
 
 
-def machine_transitions(machine: Machine) -> list[MachineTransition]:
+def machine_transitions(machine: StateMachine) -> list[MachineTransition]:
     """Return the transitions of a machine and of those within."""
     return [item for _, part in machine.walk() for item in part.transitions]
 
@@ -93,7 +93,7 @@ def _exits(transitions: list[MachineTransition], names: Mapping[str, str]) -> Te
     return Text("\n").join(lines)
 
 
-def _way(machine: Machine, names: Mapping[str, str]) -> list[RenderableType]:
+def _way(machine: StateMachine, names: Mapping[str, str]) -> list[RenderableType]:
     """Return a line for the way that each machine took, the last steps of it."""
     lines: list[RenderableType] = []
     for _, part in machine.walk():

@@ -113,7 +113,7 @@ def diff(
     comparison = compare_runs(run, others, view, kind, selection=selection, tolerance=tolerance)
     unused = _accept(comparison, entries)
     report = make_report(comparison, run, others, selection)
-    _tell(report, unused, outputs, method.plain(accepted.baseline))
+    _print_outcome(report, unused, outputs, method.plain(accepted.baseline))
     for note in _notes(report, selection, unused, accepted.baseline):
         say(note, err=True)
     if accepted.write_baseline is not None:
@@ -154,7 +154,9 @@ def _accept(comparison: Comparison, entries: list[BaselineEntry]) -> list[str]:
     return [str(entry) for entry in accept(comparison, entries)]
 
 
-def _tell(report: ComparisonReport, unused: list[str], outputs: _DiffOutputs, method: dict[str, Any]) -> None:
+def _print_outcome(
+    report: ComparisonReport, unused: list[str], outputs: _DiffOutputs, method: dict[str, Any]
+) -> None:
     """Print the outcome, and write the files that were asked for.
 
     :param method: the options that say how it is compared.

@@ -80,7 +80,7 @@ def _show(report: ReplayReport) -> None:
 
 
 def _announce(move: ReplayMove) -> None:
-    """Tell what the next key will write."""
+    """Show what the next key will write."""
     from cxbridge.trace.listing import describe
 
     text = describe(move.event)

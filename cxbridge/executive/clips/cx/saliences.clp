@@ -5,7 +5,7 @@
 ;;; (DOMAIN-...), and only then do rules at 0 decide something. Two rules that need
 ;;; each other's results back and forth want a fact between them, not a salience.
 
-(defglobal  ; errors that must be told before anything builds on them; goals that go
+(defglobal  ; errors that must be reported before anything builds on them; goals that go
   ?*SALIENCE-FIRST* = 10000     ?*SALIENCE-FIRST-LATE* = 9900)
 
 (defglobal  ; the start: configuration, then the requests

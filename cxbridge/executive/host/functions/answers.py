@@ -107,7 +107,7 @@ class Answers:
         return parameters.end, question
 
     def look_for_builds(self, text: str) -> None:
-        """Remember nothing from now on when a text builds functions while it runs: nobody hears of them."""
+        """Remember nothing from now on when a text builds functions while it runs: nobody uses them."""
         if _BUILD.search(text) and any("deffunction" in hidden[0] for hidden in HIDDEN.finditer(text)):
             self._is_off = True
             self.clear()

@@ -76,7 +76,7 @@ class _Grounder:
         self._index = FactIndex()
         self._reached: dict[Fact, None] = {}
         self._queue: deque[Fact] = deque()
-        self._told: set[Fact] = set()
+        self._propagated: set[Fact] = set()
         self._seen: set[tuple[int, tuple[str, ...]]] = set()
         self._waiting: dict[Fact, list[list[int]]] = {}
         """Who waits for a fact: its number in `_bound`, and how many facts are missing."""
@@ -107,7 +107,7 @@ class _Grounder:
             self._index.add(fact)
             for number, position in users.get(fact.predicate, ()):
                 self._bind_all(number, self._schemas[number].matches(self._index, position, fact))
-            self._told.add(fact)
+            self._propagated.add(fact)
             for counter in self._waiting.pop(fact, ()):
                 counter[1] -= 1
                 if counter[1] == 0:
@@ -149,7 +149,7 @@ class _Grounder:
                 hint="use another planner (fast-downward), or leave out objects that do not matter",
             )
         self._bound.append(bound)
-        missing = [fact for fact in bound.case.condition.positive if fact not in self._told]
+        missing = [fact for fact in bound.case.condition.positive if fact not in self._propagated]
         counter = [len(self._bound) - 1, len(missing)]
         for fact in missing:
             self._waiting.setdefault(fact, []).append(counter)

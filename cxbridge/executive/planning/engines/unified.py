@@ -16,7 +16,7 @@ from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerErro
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
 
-class Engine(NamedTuple):
+class UnifiedEngine(NamedTuple):
     """An engine of unified-planning.
 
     :param module: the Python module that it consists of.
@@ -33,14 +33,14 @@ class Engine(NamedTuple):
 _STRIPS: Final = frozenset({Need.NEGATION, Need.EQUALITY})
 
 ENGINES: Final = {
-    "fast-downward": Engine("up_fast_downward", "up-fast-downward", CLASSICAL),
-    "aries": Engine(
+    "fast-downward": UnifiedEngine("up_fast_downward", "up-fast-downward", CLASSICAL),
+    "aries": UnifiedEngine(
         "up_aries",
         "up-aries",
         _STRIPS | {Need.DISJUNCTION, Need.COSTS, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS},
         anytime=True,
     ),
-    "tamer": Engine(
+    "tamer": UnifiedEngine(
         "up_tamer", "up-tamer", _STRIPS | {Need.DISJUNCTION, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS}
     ),
 }

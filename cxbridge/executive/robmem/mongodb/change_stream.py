@@ -49,7 +49,7 @@ class MongoWatch(Watch):
         self._thread.start()
 
     def close(self) -> None:
-        """Tell no more."""
+        """Stop reporting."""
         self._end.set()
         if self._thread is not threading.current_thread():
             self._thread.join()
@@ -73,7 +73,7 @@ class MongoWatch(Watch):
                 if lost:
                     self._warn(f"{self._collection.full_name}: the database is there again")
                     lost = False
-                self._tell(stream)
+                self._notify(stream)
             except PyMongoError as error:
                 if not lost:
                     self._warn(f"{self._collection.full_name}: no events at present: {error}")
@@ -87,8 +87,8 @@ class MongoWatch(Watch):
         if stream is not None:
             stream.close()
 
-    def _tell(self, stream: CollectionChangeStream[Document]) -> None:
-        """Tell what has come; waits a moment when nothing has."""
+    def _notify(self, stream: CollectionChangeStream[Document]) -> None:
+        """Report what has come; waits a moment when nothing has."""
         while not self._end.is_set():
             change = stream.try_next()
             self._token = stream.resume_token or self._token

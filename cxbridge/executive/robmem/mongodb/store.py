@@ -176,7 +176,7 @@ class MongoStore(Store):
     # --- changes --------------------------------------------------------------------------------------------
 
     def watch(self, collection: str, query: Mapping[str, Any], on_change: OnChange) -> Watch:
-        """Tell of each change of a collection from now on."""
+        """Report each change of a collection from now on."""
         pipeline = [{"$match": copy(query)}] if query else []
         with self._use(collection) as known:
             watch = MongoWatch(known, pipeline, on_change, self._warn, self._watches.discard)

@@ -11,7 +11,7 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.queries.conditions import has_operators, whole_number
 from cxbridge.executive.robmem.queries.query import LOGICAL, compile_query
 from cxbridge.executive.robmem.queries.sorting import order_of, sort_values
-from cxbridge.executive.robmem.updates.modifiers import KEEP, Modify, Moment
+from cxbridge.executive.robmem.updates.modifiers import KEEP, Modify, UpdateMoment
 from cxbridge.executive.robmem.values import MISSING, key
 
 _CLAUSES = ("$each", "$slice", "$sort", "$position")
@@ -60,7 +60,7 @@ def _push(path: str, operand: Any) -> Modify:
     sort = clauses.get("$sort", MISSING)
     order = None if sort is MISSING else order_of(sort if isinstance(sort, Mapping) else {"": sort}, "$push")
 
-    def modify(old: Any, _moment: Moment) -> Any:
+    def modify(old: Any, _moment: UpdateMoment) -> Any:
         before = [] if old is MISSING else _old_array("$push", path, old)
         if position is None and order is None and slice_ is None:
             return Appended(before, added)
@@ -85,7 +85,7 @@ def _clause(path: str, name: str, value: Any) -> int:
 def _add_to_set(path: str, operand: Any) -> Modify:
     wanted = _each("$addToSet", path, operand)
 
-    def modify(old: Any, _moment: Moment) -> Any:
+    def modify(old: Any, _moment: UpdateMoment) -> Any:
         before = [] if old is MISSING else _old_array("$addToSet", path, old)
         known = set(map(key, before))
         added = []
@@ -103,7 +103,7 @@ def _pop(path: str, operand: Any) -> Modify:
     if end not in (1, -1):
         raise QueryError(f"$pop of '{path}' takes 1 for the last or -1 for the first element")
 
-    def modify(old: Any, _moment: Moment) -> Any:
+    def modify(old: Any, _moment: UpdateMoment) -> Any:
         if old is MISSING:
             return KEEP
         items = _old_array("$pop", path, old)
@@ -113,7 +113,7 @@ def _pop(path: str, operand: Any) -> Modify:
 
 
 def _removing(name: str, path: str, fits: Callable[[Any], bool]) -> Modify:
-    def modify(old: Any, _moment: Moment) -> Any:
+    def modify(old: Any, _moment: UpdateMoment) -> Any:
         if old is MISSING:
             return KEEP
         return [item for item in _old_array(name, path, old) if not fits(item)]

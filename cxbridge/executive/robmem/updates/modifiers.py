@@ -22,7 +22,7 @@ class _Keep:
 KEEP = _Keep()
 
 
-class Moment(NamedTuple):
+class UpdateMoment(NamedTuple):
     """When an update is done.
 
     :param date: the time.
@@ -33,7 +33,7 @@ class Moment(NamedTuple):
     stamp: Callable[[], Timestamp]
 
 
-Modify = Callable[[Any, Moment], Any]
+Modify = Callable[[Any, UpdateMoment], Any]
 """Returns the new value for the old one, which may be missing; missing to remove it, or :data:`KEEP`."""
 
 
@@ -52,7 +52,7 @@ def _arithmetic(name: str) -> Callable[[str, Any], Modify]:
         if not _is_number(operand):
             raise QueryError(f"{name} of '{path}' takes a number")
 
-        def modify(old: Any, _moment: Moment) -> Any:
+        def modify(old: Any, _moment: UpdateMoment) -> Any:
             if old is MISSING:
                 return operand if name == "$inc" else _counted(operator.mul, operand, 0)
             if not _is_number(old):
@@ -95,7 +95,7 @@ def _extreme(name: str) -> Callable[[str, Any], Modify]:
     def make(_path: str, operand: Any) -> Modify:
         target = key(operand)
 
-        def modify(old: Any, _moment: Moment) -> Any:
+        def modify(old: Any, _moment: UpdateMoment) -> Any:
             if old is MISSING:
                 return operand
             return operand if (target < key(old) if name == "$min" else target > key(old)) else KEEP

@@ -17,7 +17,7 @@ from cxbridge.executive.robmem.errors import QueryError
 from cxbridge.executive.robmem.queries.paths import array_index
 from cxbridge.executive.robmem.queries.query import equalities
 from cxbridge.executive.robmem.updates.array_modifiers import ARRAY_OPERATORS, Appended
-from cxbridge.executive.robmem.updates.modifiers import KEEP, OPERATORS, Modify, Moment
+from cxbridge.executive.robmem.updates.modifiers import KEEP, OPERATORS, Modify, UpdateMoment
 from cxbridge.executive.robmem.values import MISSING, Document, copy, same
 
 _KNOWN = {**OPERATORS, **ARRAY_OPERATORS}
@@ -86,7 +86,7 @@ class Update:
         _refuse_conflicts(steps)
         self._steps = sorted(steps, key=_place)
 
-    def apply(self, document: Document, moment: Moment, *, inserting: bool = False) -> Changed:
+    def apply(self, document: Document, moment: UpdateMoment, *, inserting: bool = False) -> Changed:
         """Apply the update to a copy of a document.
 
         :raises QueryError: when the document does not fit it.
@@ -99,7 +99,7 @@ class Update:
             raise QueryError("an update cannot change the '_id' of a document")
         return result
 
-    def new_document(self, query: Mapping[str, Any], moment: Moment) -> Document:
+    def new_document(self, query: Mapping[str, Any], moment: UpdateMoment) -> Document:
         """Return what an upsert inserts: what the query wants equal, then the update.
 
         :raises QueryError: when the query wants two values at one place.
@@ -187,7 +187,7 @@ def _place(step: _UpdateStep) -> list[tuple[int, str]]:
 # --- applying it ------------------------------------------------------------------------------------------
 
 
-def _take(step: _UpdateStep, result: Changed, moment: Moment) -> None:
+def _take(step: _UpdateStep, result: Changed, moment: UpdateMoment) -> None:
     """Do one step, and note what it changes."""
     if step.source:
         _rename(step, result)

@@ -164,7 +164,7 @@ class DdsNode(Node):
             end()
             self._end_writer(writer)
 
-        made.hears(reader, end_both)
+        made.receive_from(reader, end_both)
         return made
 
     def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
@@ -181,7 +181,7 @@ class DdsNode(Node):
             answer,
         )
         reader, end = self._reader(f"rq{place}Request", request, qos, made.take, whose)
-        made.hears(reader)
+        made.receive_from(reader)
         self._servers.append(made)
 
         def end_both() -> None:
@@ -295,9 +295,9 @@ class DdsNode(Node):
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
         """Return what reports our node to others, and what gets their reports."""
         topic = self._topic("ros_discovery_info", _GRAPH)
-        told = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
-        heard = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
-        return told, DataReader(self._participant, topic, qos=heard)
+        writer = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
+        qos = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
+        return writer, DataReader(self._participant, topic, qos=qos)
 
     def _nodes_in(self, report: bytes) -> Iterable[str]:
         """Return the full names of the nodes that a participant reports."""

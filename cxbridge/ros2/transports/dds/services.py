@@ -124,7 +124,7 @@ class DdsClient(Client):
         self._number = 0
         self._unpaired_s = time.monotonic()
 
-    def hears(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
+    def receive_from(self, reader: DataReader[Any], end: Callable[[], None]) -> None:
         """Get responses from a reader, which ``end`` ends."""
         self._responded, self._end = _Found.writers("serviceid", reader), end
 
@@ -250,7 +250,7 @@ class DdsServer:
         self._writers: _Found | None = None
         self._kept: list[_Response] = []
 
-    def hears(self, reader: DataReader[Any]) -> None:
+    def receive_from(self, reader: DataReader[Any]) -> None:
         """Get requests from a reader."""
         self._writers = _Found.writers("clientid", reader)
 

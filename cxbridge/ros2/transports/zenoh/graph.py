@@ -8,18 +8,18 @@ from typing import Final
 
 from cxbridge.ros2.names import TypeName
 from cxbridge.ros2.transports.misfits import whole_name, why_unserved
-from cxbridge.ros2.transports.zenoh.names import Kind, Place, endpoint_of
+from cxbridge.ros2.transports.zenoh.names import Kind, TypedName, endpoint_of
 
 _MOST: Final = 100_000
 """Tokens that are kept: a stranger may send any number."""
 
 
-class Graph:
+class RosGraph:
     """The endpoints of a domain, each by a number of its own; in any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        self._there: dict[tuple[Kind, Place], dict[str, int]] = {}
+        self._there: dict[tuple[Kind, TypedName], dict[str, int]] = {}
         self._numbers = count(1)
         self._size = 0
         self.version = 0
@@ -48,12 +48,12 @@ class Graph:
             if not tokens:
                 self._there.pop((found.kind, found.place), None)
 
-    def called(self, kind: Kind, name: str) -> list[Place]:
+    def called(self, kind: Kind, name: str) -> list[TypedName]:
         """Return the places of a name, one for each type that others use there."""
         with self._lock:
             return [place for known, place in self._there if known == kind and place.name == name]
 
-    def why_unserved(self, place: Place, kind: TypeName, where: str) -> str:
+    def why_unserved(self, place: TypedName, kind: TypeName, where: str) -> str:
         """Return why nobody serves a service; see :func:`.misfits.why_unserved`."""
         with self._lock:
             served = {whole_name(each.name): each.kind for known, each in self._there if known == "SS"}
@@ -61,7 +61,7 @@ class Graph:
             sessions = {token.split("/")[2] for tokens in self._there.values() for token in tokens}
         return why_unserved(whole_name(place.name), kind, served, "" if len(sessions) > 1 else where)
 
-    def at(self, kind: Kind, place: Place) -> frozenset[int]:
+    def at(self, kind: Kind, place: TypedName) -> frozenset[int]:
         """Return who is at a place now."""
         with self._lock:
             return frozenset(self._there.get((kind, place), {}).values())

@@ -37,7 +37,7 @@ _RELIABILITY: Final = {"": "reliable", "0": "reliable", "1": "reliable", "2": "b
 _DURABILITY: Final = {"": "volatile", "0": "volatile", "1": "transient_local", "2": "volatile"}
 
 
-class Place(Struct, frozen=True):
+class TypedName(Struct, frozen=True):
     """A topic or a service, of one type: those who name the same one reach each other.
 
     :param name: e.g. ``/robot1/odom``.
@@ -82,7 +82,7 @@ class NodeName(Struct, frozen=True):
         return f"{start}/{_mangled(self.enclave)}/{_mangled(self.namespace)}/{self.name}"
 
 
-class Endpoint(Struct, frozen=True):
+class GraphEndpoint(Struct, frozen=True):
     """A publisher, a subscription, a server or a client.
 
     :param node: whose it is.
@@ -92,7 +92,7 @@ class Endpoint(Struct, frozen=True):
     node: NodeName
     number: int
     kind: Kind
-    place: Place
+    place: TypedName
     qos: QosProfile
 
     @property
@@ -108,7 +108,7 @@ class Endpoint(Struct, frozen=True):
         return xxh3_128_intdigest(self.token.encode()).to_bytes(GID, "little")
 
 
-class Attachment(Struct, frozen=True):
+class MessageAttachment(Struct, frozen=True):
     """What goes with a message, a request or a response.
 
     :param number: counts the publisher's messages, or the client's requests.
@@ -124,22 +124,22 @@ class Attachment(Struct, frozen=True):
         return _ATTACHMENT.pack(self.number, self.time_ns, GID, self.gid)
 
 
-def attachment_of(data: bytes) -> Attachment | None:
+def attachment_of(data: bytes) -> MessageAttachment | None:
     """Return an attachment; None when the bytes are none (those of releases before 2025 are others)."""
     if len(data) != _ATTACHMENT.size:
         return None
     number, time_ns, size, gid = _ATTACHMENT.unpack(data)
-    return Attachment(number, time_ns, gid) if size == GID else None
+    return MessageAttachment(number, time_ns, gid) if size == GID else None
 
 
-def place_of(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> Place:
+def place_of(name: str, kind: TypeName, definitions: Definitions, *, is_service: bool = False) -> TypedName:
     """Return the place of a topic or a service.
 
     :raises Ros2Error: when there is no such type.
     """
     # what fields a type has is asked first: the errors say which type there is not
     definitions.fields(kind.derived("Request") if is_service else kind)
-    return Place(name, kind.dds, definitions.type_hash(kind) if definitions.has_hashes else NO_HASH)
+    return TypedName(name, kind.dds, definitions.type_hash(kind) if definitions.has_hashes else NO_HASH)
 
 
 def tokens_of(domain: int) -> str:
@@ -147,7 +147,7 @@ def tokens_of(domain: int) -> str:
     return f"{_SPACE}/{domain}/**"
 
 
-def endpoint_of(token: str) -> Endpoint | None:
+def endpoint_of(token: str) -> GraphEndpoint | None:
     """Return what a token is about; None for a node, and for a token that is none: it may be anybody's."""
     parts = token.split("/")
     # newer releases add a part about memory that is not the processor's
@@ -157,9 +157,9 @@ def endpoint_of(token: str) -> Endpoint | None:
     qos = qos_of(parts[12])
     if qos is None or not all(_is_number(each) for each in (domain, node, number)):
         return None
-    place = Place(_plain(parts[9]), _plain(parts[10]), parts[11])
+    place = TypedName(_plain(parts[9]), _plain(parts[10]), parts[11])
     whose = NodeName(int(domain), session, int(node), name, _plain(namespace), _plain(enclave))
-    return Endpoint(whose, int(number), cast("Kind", kind), place, qos)
+    return GraphEndpoint(whose, int(number), cast("Kind", kind), place, qos)
 
 
 def qos_text(qos: QosProfile) -> str:

@@ -24,16 +24,16 @@ from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Rec
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.environment import domain_id
-from cxbridge.ros2.transports.inbox import Inbox, Source
+from cxbridge.ros2.transports.inbox import InboxSource, MessageInbox
 from cxbridge.ros2.transports.misfits import misfit, whole_name
-from cxbridge.ros2.transports.zenoh.graph import Graph
+from cxbridge.ros2.transports.zenoh.graph import RosGraph
 from cxbridge.ros2.transports.zenoh.names import (
     NO_HASH,
-    Attachment,
-    Endpoint,
+    GraphEndpoint,
     Kind,
+    MessageAttachment,
     NodeName,
-    Place,
+    TypedName,
     attachment_of,
     place_of,
     tokens_of,
@@ -84,11 +84,11 @@ class ZenohNode(Node):
         self._session = open_session(url)
         self._name = NodeName(self._domain, str(self._session.zid()), 0, name)
         self._numbers = count(1)
-        self._inbox = Inbox()
+        self._inbox = MessageInbox()
         self._ends: dict[int, Callable[[], None]] = {}
-        self._ours: dict[int, tuple[Endpoint, TypeName]] = {}
+        self._ours: dict[int, tuple[GraphEndpoint, TypeName]] = {}
         self._compared = -1
-        self._graph = Graph()
+        self._graph = RosGraph()
         liveliness = self._session.liveliness()
         self._tokens = liveliness.declare_subscriber(
             tokens_of(self._domain), _called(self._changed), history=True
@@ -119,7 +119,7 @@ class ZenohNode(Node):
                 if message is not None:
                     receive(message)
 
-        source = Source(take, max(1, qos.depth))
+        source = InboxSource(take, max(1, qos.depth))
         put = _called(partial(self._inbox.put, source))
         made = _declared_subscriber(self._session, endpoint.place.key(self._domain), put, qos)
         return self._announced(endpoint, name, made, source)
@@ -142,7 +142,7 @@ class ZenohNode(Node):
             partial(self._graph.at, "SS", endpoint.place),
             lambda: self._graph.why_unserved(endpoint.place, name, f"the domain {self._domain}"),
         )
-        source = Source(made.take, 0)
+        source = InboxSource(made.take, 0)
         made.put = partial(self._inbox.put, source)
         made.end = self._announced(endpoint, name, querier, source)
         return made
@@ -164,7 +164,7 @@ class ZenohNode(Node):
                 return
             answer(request, lambda response: _reply(query, key, encode(response)))
 
-        source = Source(take, _SERVICES.depth)
+        source = InboxSource(take, _SERVICES.depth)
         made = self._session.declare_queryable(key, _called(partial(self._inbox.put, source)), complete=True)
         return self._announced(endpoint, name, made, source)
 
@@ -185,13 +185,13 @@ class ZenohNode(Node):
 
     # --- Zenoh --------------------------------------------------------------------------------------------
 
-    def _endpoint(self, kind: Kind, place: Place, qos: QosProfile) -> Endpoint:
-        return Endpoint(self._name, next(self._numbers), kind, place, qos)
+    def _endpoint(self, kind: Kind, place: TypedName, qos: QosProfile) -> GraphEndpoint:
+        return GraphEndpoint(self._name, next(self._numbers), kind, place, qos)
 
-    def _service(self, service: str, name: TypeName) -> Place:
+    def _service(self, service: str, name: TypeName) -> TypedName:
         return place_of(check_topic(service), name, self._definitions, is_service=True)
 
-    def _compare(self, ours: Endpoint, kind: TypeName) -> None:
+    def _compare(self, ours: GraphEndpoint, kind: TypeName) -> None:
         """Complain about others who have the name of an endpoint of ours with another type."""
         wanted, peer = _PEERS[ours.kind]
         name = whole_name(ours.place.name)
@@ -203,9 +203,9 @@ class ZenohNode(Node):
                 self.complain(f"type {name} {peer}", text)
 
     def _announced(
-        self, endpoint: Endpoint, name: TypeName, made: Any, source: Source | None = None
+        self, endpoint: GraphEndpoint, name: TypeName, made: Any, source: InboxSource | None = None
     ) -> Callable[[], None]:
-        """Tell others that there is an endpoint; return what ends it, once."""
+        """Announce an endpoint; return what ends it, once."""
         token = self._session.liveliness().declare_token(endpoint.token)
 
         def end() -> None:
@@ -248,7 +248,7 @@ class _Publisher(Publisher):
 
     def publish(self, message: Mapping[str, Any]) -> None:
         data = self._encode(message)
-        attachment = bytes(Attachment(next(self._numbers), time.time_ns(), self._gid))
+        attachment = bytes(MessageAttachment(next(self._numbers), time.time_ns(), self._gid))
         try:
             self._publisher.put(data, attachment=attachment)
         except zenoh.ZError as error:
@@ -284,7 +284,7 @@ class _Client(Client):
         data = self._encode(request)
         number = next(self._numbers)
         self._waiting[number] = done, failed
-        attachment = bytes(Attachment(number, time.time_ns(), self._gid))
+        attachment = bytes(MessageAttachment(number, time.time_ns(), self._gid))
         came: Callback[zenoh.Reply] = Callback(
             lambda reply: self.put((number, reply)), lambda: self.put((number, None))
         )
@@ -372,7 +372,7 @@ def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
     """Answer a query, once; the client may be gone by then."""
     given = _bytes(query.attachment)
     asked = attachment_of(given)
-    sent = given if asked is None else bytes(Attachment(asked.number, time.time_ns(), asked.gid))
+    sent = given if asked is None else bytes(MessageAttachment(asked.number, time.time_ns(), asked.gid))
     try:
         query.reply(key, data, attachment=sent)
         query.drop()

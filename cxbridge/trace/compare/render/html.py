@@ -12,7 +12,7 @@ from cxbridge.trace.compare.model import (
     Difference,
     DifferenceContext,
     EventLine,
-    GoalLine,
+    GoalAtDifference,
     Side,
 )
 from cxbridge.trace.compare.render.text import ComparisonReport, short, summary
@@ -134,7 +134,7 @@ def _row_class(row: AlignedRow) -> str:
 
 
 def _row_sign(row: AlignedRow) -> str:
-    """Return how two events stand to each other, as a sign and for those who hear the page."""
+    """Return how two events stand to each other, as a sign and for screen readers."""
     if row.same:
         return ""
     if row.b is None:
@@ -179,12 +179,12 @@ def _goal_trees(a: DifferenceContext, b: DifferenceContext) -> list[str]:
     ]
 
 
-def _state(line: GoalLine) -> tuple[object, ...]:
+def _state(line: GoalAtDifference) -> tuple[object, ...]:
     """Return what of a goal is the same in every run."""
     return (line.depth, line.goal_class, line.mode, line.outcome)
 
 
-def _nodes(lines: Sequence[GoalLine], others: Sequence[tuple[object, ...]]) -> list[GoalNode]:
+def _nodes(lines: Sequence[GoalAtDifference], others: Sequence[tuple[object, ...]]) -> list[GoalNode]:
     """Return a tree of goals."""
     left = list(others)
     above: list[list[GoalNode]] = [[]]

@@ -87,7 +87,7 @@ def summary(comparison: Comparison) -> str:
 
 
 def text_report(report: ComparisonReport) -> Iterator[str]:
-    """Yield the lines that tell a person how a comparison came out, and what led to the first difference."""
+    """Yield the lines that show how a comparison came out, and what led to the first difference."""
     return map(one_line, _lines(report))
 
 

@@ -71,7 +71,7 @@ class App extends EventTarget {
       const { recording } = this;
       if (!recording && changed.includes("time")) {
         this.lookBack();
-        this.tell();
+        this.notify();
       }
       if (recording && changed.includes("time") && time !== null && time !== recording.time)
         recording.goToTime(time);
@@ -110,7 +110,7 @@ class App extends EventTarget {
     if (state === "lost") this.ask();
     if (state === this.connection) return;
     this.connection = state;
-    this.tell();
+    this.notify();
   }
 
   /** A stream that is refused does not say why; a request does. */
@@ -126,7 +126,7 @@ class App extends EventTarget {
     );
     if (reason === this.lostBecause) return;
     this.lostBecause = reason;
-    this.tell();
+    this.notify();
   }
 
   /** After a connection was made: what happened meanwhile may be lost. */
@@ -144,7 +144,7 @@ class App extends EventTarget {
   statusIs(status) {
     this.status = status;
     this.statusAt = performance.now();
-    this.tell();
+    this.notify();
   }
 
   async command(what) {
@@ -164,11 +164,11 @@ class App extends EventTarget {
     }
   }
 
-  onTell(call) {
+  onChange(call) {
     this.listeners.add(call);
     return () => this.listeners.delete(call);
   }
-  tell() {
+  notify() {
     for (const node of document.querySelectorAll("[data-gate]"))
       this.gate(node, node.dataset.gate === "shut");
     for (const listener of [...this.listeners]) listener();
@@ -256,7 +256,7 @@ class App extends EventTarget {
       });
     } else this.select({ time: null });
     this.selection.write(); // the view is opened with what the address says
-    this.tell();
+    this.notify();
     this.reopen();
   }
 
@@ -271,7 +271,7 @@ class App extends EventTarget {
     }
     this.moment = ability || "";
     this.lookBack();
-    this.tell();
+    this.notify();
   }
   /** Open the past if the view needs it for the chosen moment, and if that is known already. */
   lookBack() {

@@ -38,21 +38,21 @@ export function debugBar(app) {
     problem = "",
     known = false;
 
-  async function tell(call) {
+  async function command(call) {
     await app.attempt(async () => take(await call()));
     look();
   }
-  const halt = button("Break", () => tell(() => post(BASE + "/stop")), {
+  const halt = button("Break", () => command(() => post(BASE + "/stop")), {
     id: "debug-break",
     "data-about": "break before the next rule fires",
   });
   const steps = STEPS.map(([what, about]) =>
-    button("Step " + what, () => tell(() => post(BASE + "/step", { what })), {
+    button("Step " + what, () => command(() => post(BASE + "/step", { what })), {
       id: "step-" + what,
       "data-about": "continue until " + about,
     }),
   );
-  const goOn = button("Continue", () => tell(() => post(BASE + "/go-on")), {
+  const goOn = button("Continue", () => command(() => post(BASE + "/go-on")), {
     id: "debug-continue",
     class: "primary",
     "data-about": "continue to the next breakpoint",
@@ -110,7 +110,7 @@ export function debugBar(app) {
           {},
           el("code", {}, each.spec),
           app.gate(
-            button("×", () => tell(() => remove(BASE + "/breakpoints/" + each.number)), {
+            button("×", () => command(() => remove(BASE + "/breakpoints/" + each.number)), {
               class: "quiet",
               "aria-label": "remove " + each.spec,
             }),
@@ -157,7 +157,7 @@ export function debugBar(app) {
   }, LOOK_MS);
   bar.append(where, el("div", { class: "tools" }, halt, steps, goOn), form, points);
   document.getElementById("head").after(bar);
-  app.onTell(() => {
+  app.onChange(() => {
     // while the bar is closed the status, which is read anyway, tells of stops
     if (bar.hidden && app.status && !app.recording) stoppedAt(app.status.stopped || null);
     else draw();

@@ -64,7 +64,7 @@ export function tabs(label, entries, current) {
 }
 
 const SAY_MS = 700;
-/** Told to those who hear the page, when they have typed; not with each change of what is shown. */
+/** Announced to screen readers, when somebody has typed; not with each change of what is shown. */
 function sayCount(input) {
   const count = input.isConnected && input.closest(".panel-head").querySelector(".count");
   if (count && count.textContent) document.getElementById("said").textContent = count.textContent + " shown";

@@ -46,7 +46,7 @@ export function envSelect(app, changed, { all = false } = {}) {
     );
   };
   let wasThere = false;
-  const stop = app.onTell(() => {
+  const stop = app.onChange(() => {
     if (wasThere && !select.isConnected) {
       stop();
       return;

@@ -103,6 +103,6 @@ export function header(app, search) {
     clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
   }
   setInterval(tick, 250);
-  app.onTell(draw);
+  app.onChange(draw);
   draw();
 }

@@ -100,7 +100,7 @@ async function start() {
     await openLinked(app);
     if (app.recording) return;
     app.hasNoRun = true;
-    app.tell();
+    app.notify();
     openNoRun(main, app.runs);
     return;
   }

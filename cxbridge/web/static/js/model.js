@@ -10,7 +10,7 @@ const MOST_LOG = 20000,
 
 export class Model {
   /**
-   * @param onRetracted told of goals that are RETRACTED; without it they are gone then
+   * @param onRetracted gets the goals that are RETRACTED; without it they are gone then
    * @param history of the whole run, when it is known already; else it grows with the events
    */
   constructor(onRetracted = null, history = null) {
@@ -87,7 +87,7 @@ export class Model {
     for (const watcher of this.watchers) watcher(event);
   }
 
-  /** Be told of every event, as it comes. */
+  /** Call with every event, as it comes. */
   onEvent(watcher) {
     this.watchers.add(watcher);
     return () => this.watchers.delete(watcher);

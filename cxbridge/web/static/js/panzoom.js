@@ -4,10 +4,10 @@ const WHEEL = 0.0015;
 
 /**
  * @param node where the gestures are made
- * @param told.pan(dx, dy) in pixels; told.zoom(factor, x, y) around a point of the node;
- * told.point(x, y) the pointer rests there, told.leave(), told.press(x, y) a click that moved nothing
+ * @param handlers.pan(dx, dy) in pixels; handlers.zoom(factor, x, y) around a point of the node;
+ * handlers.point(x, y) the pointer rests there, handlers.leave(), handlers.press(x, y) a click that moved nothing
  */
-export function gestures(node, told) {
+export function gestures(node, handlers) {
   const down = new Map(); // pointers that are pressed
   let moved = false;
   const place = (event) => {
@@ -21,8 +21,8 @@ export function gestures(node, told) {
       event.preventDefault();
       const { x, y } = place(event);
       if (event.shiftKey || Math.abs(event.deltaX) > Math.abs(event.deltaY))
-        told.pan(-(event.deltaX || event.deltaY), 0);
-      else told.zoom(Math.exp(-event.deltaY * WHEEL), x, y);
+        handlers.pan(-(event.deltaX || event.deltaY), 0);
+      else handlers.zoom(Math.exp(-event.deltaY * WHEEL), x, y);
     },
     { passive: false },
   );
@@ -36,7 +36,7 @@ export function gestures(node, told) {
     const at = place(event),
       before = down.get(event.pointerId);
     if (!before) {
-      told.point(at.x, at.y);
+      handlers.point(at.x, at.y);
       return;
     }
     if (Math.hypot(at.x - before.x, at.y - before.y) < 3 && !moved) return;
@@ -45,15 +45,15 @@ export function gestures(node, told) {
     if (other) {
       const [, still] = other,
         distance = (point) => Math.max(10, Math.hypot(point.x - still.x, point.y - still.y));
-      told.zoom(distance(at) / distance(before), (at.x + still.x) / 2, (at.y + still.y) / 2);
-    } else told.pan(at.x - before.x, at.y - before.y);
+      handlers.zoom(distance(at) / distance(before), (at.x + still.x) / 2, (at.y + still.y) / 2);
+    } else handlers.pan(at.x - before.x, at.y - before.y);
     down.set(event.pointerId, at);
   });
   for (const end of ["pointerup", "pointercancel"])
     node.addEventListener(end, (event) => {
       const was = down.delete(event.pointerId),
         { x, y } = place(event);
-      if (was && !moved && end === "pointerup") told.press(x, y);
+      if (was && !moved && end === "pointerup") handlers.press(x, y);
     });
-  node.addEventListener("pointerleave", () => told.leave());
+  node.addEventListener("pointerleave", () => handlers.leave());
 }

@@ -4,11 +4,11 @@ const SLICE_MS = 15; // of work at a time, so that the page draws and answers me
 
 export class Stream {
   /**
-   * @param told.event, told.state ("connecting" | "open" | "lost"), told.hello, told.restarted,
-   * told.dropped, told.caughtUp (so much had come that it took more than a moment)
+   * @param handlers.event, handlers.state ("connecting" | "open" | "lost"), handlers.hello, handlers.restarted,
+   * handlers.dropped, handlers.caughtUp (so much had come that it took more than a moment)
    */
-  constructor(told) {
-    this.told = told;
+  constructor(handlers) {
+    this.handlers = handlers;
     this.kinds = "";
     this.last = "0";
     this.epoch = null;
@@ -44,14 +44,14 @@ export class Stream {
       this.isWaiting = false;
       if (restarted) {
         this.queue = [];
-        this.told.restarted();
+        this.handlers.restarted();
       }
-      this.told.state("open");
-      this.told.hello(hello);
+      this.handlers.state("open");
+      this.handlers.hello(hello);
     });
     source.addEventListener("dropped", (event) => {
       this.note(event);
-      this.told.dropped(JSON.parse(event.data));
+      this.handlers.dropped(JSON.parse(event.data));
     });
     source.addEventListener("message", (event) => {
       this.note(event);
@@ -62,7 +62,7 @@ export class Stream {
       if (this.source !== source) return;
       // We try again ourselves: a browser gives up after some errors, and asks for no other `since`
       this.close();
-      this.told.state("lost");
+      this.handlers.state("lost");
       const wait = RETRY_MS[Math.min(this.tries++, RETRY_MS.length - 1)];
       this.timer = setTimeout(() => this.open(), wait);
     });
@@ -75,11 +75,11 @@ export class Stream {
     let at = 0;
     try {
       while (at < queue.length && (at % 20 || document.hidden || performance.now() - begin < SLICE_MS))
-        this.told.event(JSON.parse(queue[at++]));
+        this.handlers.event(JSON.parse(queue[at++]));
     } finally {
       queue.splice(0, at);
       const isBehind = this.queue.length > 0;
-      if (!isBehind && this.working) this.told.caughtUp();
+      if (!isBehind && this.working) this.handlers.caughtUp();
       this.working = isBehind ? setTimeout(() => this.work(), 0) : null;
     }
   }

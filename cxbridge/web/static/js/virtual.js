@@ -8,7 +8,7 @@ let lists = 0;
 
 export class VirtualList {
   /**
-   * @param label what list it is, for those who hear the page
+   * @param label what list it is, for screen readers
    * @param key(item) unique text of a row
    * @param sign(item) text that changes when the row has to be drawn again
    * @param draw(item) the content of the row: nodes

@@ -77,11 +77,11 @@ def test_watchers_hear_of_everybodys_plugins(site, manager):
     watcher = site.raw()
     watcher.send(PluginMessage(PluginKind.SUBSCRIBE_WATCH).to_frame())
     assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST
-    manager.tell_loaded("executive")
-    manager.tell_unloaded("executive")
+    manager.notify_loaded("executive")
+    manager.notify_unloaded("executive")
     assert watcher.message() == PluginMessage(PluginKind.LOADED, "executive")
     assert watcher.message() == PluginMessage(PluginKind.UNLOADED, "executive")
     watcher.send(PluginMessage(PluginKind.UNSUBSCRIBE_WATCH).to_frame())
     assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST
-    manager.tell_loaded("executive")
+    manager.notify_loaded("executive")
     assert watcher.ask(PluginMessage(PluginKind.LIST_LOADED)).kind is PluginKind.LOADED_LIST

@@ -12,9 +12,9 @@ const LEAST = 2,
 const NEAR = 14; // pixels around something that count as it
 
 export class Drawing {
-  /** @param told.hover(item or null), told.pick(item) something on the map; told.moved() by hand */
-  constructor(told) {
-    Object.assign(this, { told, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
+  /** @param handlers.hover(item or null), handlers.pick(item) something on the map; handlers.moved() by hand */
+  constructor(handlers) {
+    Object.assign(this, { handlers, scale: 80, x: 0, y: 0, graphs: [], items: [], hot: null, grid: 1 });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
       "div",
@@ -33,7 +33,7 @@ export class Drawing {
       zoom: (factor, x, y) => this.zoom(factor, x, y),
       point: (x, y) => this.hover(this.near(x, y)),
       leave: () => this.hover(null),
-      press: (x, y) => told.pick(this.near(x, y)),
+      press: (x, y) => handlers.pick(this.near(x, y)),
     });
     this.box.addEventListener("keydown", (event) => this.onKey(event));
   }
@@ -48,7 +48,7 @@ export class Drawing {
   move(dx, dy) {
     this.x -= dx / this.scale;
     this.y += dy / this.scale;
-    this.told.moved();
+    this.handlers.moved();
     this.canvas.later();
   }
   zoom(factor, x = this.canvas.width / 2, y = this.canvas.height / 2) {
@@ -57,7 +57,7 @@ export class Drawing {
     const after = this.metres(x, y);
     this.x += before.x - after.x;
     this.y += before.y - after.y;
-    this.told.moved();
+    this.handlers.moved();
     this.canvas.later();
   }
   centre(x, y) {
@@ -121,7 +121,7 @@ export class Drawing {
   hover(found) {
     if ((found && found.name) === (this.hot && this.hot.name)) return;
     this.hot = found;
-    this.told.hover(found);
+    this.handlers.hover(found);
   }
 
   onKey(event) {

@@ -17,7 +17,7 @@ class TrackStore {
     this.recorded = new WeakMap();
     this.listeners = new Set();
     app.live.onEvent((event) => {
-      if (this.live.take(event)) this.tell();
+      if (this.live.take(event)) this.notify();
     });
   }
 
@@ -38,7 +38,7 @@ class TrackStore {
     this.listeners.add(listener);
     return () => this.listeners.delete(listener);
   }
-  tell() {
+  notify() {
     for (const listener of [...this.listeners]) listener();
   }
 
@@ -51,6 +51,6 @@ class TrackStore {
       const event = { kind: "interface", uid: type + "::" + id, time_us: now, values: data };
       this.live.take(event);
     }
-    this.tell();
+    this.notify();
   }
 }

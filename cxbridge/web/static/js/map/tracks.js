@@ -47,7 +47,7 @@ export class Tracks {
     for (const each of [this.poses, this.frames, this.graphs]) each.clear();
   }
 
-  /** Take what an event tells. Returns whether it told something. */
+  /** Take the news of an event. Returns whether it had some. */
   take(event) {
     if (event.kind === "navgraph") {
       this.graphs.set(event.graph, { nodes: event.nodes, edges: event.edges });

@@ -19,12 +19,12 @@ export const dashOf = (number) => DASHES[number % DASHES.length];
 
 export class Chart {
   /**
-   * @param told.moved() somebody zoomed or panned; told.cursor(time) the pointer is there, null: nowhere;
-   * told.pick(time) that moment was chosen; told.all() show everything
+   * @param handlers.moved() somebody zoomed or panned; handlers.cursor(time) the pointer is there, null: nowhere;
+   * handlers.pick(time) that moment was chosen; handlers.all() show everything
    * @param timeText(time, step) a time on the axis, whose marks are `step` apart; microseconds
    */
-  constructor(told, timeText) {
-    Object.assign(this, { told, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
+  constructor(handlers, timeText) {
+    Object.assign(this, { handlers, timeText, series: [], from: 0, to: 1, zero: 0, end: 0 });
     Object.assign(this, { cursor: null, moment: null, axes: [], margins: { left: AXIS, right: RIGHT } });
     this.canvas = new Canvas((...rest) => this.paint(...rest));
     this.box = el(
@@ -44,9 +44,9 @@ export class Chart {
       zoom: (factor, x) => this.zoom(factor, this.timeAt(x)),
       point: (x) => this.point(this.timeAt(x)),
       leave: () => this.point(null),
-      press: (x) => told.pick(this.timeAt(x)),
+      press: (x) => handlers.pick(this.timeAt(x)),
     });
-    this.canvas.node.addEventListener("dblclick", () => told.all());
+    this.canvas.node.addEventListener("dblclick", () => handlers.all());
     this.box.addEventListener("keydown", (event) => this.onKey(event));
   }
 
@@ -81,7 +81,7 @@ export class Chart {
   }
   point(time) {
     this.cursor = time;
-    this.told.cursor(time);
+    this.handlers.cursor(time);
     this.canvas.later();
   }
   mark(time) {
@@ -90,13 +90,13 @@ export class Chart {
   }
   move(by) {
     this.look(this.from + by, this.to + by);
-    this.told.moved();
+    this.handlers.moved();
   }
   zoom(factor, around = (this.from + this.to) / 2) {
     const span = Math.max(SHORTEST_US, this.span / factor),
       share = (around - this.from) / this.span;
     this.look(around - share * span, around + (1 - share) * span);
-    this.told.moved();
+    this.handlers.moved();
   }
 
   onKey(event) {
@@ -109,8 +109,8 @@ export class Chart {
       this.point(Math.min(this.to, Math.max(this.from, before + way * step)));
     } else if (event.key === "+" || event.key === "=") this.zoom(KEY_ZOOM, this.cursor ?? undefined);
     else if (event.key === "-") this.zoom(1 / KEY_ZOOM, this.cursor ?? undefined);
-    else if (event.key === "0") this.told.all();
-    else if (event.key === "Enter" && this.cursor !== null) this.told.pick(this.cursor);
+    else if (event.key === "0") this.handlers.all();
+    else if (event.key === "Enter" && this.cursor !== null) this.handlers.pick(this.cursor);
     else return;
     event.preventDefault();
     event.stopPropagation(); // numbers lead to other views

@@ -63,10 +63,10 @@ class PlotStore {
   take(event) {
     let changed = false;
     for (const series of this.live.values()) changed = series.take(event) || changed;
-    if (changed) this.tell();
+    if (changed) this.notify();
   }
 
-  tell() {
+  notify() {
     for (const listener of [...this.listeners]) listener();
   }
   onChange(listener) {
@@ -104,7 +104,7 @@ class PlotStore {
 
   changed() {
     this.app.keep([...new Set([...this.live.values()].map((each) => each.source.kind))]);
-    this.tell();
+    this.notify();
   }
 
   /** What holds now: an event comes only with the next change. */
@@ -122,7 +122,7 @@ class PlotStore {
         const facts = await get("clips/" + part(env) + "/facts?formatted=true&template=" + part(template));
         for (const fact of facts) sample({ kind, env, template, asserted: true, text: fact.formatted });
       }
-      this.tell();
+      this.notify();
     } catch {
       // it is not there yet: the first event begins the line
     }

@@ -21,7 +21,7 @@ export function scrubber(app) {
   const bar = document.getElementById("scrub");
   const slider = el("input", { type: "range", min: 0, step: 1, id: "moment", "aria-label": "moment" });
   const play = button("▶", () => toggle(), { id: "play", "aria-label": "play" });
-  const told = el("span", { id: "told" });
+  const output = el("span", { id: "told" });
   const name = el("b", { class: "main-text" });
   const runs = app.runs && app.runs.length > 1 ? runSelect(app.runs) : null;
   name.hidden = Boolean(runs);
@@ -39,7 +39,7 @@ export function scrubber(app) {
       { class: "scrub-line" },
       runs,
       name,
-      told,
+      output,
       el("span", { class: "grow" }),
       button(
         "Back to live",
@@ -92,7 +92,7 @@ export function scrubber(app) {
       known = null;
       if (time === null) return;
       name.textContent = "At " + clockText(time, 3);
-      told.textContent = app.moment ? "" : SHOWS_NOW;
+      output.textContent = app.moment ? "" : SHOWS_NOW;
       return;
     }
     if (recording !== known) {
@@ -103,8 +103,8 @@ export function scrubber(app) {
     }
     slider.value = recording.stepNumber;
     const text = ((recording.time - recording.begin) / 1e6).toFixed(3) + " s, " + recording.line;
-    told.textContent = "  " + recording.stepNumber + " of " + recording.steps.length + " · " + text;
+    output.textContent = "  " + recording.stepNumber + " of " + recording.steps.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }
-  app.onTell(draw);
+  app.onChange(draw);
 }

@@ -8,7 +8,7 @@ export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";
 const MOST_CALLS = 50;
 
-/** As the API told it (active, null of a recording), or as its interface was written. */
+/** As the API reported it (active, null of a recording), or as its interface was written. */
 export function skillerState(model, skiller, active) {
   const call = model.calls.findLast((each) => each.skiller === skiller),
     status = model.interfaces.get(STATUS + skiller),

@@ -234,7 +234,7 @@ export class Detail {
         this.timeline.later();
       });
     }
-    const told = this.answer && this.answer.key === item.key ? this.answer.lines : [];
+    const answer = this.answer && this.answer.key === item.key ? this.answer.lines : [];
     return [
       el("h3", {}, "Why"),
       el(
@@ -245,8 +245,13 @@ export class Detail {
         ),
         lines.map((line) => this.logLine(line, line.component + ": " + line.text)),
       ),
-      told.length
-        ? el("details", {}, el("summary", {}, "The executive's explanation"), el("pre", {}, told.join("\n")))
+      answer.length
+        ? el(
+            "details",
+            {},
+            el("summary", {}, "The executive's explanation"),
+            el("pre", {}, answer.join("\n")),
+          )
         : null,
     ].filter(Boolean);
   }

@@ -1,4 +1,4 @@
-// The names beside the lanes: what is read, and what is heard.
+// The names beside the lanes: what is read, and what screen readers say.
 import { durationText, el } from "../dom.js";
 import { OUTCOMES } from "../outcome.js";
 import { outcomeAt, timesOf } from "./spans.js";
@@ -37,11 +37,11 @@ export function nameOf(row, history, step) {
   return [
     icon,
     el("span", { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
-    el("span", { class: "hear-only" }, heard(row, history, outcome)),
+    el("span", { class: "hear-only" }, spoken(row, history, outcome)),
   ];
 }
 
-function heard({ kind, item }, history, outcome) {
+function spoken({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
     error = kind === "goal" ? item.changes.at(-1).error : "";
   return [

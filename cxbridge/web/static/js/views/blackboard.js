@@ -59,7 +59,7 @@ export function open(root, app) {
     },
   });
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const head = el("div"),
     values = el("div", { id: "values" }),
     formPlace = el("div"),
@@ -71,7 +71,7 @@ export function open(root, app) {
     panel(
       "Blackboard",
       [
-        told,
+        counter,
         search("Search interfaces", (text) => {
           wanted = text;
           draw();
@@ -139,7 +139,8 @@ export function open(root, app) {
           ...each,
           writes: app.recording ? (app.model.interfaces.get(each.uid) || { writes: 0 }).writes : 0,
         }));
-    told.textContent = items.length === all.length ? String(all.length) : items.length + " of " + all.length;
+    counter.textContent =
+      items.length === all.length ? String(all.length) : items.length + " of " + all.length;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length)

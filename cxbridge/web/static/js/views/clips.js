@@ -44,7 +44,7 @@ export function open(root, app) {
   const bar = el("div"),
     tools = el("div", { class: "tools below" }),
     empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const detail = el("div", { class: "detail" });
   const envs = envSelect(app, () => {
     chosen = "";
@@ -73,7 +73,7 @@ export function open(root, app) {
   const layout = el(
     "div",
     { class: "split" },
-    panel("CLIPS", [envs, told, find], bar, tools, empty, list.box),
+    panel("CLIPS", [envs, counter, find], bar, tools, empty, list.box),
     detail,
   );
   root.append(layout);
@@ -146,7 +146,7 @@ export function open(root, app) {
       rules: rules.length || items.length,
       agenda: agenda.length,
     }[tab];
-    told.textContent = items.length === all ? String(all) : items.length + " of " + all;
+    counter.textContent = items.length === all ? String(all) : items.length + " of " + all;
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length) {

@@ -23,7 +23,7 @@ export function open(root, app) {
   const bar = el("div"),
     body = el("div", { class: "fill scroll-page" }),
     empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const find = search("Search", (text) => {
     wanted = text;
     draw();
@@ -42,7 +42,7 @@ export function open(root, app) {
     },
   });
   const whole = el("div", { class: "log-whole", hidden: true });
-  root.append(panel("Config", [told, find], bar, empty, list.box, whole, body));
+  root.append(panel("Config", [counter, find], bar, empty, list.box, whole, body));
 
   function flat(value, path, into) {
     if (value !== null && typeof value === "object" && !Array.isArray(value))
@@ -85,7 +85,7 @@ export function open(root, app) {
     if (tab !== "config") whole.hidden = true;
     if (app.recording) {
       list.box.hidden = body.hidden = true;
-      told.textContent = "";
+      counter.textContent = "";
       nothing("Not in a recording", "cxbridge trace extract gets the files of a run out of its recording.");
       return;
     }
@@ -93,7 +93,7 @@ export function open(root, app) {
       const items = values.filter(
         (item) => !wanted || (item.path + " " + item.value).toLowerCase().includes(wanted),
       );
-      told.textContent =
+      counter.textContent =
         items.length === values.length ? String(items.length) : items.length + " of " + values.length;
       list.box.hidden = !items.length;
       if (!items.length) nothing(values.length ? "Nothing matches" : problem || "Empty");
@@ -105,7 +105,7 @@ export function open(root, app) {
     const found = plugins.filter(
       (each) => !wanted || (each.name + " " + each.description).toLowerCase().includes(wanted),
     );
-    told.textContent = String(found.length);
+    counter.textContent = String(found.length);
     if (!found.length) {
       body.replaceChildren();
       nothing(plugins.length ? "Nothing matches" : problem || "No plugins");
@@ -152,7 +152,7 @@ export function open(root, app) {
       nothing("Nothing known yet");
       return;
     }
-    told.textContent = String(status.components.length);
+    counter.textContent = String(status.components.length);
     const loop = status.loop || {};
     body.replaceChildren(
       el(

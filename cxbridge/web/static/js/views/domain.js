@@ -61,7 +61,7 @@ export function open(root, app) {
   const detail = el("div", { class: "detail", id: "operator", hidden: true });
   const bar = el("div");
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const envs = envSelect(app, () => {
     items = [];
     draw();
@@ -74,7 +74,7 @@ export function open(root, app) {
       "Domain",
       [
         envs,
-        told,
+        counter,
         search("Search the domain", (text) => {
           wanted = text;
           draw();
@@ -201,7 +201,7 @@ export function open(root, app) {
   function draw() {
     const found = items.filter((item) => !wanted || item.line.toLowerCase().includes(wanted));
     if (byName) found.sort((a, b) => (a.line < b.line ? -1 : a.line > b.line ? 1 : 0));
-    told.textContent =
+    counter.textContent =
       found.length === items.length ? String(items.length) : found.length + " of " + items.length;
     list.box.hidden = !found.length;
     empty.hidden = found.length > 0;

@@ -19,7 +19,7 @@ export function open(root, app) {
   let infos = [],
     chosen = "",
     problem = "",
-    told = "",
+    output = "",
     drawn = "";
   const list = new VirtualList({
     label: "Environments",
@@ -191,7 +191,7 @@ export function open(root, app) {
       names = text("all names"),
       level = select(LEVELS, info.log_level);
     const expression = text("(+ 1 2)"),
-      answer = el("pre", { id: "env-answer", "aria-live": "polite", hidden: !told }, told);
+      answer = el("pre", { id: "env-answer", "aria-live": "polite", hidden: !output }, output);
     const setWatch = (on) =>
       act(() =>
         put(path + "/watch", { item: item.value, names: names.value.split(/[\s,]+/).filter(Boolean), on }),
@@ -281,7 +281,7 @@ export function open(root, app) {
       ),
     );
     function say(lines) {
-      told = lines;
+      output = lines;
       const place = document.getElementById("env-answer");
       place.hidden = false;
       place.textContent = lines;
@@ -292,7 +292,7 @@ export function open(root, app) {
   }
 
   const renewed = app.onRenew(read),
-    heard = app.onTell(draw);
+    unsubscribe = app.onChange(draw);
   const again = setInterval(() => {
     if (!app.recording && !document.hidden && app.connection === "open") read();
   }, AGAIN_MS);
@@ -300,14 +300,14 @@ export function open(root, app) {
   draw();
   return {
     go([, which = ""]) {
-      if (which !== chosen) told = "";
+      if (which !== chosen) output = "";
       chosen = which;
       list.mark(which, true);
       drawDetail();
     },
     close() {
       renewed();
-      heard();
+      unsubscribe();
       clearInterval(again);
       read.stop();
       list.gone();

@@ -60,7 +60,7 @@ export function open(root, app) {
       draw();
     },
   });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const empty = el("div", { hidden: true });
   const detail = el("div", { class: "detail", id: "goal" });
   const envs = envSelect(
@@ -95,7 +95,12 @@ export function open(root, app) {
     fold("▸ all", "close all", () => all().forEach((goal) => closed.add(goal.key))),
     fold("▾ all", "open all", () => closed.clear()),
   ];
-  const layout = el("div", { class: "split" }, panel("Goals", [envs, told, tools], empty, list.box), detail);
+  const layout = el(
+    "div",
+    { class: "split" },
+    panel("Goals", [envs, counter, tools], empty, list.box),
+    detail,
+  );
   root.append(layout);
 
   function numbers(goal) {
@@ -162,7 +167,7 @@ export function open(root, app) {
             .toLowerCase()
             .includes(wanted)),
     });
-    told.textContent = isFlat ? items.length + " of " + goals.length : String(goals.length);
+    counter.textContent = isFlat ? items.length + " of " + goals.length : String(goals.length);
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length) drawEmpty(goals);

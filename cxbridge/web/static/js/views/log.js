@@ -37,7 +37,7 @@ export function open(root, app) {
   list.box.classList.add("mono");
   const whole = el("div", { class: "log-whole", hidden: true });
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const boxes = LEVELS.map(([level, name]) =>
     checkbox(name, shownLevels.has(level), (on) => {
       if (on) shownLevels.add(level);
@@ -62,7 +62,7 @@ export function open(root, app) {
     panel(
       "Log",
       [
-        told,
+        counter,
         el("fieldset", { class: "levels", "aria-label": "levels" }, boxes),
         search("Search the log", (text) => {
           wanted = text;
@@ -98,7 +98,8 @@ export function open(root, app) {
         shownLevels.has(line.level) &&
         (!wanted || (line.component + ": " + line.text).toLowerCase().includes(wanted)),
     );
-    told.textContent = items.length === log.length ? String(log.length) : items.length + " of " + log.length;
+    counter.textContent =
+      items.length === log.length ? String(log.length) : items.length + " of " + log.length;
     empty.hidden = items.length > 0;
     list.box.hidden = !items.length;
     if (!items.length)

@@ -257,7 +257,7 @@ export function open(root, app) {
   const tick = setInterval(() => {
     if (!app.recording && follows && !document.hidden && store.names.length) draw();
   }, TICK_MS);
-  const told = app.onTell(drawTools);
+  const unsubscribe = app.onChange(drawTools);
   readNames();
   return {
     go(wanted) {
@@ -271,7 +271,7 @@ export function open(root, app) {
     },
     close() {
       stop();
-      told();
+      unsubscribe();
       app.removeEventListener("select", select);
       clearInterval(tick);
       cancelAnimationFrame(frame);

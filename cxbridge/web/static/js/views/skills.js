@@ -50,7 +50,7 @@ export function open(root, app) {
     },
   });
   const empty = el("div", { hidden: true });
-  const told = el("span", { class: "dim count" });
+  const counter = el("span", { class: "dim count" });
   const now = el("div", { class: "now", id: "skill-now", role: "status" });
   const graph = el("div", { class: "graph-place", id: "graph" });
   const history = el("div", { id: "calls" }),
@@ -106,7 +106,7 @@ export function open(root, app) {
       "Skills",
       [
         choice,
-        told,
+        counter,
         search("Search skills", (text) => {
           wanted = text;
           drawNames();
@@ -146,11 +146,11 @@ export function open(root, app) {
         : all[0];
   }
   function ids() {
-    const heard = [...app.model.interfaces.keys()]
+    const fromInterfaces = [...app.model.interfaces.keys()]
       .filter((uid) => uid.startsWith(STATUS))
       .map((uid) => uid.slice(STATUS.length));
     if (!app.recording) return skillers;
-    const all = [...new Set([...heard, ...app.model.calls.map((call) => call.skiller)])].sort();
+    const all = [...new Set([...fromInterfaces, ...app.model.calls.map((call) => call.skiller)])].sort();
     // Of several agents: AGENT/ID is the same, with its interface
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
   }
@@ -249,7 +249,7 @@ export function open(root, app) {
     const all = known(),
       items = all.filter((each) => each.name.toLowerCase().includes(wanted));
     drawnNames = JSON.stringify(all);
-    told.textContent = all.length ? String(all.length) : "";
+    counter.textContent = all.length ? String(all.length) : "";
     list.box.hidden = !items.length;
     empty.hidden = items.length > 0;
     if (!items.length)
@@ -376,7 +376,7 @@ export function open(root, app) {
     readNames();
     readActive();
   }
-  const heard = app.onTell(draw);
+  const unsubscribe = app.onChange(draw);
   drawNames();
   draw();
   return {
@@ -390,7 +390,7 @@ export function open(root, app) {
     close() {
       stop();
       renewed();
-      heard();
+      unsubscribe();
       for (const each of [readNames, readActive, readChosen]) each.stop();
       list.gone();
     },

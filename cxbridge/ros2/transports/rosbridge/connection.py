@@ -1,0 +1,152 @@
+"""The connection to a rosbridge: a websocket that comes back by itself."""
+
+from __future__ import annotations
+
+import json
+import queue
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack
+from itertools import count
+from typing import Any, Final
+
+from websockets.exceptions import WebSocketException
+from websockets.sync.client import ClientConnection, connect
+
+from cxbridge.errors import Ros2Error
+
+Operation = Mapping[str, Any]
+"""A message of the rosbridge protocol: what it calls an operation, by its ``op``."""
+
+LOST: Final = {"op": ""}
+"""Comes in the place of an operation when the connection was lost."""
+
+_OPEN_S: Final = 5.0
+_RETRY_S: Final = 1.0
+_STOP_S: Final = 5.0
+_NAMES: Final = ("op", "id", "topic", "service", "action")
+
+
+class RosbridgeConnection:
+    """The connection: comes back by itself, and repeats what is to be kept.
+
+    A thread of its own receives, and connects again.
+
+    :raises Ros2Error: when the first connection fails.
+    """
+
+    def __init__(self, url: str) -> None:
+        if not url.startswith(("ws://", "wss://")):
+            raise Ros2Error(f"'{url}' is no URL of a rosbridge", hint="e.g. ws://robot:9090")
+        self._url = url
+        self._inbox: queue.SimpleQueue[Operation] = queue.SimpleQueue()
+        self._kept: dict[int, Operation] = {}
+        self._numbers = count()
+        self._lock = threading.Lock()
+        self._closing = threading.Event()
+        self.connections = 0
+        """How many there have been."""
+        self._socket: ClientConnection | None = None
+        self._open = ExitStack()
+        try:
+            self._connect()
+        except (OSError, WebSocketException, ValueError) as error:
+            reason = str(error) or type(error).__name__
+            raise Ros2Error(
+                f"cannot connect to the rosbridge at {url}: {reason}",
+                hint="is it running (ros2 launch rosbridge_server rosbridge_websocket_launch.xml), and is its"
+                " port right?",
+            ) from None
+        self._thread = threading.Thread(target=self._run, name="rosbridge", daemon=True)
+        self._thread.start()
+
+    @property
+    def is_up(self) -> bool:
+        """Whether there is a connection now."""
+        return self._socket is not None
+
+    def keep(self, op: Operation, undo: Operation) -> Callable[[], None]:
+        """Send an operation now and after each new connection; return what ends that."""
+        number = next(self._numbers)
+        with self._lock:
+            self._kept[number] = op
+        self.send(op)
+
+        def end() -> None:
+            with self._lock:
+                self._kept.pop(number, None)
+            self.send(undo)
+
+        return end
+
+    def send(self, op: Operation) -> bool:
+        """Send an operation; return whether there was a connection."""
+        socket = self._socket
+        if socket is None:
+            return False
+        try:
+            socket.send(json.dumps(op))
+        except (WebSocketException, OSError):
+            return False
+        return True
+
+    def received(self, timeout_s: float) -> Iterator[Operation]:
+        """Yield the operations that came; wait so long for the first one."""
+        try:
+            yield self._inbox.get(timeout=timeout_s) if timeout_s > 0 else self._inbox.get_nowait()
+            while True:
+                yield self._inbox.get_nowait()
+        except queue.Empty:
+            return
+
+    def close(self) -> None:
+        """Leave the bridge, and end the thread."""
+        self._closing.set()
+        if self._socket is not None:
+            self._socket.close()
+        self._thread.join(_STOP_S)
+        self._open.close()
+
+    def _connect(self) -> None:
+        self._open.close()  # what is left of the last one
+        socket: ClientConnection = self._open.enter_context(
+            connect(self._url, open_timeout=_OPEN_S, max_size=None, proxy=None)
+        )
+        with self._lock:
+            kept = list(self._kept.values())
+        self._socket = socket
+        self.connections += 1
+        for op in kept:
+            self.send(op)
+
+    def _run(self) -> None:
+        while not self._closing.is_set():
+            socket = self._socket
+            if socket is not None:
+                self._receive(socket)
+                self._socket = None
+                self._inbox.put(LOST)
+            elif not self._closing.wait(_RETRY_S):
+                try:
+                    self._connect()
+                except (OSError, WebSocketException, ValueError):
+                    continue
+
+    def _receive(self, socket: ClientConnection) -> None:
+        try:
+            for text in socket:
+                op = _parsed(text)
+                if op is not None:
+                    self._inbox.put(op)
+        except (WebSocketException, OSError):
+            return
+
+
+def _parsed(text: str | bytes) -> Operation | None:
+    """Return an operation; None when a bridge should not send such."""
+    try:
+        op = json.loads(text)
+    except (ValueError, RecursionError):
+        return None
+    is_one = isinstance(op, dict) and all(isinstance(op.get(name, ""), str | int) for name in _NAMES)
+    return op if is_one else None
