@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterable
-from pathlib import Path
+from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
@@ -78,10 +79,15 @@ def installed_entry_points(group: str) -> Iterable[EntryPoint]:
 def _is_mentioned(group: str, folder: str) -> bool:
     """Whether a package in a folder has the group: a look at few files, importlib.metadata reads hundreds."""
     mark = f"[{group}]".encode()
-    for file in Path(folder or ".").glob("*.*-info/entry_points.txt"):
-        try:
-            if mark in file.read_bytes():
-                return True
-        except OSError:
+    try:
+        names = os.listdir(folder or ".")  # noqa: PTH208 - in each run; pathlib takes long
+    except OSError:
+        return False
+    for name in names:
+        if not (name.endswith("-info") and "." in name):
             continue
+        file = os.path.join(folder, name, "entry_points.txt")  # noqa: PTH118
+        with suppress(OSError), open(file, "rb") as text:  # noqa: PTH123
+            if mark in text.read():
+                return True
     return False

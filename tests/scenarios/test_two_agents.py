@@ -26,7 +26,7 @@ from tests.support import ROOT
 SCENARIO = ROOT / "scenarios" / "two-agents"
 ROOMS = ("kitchen", "bath", "hall", "study")
 WORK = {f"{what} {room}" for what in ("sweep", "mop") for room in ROOMS}
-MAX_AGE_S = 5.0
+MAX_AGE_S = 3.0
 """Longer than a living agent ever stands still on a busy machine."""
 
 WAIT_S = 90
@@ -65,12 +65,10 @@ def paced(**seconds: float) -> str:
 QUICK = paced(sweep=0.1, fill=0.1, mop=0.1)
 
 
-def overlay(
-    folder: Path, uri: str = "", robot1: str = paced(), robot2: str = paced(), max_age_s: float = MAX_AGE_S
-) -> tuple[Path, Path]:
+def overlay(folder: Path, uri: str = "", robot1: str = paced(), robot2: str = paced()) -> tuple[Path, Path]:
     """Write the configuration of a fleet, or of a run whose house is in a file; return it and the house."""
     world, config = folder / "house.txt", folder / "fleet.yaml"
-    text = FLEET.format(uri=uri, world=world, max_age=max_age_s, robot1=robot1, robot2=robot2)
+    text = FLEET.format(uri=uri, world=world, max_age=MAX_AGE_S, robot1=robot1, robot2=robot2)
     config.write_text(text if uri else text.replace("backend: mongodb", "backend: embedded"))
     return config, world
 
@@ -258,7 +256,7 @@ def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> No
     """What was done meanwhile is reported when it is back; nothing that had ended is done again."""
     server = MongoServer()
     # nobody else takes the lock that it loses: it waits until that has expired
-    config, world = overlay(tmp_path, server.uri, QUICK, max_age_s=3.0)
+    config, world = overlay(tmp_path, server.uri, QUICK)
     with Alone(config) as robot:
         robot.until(lambda: "robot1 ends mop kitchen" in robot.lines)
         server.stop()

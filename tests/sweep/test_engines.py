@@ -11,6 +11,7 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -55,8 +56,8 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
     pids: list[int] = []
     start = WorkerProcess.__init__
 
-    def noted(self: WorkerProcess, job: SweepJob) -> None:
-        start(self, job)
+    def noted(self: WorkerProcess, *given: Any) -> None:
+        start(self, *given)
         pids.append(self.pid)
 
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
@@ -81,7 +82,7 @@ def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path, monkeypatch):
     monkeypatch.setattr(engine_module, "MOST_DEATHS", 2)  # each takes a second
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
-    with LocalEngine(1) as engine, pytest.raises(CxbridgeError, match="does not come to its first skill"):
+    with LocalEngine(2) as engine, pytest.raises(CxbridgeError, match="does not come to its first skill"):
         list(engine.rows(job, SEEDS))
 
 
@@ -95,7 +96,9 @@ def spinning(folder: Path, condition: str) -> RunOptions:
     return replace(JOB.options, scenario=copy)
 
 
-def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
+@pytest.mark.parametrize("copies", [True, False])
+def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path, monkeypatch, copies):
+    monkeypatch.setattr("cxbridge.process.forking.may_fork", lambda: copies)
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
     with LocalEngine(2) as engine, pytest.raises(CxbridgeError, match="nope") as caught:

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 
 from msgspec import Struct
 
@@ -98,6 +99,9 @@ class ClipsSource(Struct, frozen=True):
     excess: Excess | None = None
 
 
+_CORE_FILES = 128
+"""More than the core has."""
+
 Question = Callable[[str], tuple[int, str] | None]
 """Gets a function's text; returns where in it something is to be inserted, and what; None: nothing."""
 
@@ -145,8 +149,12 @@ def prepare(
     )
 
 
+@lru_cache(_CORE_FILES)
 def prepare_core(text: str) -> ClipsSource:
-    """Do what :func:`prepare` does for the core's text, in less time: its constructs begin their lines."""
+    """Do what :func:`prepare` does for the core's text, in less time: its constructs begin their lines.
+
+    A process that loads many agents has the same core for all of them.
+    """
     code = blank(text) if _REWRITTEN_IN_CORE.search(text) or "(defglobal" in text else text
     found = list(_IN_CORE.finditer(code))
     ends = [*(match.start() for match in found[1:]), len(text)]
