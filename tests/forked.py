@@ -304,6 +304,7 @@ class _End:
 
 def main(number: int) -> None:
     end = _End()
+    gc.disable()  # it would look at all that is loaded, again and again
     import cxbridge
     from cxbridge.cli.entry import main as run
 
@@ -315,7 +316,8 @@ def main(number: int) -> None:
     from cxbridge.run.options import RunOptions
 
     check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
-    gc.freeze()  # its collector need not look at what all share
+    gc.freeze()  # nor need a command's collector look at what all share
+    gc.enable()
     if _Serving(socket.socket(fileno=number)).serve():
         name = sys.argv[0]
         own = {"cxbridge": run, "pytest": pytest.console_main}

@@ -232,7 +232,7 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
         ("{tmp}/x", "--from-fawkes", "{text}", "--fawkes-dir", "{tmp}"),
     ],
     ("explore",): [("{scenario}", "--faults", "0"), ("{scenario}", "--json"), ("{text}",)],
-    ("sweep",): [("{scenario}", "--runs", "2"), ("{scenario}", "--runs", "2", "--json"), ("{text}",)],
+    ("sweep",): [("{scenario}", "--runs", "2"), ("{scenario}", "--runs", "1", "--json"), ("{text}",)],
     ("game",): [
         *(("{scenario}",), ("workshop", "--minutes", "0.2", "--json"), ("{text}",)),
         ("{text}", "--fawkes-dir", "{tmp}", "--refbox-dir", "{text}"),

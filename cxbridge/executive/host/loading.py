@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import os
 import re
-import tempfile
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -216,6 +215,8 @@ class ClipsLoader:
         """Let CLIPS read the file, or its rewritten text from a temporary one."""
         if not source.changed:
             return self._read(file, file, source, load)
+        import tempfile  # noqa: PLC0415 - takes long to import, and few texts need it
+
         handle, name = tempfile.mkstemp(suffix=".clp", prefix="cxbridge-")
         try:
             with os.fdopen(handle, "wb") as copy:

@@ -42,8 +42,9 @@ def _drop_rights(memory: int) -> None:
         resource.setrlimit(what, (most, most))
 
 
-def main(memory: int) -> None:
+def main() -> None:
     """Diagnose one rule."""
+    memory = int(sys.argv[1])
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301  from the process that started this one
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -60,4 +61,4 @@ def main(memory: int) -> None:
 
 
 if __name__ == "__main__":
-    main(int(sys.argv[1]))
+    main()

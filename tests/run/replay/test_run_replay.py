@@ -72,6 +72,14 @@ def mini(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "run.mcap"
 
 
+@pytest.fixture(scope="module")
+def waypoints(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The recording of a run with executors and a planner."""
+    trace = tmp_path_factory.mktemp("waypoints") / "run.mcap"
+    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+    return trace
+
+
 # -- recordings of the real Fawkes
 
 
@@ -297,10 +305,7 @@ def test_another_outcome_of_a_skill_changes_the_decisions(mini: Path) -> None:
     assert "S_FAILED" in "\n".join(result.replay.lines)
 
 
-def test_another_skill_of_an_executor_is_a_divergence(tmp_path: Path) -> None:
-    trace = tmp_path / "run.mcap"
-    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
-
+def test_another_skill_of_an_executor_is_a_divergence(waypoints: Path) -> None:
     def change(event: Event) -> Event:
         if (
             isinstance(event, InterfaceMessage)
@@ -310,41 +315,35 @@ def test_another_skill_of_an_executor_is_a_divergence(tmp_path: Path) -> None:
             return replace(event, values=dict(event.values) | {"parameters": '{"to":"the moon"}'})
         return event
 
-    result = replay(rewrite(trace, change))
+    result = replay(rewrite(waypoints, change))
     assert result.status == 1
     assert "SkillExecutorInterface::tb3-move, command number 3" in result.reason
     assert "the moon" in result.reason
 
 
-def test_executors_do_without_recorded_messages(tmp_path: Path) -> None:
-    trace = tmp_path / "run.mcap"
-    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
-    assert replay(rewrite(trace, lambda e: None if isinstance(e, InterfaceMessage) else e)).status == 0
+def test_executors_do_without_recorded_messages(waypoints: Path) -> None:
+    assert replay(rewrite(waypoints, lambda e: None if isinstance(e, InterfaceMessage) else e)).status == 0
 
 
-def test_a_planner_is_not_asked_again(tmp_path: Path) -> None:
-    trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
-    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
+def test_a_planner_is_not_asked_again(waypoints: Path, tmp_path: Path) -> None:
+    again = tmp_path / "again.mcap"
 
     def change(event: Event) -> Event:
         if isinstance(event, PlannerCall) and event.plan:
             return replace(event, reason="", plan=event.plan.replace("wp-init wp", "wp-init the-moon-"))
         return event
 
-    result = replay(rewrite(trace, change), trace=again)
+    result = replay(rewrite(waypoints, change), trace=again)
     assert result.status == 1
     plans = [event.plan for event in open_run(again) if isinstance(event, PlannerCall)]
     assert "the-moon-" in plans[-1]
 
 
-def test_another_problem_for_the_planner_is_a_divergence(tmp_path: Path) -> None:
-    trace = tmp_path / "run.mcap"
-    run_scenario(RunOptions(scenario=SCENARIOS / "waypoints", trace=trace))
-
+def test_another_problem_for_the_planner_is_a_divergence(waypoints: Path) -> None:
     def change(event: Event) -> Event:
         return replace(event, problem="(at moon)") if isinstance(event, PlannerCall) else event
 
-    result = replay(rewrite(trace, change))
+    result = replay(rewrite(waypoints, change))
     assert result.status == 1
     assert "planner of executive, command number 1: expected plan for (at moon)" in result.reason
 
