@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
+from functools import lru_cache
 
 from msgspec import Struct
 
@@ -145,8 +146,12 @@ def prepare(
     )
 
 
+@lru_cache(maxsize=64)
 def prepare_core(text: str) -> ClipsSource:
-    """Do what :func:`prepare` does for the core's text, in less time: its constructs begin their lines."""
+    """Do what :func:`prepare` does for the core's text, in less time: its constructs begin their lines.
+
+    Every agent of a process loads the same files, so what they become is kept.
+    """
     code = blank(text) if _REWRITTEN_IN_CORE.search(text) or "(defglobal" in text else text
     found = list(_IN_CORE.finditer(code))
     ends = [*(match.start() for match in found[1:]), len(text)]
