@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterator, Sequence
+from functools import cache
 from random import Random
 from typing import Any, TypeVar, cast
 
@@ -117,6 +118,12 @@ _TIME = re.compile(r"\b(\d{10})((?:\.\d+)|(?: (?:INTEGER )?\d{1,6}))?\b")
 _MSGID = re.compile(r"(?<=\(msgid )[1-9]\d*")
 
 
+@cache
+def _is_plain(text: str) -> bool:
+    """Whether nothing in a text is by accident: most texts of a recording, which is renamed many times."""
+    return not any(each.search(text) for each in (_GENSYM, _UUID, _INDEX, _MSGID, _TIME))
+
+
 def distinct(random: Random, below: int) -> Iterator[int]:
     """Draw numbers from 1 on, each once, when one is wanted."""
     drawn = {0}
@@ -158,6 +165,8 @@ class Renaming:
         return self._text(value) if isinstance(value, str) else value
 
     def _text(self, text: str) -> str:
+        if _is_plain(text):
+            return text
         text = _GENSYM.sub(lambda match: self._name(match.group(), "gen{}"), text)
         text = _UUID.sub(lambda match: self._name(match.group(), "{:08x}-1234-4567-89ab-0123456789ab"), text)
         text = _INDEX.sub(lambda match: self._name(f"f-{match.group()}", "{}"), text)
