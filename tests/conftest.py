@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import signal
 import sys
 from contextlib import suppress
 
+import pytest
 from hypothesis import HealthCheck, settings
 
 from tests import guard
@@ -34,3 +36,20 @@ for _number in (signal.SIGINT, signal.SIGHUP):
     if signal.getsignal(_number) is signal.SIG_IGN:
         with suppress(ValueError):  # not in the main thread
             signal.signal(_number, signal.default_int_handler if _number == signal.SIGINT else signal.SIG_DFL)
+
+_GARBAGE_THRESHOLD = 10_000
+"""As many new objects as Python's collector waits for: the program has such a number too (cli/entry.py)."""
+
+
+@pytest.hookimpl(tryfirst=True)
+def pytest_collection(session: pytest.Session) -> None:
+    """Let Python's collector wait until all tests are there, else it goes through them again and again."""
+    gc.disable()
+
+
+@pytest.hookimpl(trylast=True)
+def pytest_collection_finish(session: pytest.Session) -> None:
+    """Let it leave out the tests and modules, which stay to the end, and look for garbage less often."""
+    gc.freeze()
+    gc.enable()
+    gc.set_threshold(_GARBAGE_THRESHOLD, *gc.get_threshold()[1:])

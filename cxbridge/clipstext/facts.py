@@ -38,6 +38,7 @@ _VALUE = re.compile(r'(?:[^()"]*|(?: [^\s()"]+)* ".*"(?: [^\s()"]+)*)', re.DOTAL
 _SYMBOL = re.compile(r"[^\s()\"]+")
 _LEFT_OUT = " ..."
 _PLAIN_SLOT = re.compile(r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)")
+_MARK = re.compile(r"[()\"]")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
@@ -195,15 +196,16 @@ class _Known:
 def _slot_end(text: str, at: int) -> int:
     """Return the position of the parenthesis that closes the slot whose value starts at ``at``."""
     depth = 0
-    while at < len(text):
+    while (found := _MARK.search(text, at)) is not None:
+        at = found.start()
         char = text[at]
         if char == '"':
             at = _string_end(text, at)
         elif char == "(":
             depth += 1
-        elif char == ")":
-            if depth == 0:
-                return at
+        elif depth == 0:
+            return at
+        else:
             depth -= 1
         at += 1
     raise FactSyntaxError("cut off within a slot")
