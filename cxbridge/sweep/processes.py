@@ -101,7 +101,7 @@ def _close(process: Fresh | Copy) -> None:
 
 def _be_worker(seeds: int, rows: int, others: Sequence[Connected]) -> None:
     """Be a worker, in a copy; what the run prints goes to standard error."""
-    from cxbridge.sweep.worker import Channel, serve  # noqa: PLC0415 - who sweeps in a cluster needs none of it
+    from cxbridge.sweep.worker import WorkerChannel, serve  # noqa: PLC0415 - who sweeps in a cluster needs none of it
 
     forking.let_signals_end()  # who sweeps has got Ctrl-C, too, and ends us
     random.seed()  # each worker draws others, as one that is no copy
@@ -109,4 +109,4 @@ def _be_worker(seeds: int, rows: int, others: Sequence[Connected]) -> None:
         each.close_streams()
     os.dup2(2, 1)
     with os.fdopen(seeds, "rb") as reading, os.fdopen(rows, "wb") as writing:
-        serve(Channel(reading, writing))
+        serve(WorkerChannel(reading, writing))
