@@ -48,13 +48,11 @@ class GoalWatch:
         self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
         self._gone: set[str] = set()
         self._over: set[str] = set()
-        self._is_settled = True
         env.watcher.follow("goal", self._asserted, _SLOTS)
         env.watcher.follow_retractions("goal", self._retracted, ("id",))
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
-        self._is_settled = False
         self._facts[goal] += 1
         self._gone.discard(goal)
         self.open[goal] = GoalState(
@@ -68,7 +66,6 @@ class GoalWatch:
 
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
-        self._is_settled = False
         self._facts[goal] -= 1
         if self._facts[goal] <= 0:
             del self._facts[goal]
@@ -76,9 +73,6 @@ class GoalWatch:
 
     def settle(self) -> None:
         """Book what has ended. To be called between runs: a modify retracts and asserts within one."""
-        if self._is_settled:
-            return
-        self._is_settled = True
         for goal in self._gone:
             state = self.open.pop(goal, None)
             # a goal without an id that goes before anything happened to it has got one
@@ -109,6 +103,4 @@ class GoalWatch:
     @property
     def all_over(self) -> bool:
         """Whether there have been root goals and none is open."""
-        return bool(self.outcomes) and all(
-            state.goal in self._over for state in self.open.values() if state.is_root
-        )
+        return bool(self.outcomes) and not self.open_roots

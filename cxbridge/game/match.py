@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
@@ -12,7 +11,6 @@ from typing import Any, Final, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.game.score import GameResult
-from cxbridge.process import forking
 from cxbridge.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
 
 _SHOWN_SEEDS: Final = 10
@@ -31,18 +29,14 @@ class Game(Protocol):
 def play_games(
     games: Mapping[str, Game], seeds: Sequence[int], processes: int, advance: Callable[[], None]
 ) -> dict[str, dict[int, GameResult]]:
-    """Play each game with each seed, in processes of their own: copies of this one where it may be copied.
+    """Play each game with each seed, in processes of their own.
 
     :param advance: called after each game.
     :returns: the results by name and seed, in order.
     :raises CxbridgeError: when a scenario is wrong, or a process dies.
     """
     found: dict[str, dict[int, GameResult]] = {name: {} for name in games}
-    method = "fork" if forking.may_fork() else "spawn"
-    number = min(processes, len(games) * len(seeds))
-    context = get_context(method)
-    # each process draws others, as one that is no copy
-    with ProcessPoolExecutor(number, mp_context=context, initializer=random.seed) as pool:
+    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
         waiting = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }

@@ -6,7 +6,6 @@ import os
 import signal
 import socket
 import sys
-import threading
 import time
 from pathlib import Path
 from typing import Final
@@ -27,11 +26,6 @@ def fork() -> int:
     if sys.platform == "win32":
         raise NoForkError
     return os.fork()
-
-
-def may_fork() -> bool:
-    """Return whether this process can be copied: the system can, and no other thread of Python runs."""
-    return HAS_FORK and threading.active_count() == 1
 
 
 def has_ended(child: int) -> bool:

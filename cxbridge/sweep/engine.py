@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pickle
 import queue
+import subprocess
+import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,9 +14,7 @@ from typing import Final, Protocol
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.process import forking
 from cxbridge.sweep.frames import read_frame, write_frame
-from cxbridge.sweep.processes import Copy, Fresh
 from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
 
 MOST_DEATHS: Final = 3
@@ -52,12 +52,12 @@ class WorkerProcess(Closing):
     """A process that plays the runs of a job, see :mod:`cxbridge.sweep.worker`. For one thread.
 
     :param job: what all its runs have in common.
-    :param beside: other workers, whose connections are closed in this one, which is a copy of this process;
-        None: a process of its own loads the program.
     """
 
-    def __init__(self, job: SweepJob, beside: Sequence[WorkerProcess] | None = None) -> None:
-        self._process: Final = Fresh() if beside is None else Copy(beside)
+    def __init__(self, job: SweepJob) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-m", "cxbridge.sweep.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        )
         self._is_loaded = False
         self._send(job)
 
@@ -73,6 +73,7 @@ class WorkerProcess(Closing):
         :raises WorkerDiedError: when the process ends before.
         """
         self._send(list(seeds))
+        assert self._process.stdout is not None
         left = len(seeds)
         while left:
             data = read_frame(self._process.stdout)
@@ -99,6 +100,7 @@ class WorkerProcess(Closing):
         )
 
     def _send(self, what: object) -> None:
+        assert self._process.stdin is not None
         with suppress(OSError):  # it is gone: its answer will not come either
             write_frame(self._process.stdin, pickle.dumps(what))
 
@@ -109,12 +111,11 @@ class WorkerProcess(Closing):
     def close(self) -> None:
         """End the process, and let go of it."""
         self.kill()
-        self.close_streams()
+        for stream in (self._process.stdin, self._process.stdout):
+            if stream is not None:
+                with suppress(OSError):
+                    stream.close()
         self._process.wait()
-
-    def close_streams(self) -> None:
-        """Let go of what connects us."""
-        self._process.close_streams()
 
 
 class LocalEngine(Closing):
@@ -131,9 +132,7 @@ class LocalEngine(Closing):
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
         """Yield the row of each seed as it comes; see :class:`Engine`."""
         batch = _Batch(job, seeds, self._jobs)
-        number = min(self._jobs, len(seeds))
-        workers = _copies(job, number) if forking.may_fork() else [None] * number
-        threads = [threading.Thread(target=batch.work, args=(worker,)) for worker in workers]
+        threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
             for thread in threads:
                 thread.start()
@@ -147,16 +146,6 @@ class LocalEngine(Closing):
 
     def close(self) -> None:
         """Do nothing: what plays ends with its rows."""
-
-
-def _copies(job: SweepJob, number: int) -> list[WorkerProcess | None]:
-    """Return workers that have loaded the program, as this process has; to be made before its threads."""
-    with ExitStack() as stack:
-        made: list[WorkerProcess] = []
-        for _ in range(number):
-            made.append(stack.enter_context(WorkerProcess(job, made)))
-        stack.pop_all()
-    return [*made]
 
 
 class _Batch:
@@ -177,15 +166,9 @@ class _Batch:
         for start in range(0, len(seeds), size):
             self._waiting.put(list(seeds[start : start + size]))
 
-    def work(self, first: WorkerProcess | None) -> None:
-        """Let one worker after the other play what waits, until nothing does.
-
-        :param first: the one that is there already, if any.
-        """
+    def work(self) -> None:
+        """Let one worker after the other play what waits, until nothing does."""
         try:
-            if first is not None:
-                with first, self._known(first):
-                    self._feed(first)
             while not self._waiting.empty():
                 with WorkerProcess(self._job) as worker, self._known(worker):
                     self._feed(worker)

@@ -8,15 +8,14 @@ from typing import Final
 
 import pytest
 
-from tests.forked import nursery
+from tests.forked import IGNORED, nursery
 
-_OPTIONS: Final = ("-q", "-p", "cxbridge", "-p", "no:cacheprovider")
-_FORKED: Final = ("-W", "ignore:Module already imported:pytest.PytestAssertRewriteWarning")
+_OPTIONS: Final = ("-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNORED)
 
 
 def pytest_of(file: Path, monkeypatch: pytest.MonkeyPatch) -> CompletedProcess[bytes]:
     """Run the tests of a file with our plug-in, in a process of its own."""
     # others' plug-ins take longer to import than the run takes
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
-    command = [*_OPTIONS, *_FORKED, "--rootdir", str(file.parent), str(file)]
+    command = [*_OPTIONS, "--rootdir", str(file.parent), str(file)]
     return nursery().run(command, folder=file.parent, program="pytest")

@@ -11,7 +11,6 @@ import sys
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -56,8 +55,8 @@ def test_workers_that_are_killed_lose_nothing(expected, monkeypatch):
     pids: list[int] = []
     start = WorkerProcess.__init__
 
-    def noted(self: WorkerProcess, *given: Any) -> None:
-        start(self, *given)
+    def noted(self: WorkerProcess, job: SweepJob) -> None:
+        start(self, job)
         pids.append(self.pid)
 
     monkeypatch.setattr(WorkerProcess, "__init__", noted)
@@ -95,9 +94,7 @@ def spinning(folder: Path, condition: str) -> RunOptions:
     return replace(JOB.options, scenario=copy)
 
 
-@pytest.mark.parametrize("copies", [True, False])
-def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path, monkeypatch, copies):
-    monkeypatch.setattr("cxbridge.process.forking.may_fork", lambda: copies)
+def test_a_wrong_scenario_is_an_error_with_its_place(tmp_path):
     (tmp_path / "scenario.yaml").write_text("clips-executive: {spec: nope}\n")
     job = SweepJob(RunOptions(scenario=tmp_path, skiller="none"))
     with LocalEngine(2) as engine, pytest.raises(CxbridgeError, match="nope") as caught:
