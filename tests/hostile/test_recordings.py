@@ -6,7 +6,6 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
-from typing import Self
 
 import pytest
 
@@ -15,10 +14,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, FactChange, GoalTransition, SourceRead
 from cxbridge.explain.answer import explain
 from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.explain.rules import sandbox, sandbox_process
+from cxbridge.explain.rules import sandbox
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from tests.forked import nursery
 
 ENV = "executive"
 BEGIN_US = 1_000_000_000
@@ -113,44 +111,12 @@ def scene(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return home
 
 
-class ForkedLook:
-    """The process of a look, of which only the start is spared: what it does begins with its ``main``."""
-
-    def __init__(self) -> None:
-        name, memory = sandbox_process.__name__, str(sandbox.MEMORY)
-        self._piped = nursery().begin([memory], folder=Path.cwd(), session=True, program=name)
-
-    def communicate(self, snapshot: bytes, limit_s: float) -> tuple[bytes, None]:
-        with self._piped.stdin as stdin:
-            stdin.write(snapshot)
-        with self._piped.stdout as stdout:
-            answer = stdout.read()
-        self.returncode = self._piped.process.wait(limit_s)
-        return answer, None
-
-    def kill(self) -> None:
-        self._piped.process.kill()
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._piped.stderr.close()
-
-
-@pytest.fixture
-def forked(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Looks are forked, for there are many."""
-    monkeypatch.setattr(sandbox, "_start", ForkedLook)
-
-
 def unharmed(home: Path) -> bool:
     return sorted(file.name for file in home.iterdir()) == ["LOADED", "VICTIM"] and (
         (home / "VICTIM").read_text() == "still there"
     )
 
 
-@pytest.mark.usefixtures("forked")
 @pytest.mark.parametrize("rule", EVIL)
 def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
     facts = [("robot", "(robot (name a))")]
@@ -188,7 +154,6 @@ NAMES = [
 ]
 
 
-@pytest.mark.usefixtures("forked")
 @pytest.mark.parametrize("name", NAMES, ids=range(len(NAMES)))
 @pytest.mark.parametrize("where", ["template", "slot", "value", "rule", "function"])
 def test_names_of_a_recording_are_no_code(scene, tmp_path, name, where):

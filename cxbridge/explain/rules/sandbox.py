@@ -35,7 +35,16 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     limit_s = LIMIT_S if limit_s is None else limit_s
     if snapshot.too_many:
         return diagnose(snapshot)  # there is nothing to match
-    with _start() as process:
+    process = subprocess.Popen(  # noqa: S603 - ourselves
+        # -P: modules that are in the current folder are none of ours
+        [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+        env={**os.environ, "PYTHONHASHSEED": "0"},
+    )
+    with process:
         try:
             answer, _ = process.communicate(pickle.dumps(snapshot), limit_s)
         except subprocess.TimeoutExpired:
@@ -47,18 +56,6 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
         return msgspec.convert(json.loads(answer), Diagnosis)
     except ValueError:
         return undiagnosed(snapshot, f"matching its condition {_end_of(process.returncode)}")
-
-
-def _start() -> subprocess.Popen[bytes]:
-    return subprocess.Popen(  # noqa: S603 - ourselves
-        # -P: modules that are in the current folder are none of ours
-        [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)],
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-        env={**os.environ, "PYTHONHASHSEED": "0"},
-    )
 
 
 def _end_of(status: int) -> str:

@@ -42,9 +42,8 @@ def _drop_rights(memory: int) -> None:
         resource.setrlimit(what, (most, most))
 
 
-def main() -> None:
+def main(memory: int) -> None:
     """Diagnose one rule."""
-    memory = int(sys.argv[1])
     snapshot = pickle.loads(sys.stdin.buffer.read())  # noqa: S301  from the process that started this one
     answers = os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
@@ -61,4 +60,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    main(int(sys.argv[1]))
