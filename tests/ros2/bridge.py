@@ -109,7 +109,7 @@ class Bridge:
         self._goals[op["id"]] = (socket, op, client.send(op["args"]), [None])
 
     def cancel_action_goal(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
-        if op["id"] in self._goals:
+        if op["id"] in self._goals and self._goals[op["id"]][2].is_accepted:  # else the real one does nothing
             self._goals[op["id"]][2].cancel()
 
 

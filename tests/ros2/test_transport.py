@@ -228,6 +228,18 @@ def test_a_goal_is_cancelled(node: Node, count: ActionClient):
     assert 2 < len(sent.result["sequence"]) < 1000
 
 
+def test_a_goal_is_cancelled_over_rosbridge_before_the_bridge_knows_that_it_was_accepted(
+    node: Node, count: ActionClient
+):
+    if not isinstance(node, RosbridgeNode):
+        pytest.skip("ROS itself refuses to cancel a goal that it does not know")
+    sent = count.send({"order": 1000})
+    poll_until(node, lambda: sent.is_accepted)
+    sent.cancel()  # in the same moment
+    play(node, sent)
+    assert sent.status is GoalStatus.CANCELED
+
+
 def test_a_goal_that_is_over_is_not_cancelled(node: Node, count: ActionClient):
     if isinstance(node, RosbridgeNode):
         pytest.skip("a rosbridge reports nothing about goals that are over")

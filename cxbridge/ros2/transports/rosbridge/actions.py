@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
@@ -12,11 +13,16 @@ from cxbridge.ros2.transports.rosbridge.connection import Operation, RosbridgeCo
 from cxbridge.ros2.transports.rosbridge.messages import base_value
 
 _ABORTED: Final = 6  # of action_msgs/msg/GoalStatus
+_AGAIN_S: Final = 0.5
+"""Seconds after which a cancel is sent again."""
+_MOST_CANCELS: Final = 20
+"""So often at most: a goal that the robot rejects is never answered."""
 
 
 class RosbridgeAction:
     """An action of a robot, as the parts that ActionClient knows.
 
+    :param connection: to the bridge.
     :param later: takes what is to be called with the next poll of the node.
     :param send: sends a goal with its id; returns whether there was a connection.
     """
@@ -24,13 +30,15 @@ class RosbridgeAction:
     def __init__(
         self,
         name: str,
+        connection: RosbridgeConnection,
         later: Callable[[Callable[[], None]], None],
         send: Callable[[RosbridgeAction, str, Mapping[str, Any]], bool],
     ) -> None:
         self.name, self.type = name, TypeName("", "action", "")
-        self._later, self._send = later, send
+        self._connection, self._later, self._send = connection, later, send
         self._listeners: dict[str, list[Receive]] = {"feedback": [], "status": []}
         self._results: dict[str, tuple[Receive, Failed | None]] = {}
+        self._cancels: dict[str, tuple[float, int]] = {}  # when to send each again, and how often, by goal
 
     def listen(self, part: str, receive: Receive) -> Callable[[], None]:
         """Call ``receive`` for each message of ``feedback`` or ``status``; return what ends that."""
@@ -46,6 +54,26 @@ class RosbridgeAction:
     def get_result(self, request: Mapping[str, Any], done: Receive, failed: Failed | None) -> None:
         """Call ``done`` with the result of a goal, or ``failed`` with a reason."""
         self._results[request["goal_id"]["uuid"].hex()] = (done, failed)
+
+    def cancel(self, number: str, left: int = _MOST_CANCELS) -> None:
+        """Ask the bridge to cancel a goal, until its result comes.
+
+        The server of rosbridge_suite 2.1 ignores a cancel until it knows that the goal was accepted, which it
+        does not report. Feedback can come before.
+
+        :param left: how often it may be sent, this time included.
+        """
+        self._cancels[number] = (time.monotonic() + _AGAIN_S, left - 1)
+        self._connection.send({"op": "cancel_action_goal", "id": number, "action": self.name})
+
+    def cancel_again(self) -> None:
+        """Send the cancels again that had no effect yet."""
+        now_s = time.monotonic()
+        for number, (due_s, left) in list(self._cancels.items()):
+            if number not in self._results or not left:
+                del self._cancels[number]
+            elif now_s >= due_s:
+                self.cancel(number, left)
 
     def take(self, op: Operation, from_json: Callable[[TypeName, Any], Message]) -> None:
         """Take feedback or a result from the bridge."""
@@ -87,8 +115,7 @@ class ActionPartClient(Client):
         elif self._part == "get_result":
             self._action.get_result(request, done, failed)
         else:
-            number = request["goal_info"]["goal_id"]["uuid"].hex()
-            self._connection.send({"op": "cancel_action_goal", "id": number, "action": self._action.name})
+            self._action.cancel(request["goal_info"]["goal_id"]["uuid"].hex())
         return 0
 
     def forget(self, number: int) -> None:

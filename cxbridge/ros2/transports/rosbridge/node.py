@@ -122,6 +122,8 @@ class RosbridgeNode(Node):
         later, self._later = self._later, []
         for call in later:
             call()
+        for action in self._actions.values():
+            action.cancel_again()
         came = bool(later)
         for op in self._connection.received(0.0 if came else timeout_s):
             came = True
@@ -205,7 +207,7 @@ class RosbridgeNode(Node):
         found = self._actions.get(action)
         if found is None:
             found = self._actions[action] = RosbridgeAction(
-                check_topic(action), self._do_later, self._send_goal
+                check_topic(action), self._connection, self._do_later, self._send_goal
             )
         if name.kind == "action":
             found.type = TypeName(name.package, "action", name.name.partition("_")[0])
