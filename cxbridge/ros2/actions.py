@@ -60,6 +60,7 @@ class SentGoal:
     :ivar feedback: the last that came; None: none has come.
     :ivar result: what came at the end; None: the goal has not ended.
     :ivar reason: why there is no result of the server's, where the transport knows; else empty.
+    :ivar is_cancelled: whether the server was asked to cancel it.
     :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
     :ivar servers: those that there were when the client looked last.
     """
@@ -73,6 +74,7 @@ class SentGoal:
         self.result: Message | None = None
         self.reason = ""
         self.refused_cancel: CancelCode | None = None
+        self.is_cancelled = False
         self.servers: frozenset[int] = frozenset()
 
     @property
@@ -135,6 +137,8 @@ class ActionClient(Closing):
                 return
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
             self._want_result(sent)
+            if sent.is_cancelled:  # the server may have refused it: it did not know the goal then
+                self.cancel(sent)
 
         def failed(reason: str) -> None:
             self._give_up(sent, GoalStatus.ABORTED, reason)
@@ -175,7 +179,8 @@ class ActionClient(Closing):
         self._get.call({"goal_id": {"uuid": sent.number}}, ended, failed)
 
     def cancel(self, sent: SentGoal) -> None:
-        """Ask the server to cancel a goal."""
+        """Ask the server to cancel a goal; again when it has accepted it, if that is not known yet."""
+        sent.is_cancelled = True
 
         def answered(response: Message) -> None:
             code = CancelCode(response["return_code"])

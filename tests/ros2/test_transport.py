@@ -228,14 +228,14 @@ def test_a_goal_is_cancelled(node: Node, count: ActionClient):
     assert 2 < len(sent.result["sequence"]) < 1000
 
 
-def test_a_goal_is_cancelled_over_rosbridge_before_the_bridge_knows_that_it_was_accepted(
-    node: Node, count: ActionClient
+@pytest.mark.parametrize("is_known", [False, True])
+def test_a_goal_is_cancelled_in_the_moment_it_is_sent_or_accepted(
+    node: Node, count: ActionClient, is_known: bool
 ):
-    if not isinstance(node, RosbridgeNode):
-        pytest.skip("ROS itself refuses to cancel a goal that it does not know")
     sent = count.send({"order": 1000})
-    poll_until(node, lambda: sent.is_accepted)
-    sent.cancel()  # in the same moment
+    if is_known:
+        poll_until(node, lambda: sent.is_accepted)
+    sent.cancel()
     play(node, sent)
     assert sent.status is GoalStatus.CANCELED
 
@@ -410,3 +410,30 @@ def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):
         assert not client.is_served
         client.close()
     replies[0]({"sum": 1})
+
+
+def test_a_cancel_that_came_before_the_goal_was_accepted_is_sent_again(domain: int):
+    action, types = "example_interfaces/action/Fibonacci", Definitions([PACKAGES], environment={})
+    with DdsNode("server", types, domain + 7) as server, DdsNode("asks", types, domain + 7) as asks:
+        replies: list[Callable[[dict[str, Any]], None]] = []
+        codes: list[int] = []
+
+        def cancelled(_request: object) -> dict[str, Any]:
+            codes.append(CancelCode.NONE if codes else CancelCode.UNKNOWN_GOAL_ID)
+            return {"return_code": codes[-1]}
+
+        def until(condition: Callable[[], object]) -> None:
+            poll_until(asks, lambda: (server.poll(0.0), condition())[1])
+
+        server.serve_later(
+            "/slow/_action/send_goal", f"{action}_SendGoal", lambda _request, reply: replies.append(reply)
+        )
+        server.serve_later("/slow/_action/get_result", f"{action}_GetResult", lambda _request, _reply: None)
+        server.serve("/slow/_action/cancel_goal", "action_msgs/srv/CancelGoal", cancelled)
+        with ActionClient(asks, "/slow", action) as client:
+            until(lambda: client.is_served)
+            sent = client.send({"order": 1})
+            sent.cancel()
+            until(lambda: replies and sent.refused_cancel)
+            replies[0]({"accepted": True})
+            until(lambda: len(codes) > 1 and sent.refused_cancel is None)
