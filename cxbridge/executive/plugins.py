@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Iterable
 from contextlib import suppress
+from functools import lru_cache
 from typing import TYPE_CHECKING, Final
 
 from msgspec import Struct
@@ -18,6 +20,7 @@ if TYPE_CHECKING:
 
 GROUP: Final = "cxbridge.features"
 """The group of entry points. Each names a feature and a subclass of :class:`Feature`."""
+_GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
 
 
 class InstalledFeature(Struct, frozen=True):
@@ -69,25 +72,30 @@ def find_plugins(
 
 def installed_entry_points(group: str) -> Iterable[EntryPoint]:
     """Return the entry points of a group, of all packages."""
-    if not any(_is_mentioned(group, folder) for folder in sys.path):
+    if not any(group in _groups_in(folder) for folder in sys.path):
         return ()
     from importlib.metadata import entry_points  # noqa: PLC0415
 
     return entry_points(group=group)
 
 
-def _is_mentioned(group: str, folder: str) -> bool:
-    """Whether a package in a folder has the group: a look at few files, importlib.metadata reads hundreds."""
-    mark = f"[{group}]".encode()
+def _groups_in(folder: str) -> frozenset[str]:
+    """Return the groups of entry points that the packages of a folder have."""
     try:
-        names = os.listdir(folder or ".")  # noqa: PTH208 - in each run; pathlib takes long
+        changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - in each run; pathlib takes long
     except OSError:
-        return False
-    for name in names:
-        if not (name.endswith("-info") and "." in name):
-            continue
-        file = os.path.join(folder, name, "entry_points.txt")  # noqa: PTH118
-        with suppress(OSError), open(file, "rb") as text:  # noqa: PTH123
-            if mark in text.read():
-                return True
-    return False
+        return frozenset()
+    return _read_groups(os.path.abspath(folder), changed_ns)  # noqa: PTH100
+
+
+@lru_cache(maxsize=64)
+def _read_groups(folder: str, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - a part of the key
+    """Look into few files: importlib.metadata reads hundreds. What is installed later changes the folder."""
+    groups: set[str] = set()
+    with suppress(OSError):
+        for name in os.listdir(folder):  # noqa: PTH208
+            if name.endswith("-info") and "." in name:
+                file = os.path.join(folder, name, "entry_points.txt")  # noqa: PTH118
+                with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
+                    groups.update(_GROUP.findall(text.read()))
+    return frozenset(groups)

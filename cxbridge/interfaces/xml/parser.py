@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
+from functools import lru_cache
 from pathlib import Path
 
 from msgspec import Struct
@@ -57,7 +58,7 @@ def parse_file(path: str | Path) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first mistake of the file, and how many more there are.
     """
-    return _schema_of(check_file(path))
+    return parse_bytes(_read(path), path)
 
 
 def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
@@ -65,20 +66,35 @@ def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first mistake, and how many more there are.
     """
+    return _parse(data, None if file is None else str(file))
+
+
+@lru_cache(maxsize=128)
+def _parse(data: bytes, file: str | None) -> InterfaceSchema:
+    """Read a definition once, however many runs of a process use it; mistakes are not kept."""
     return _schema_of(check_bytes(data, file))
+
+
+def _read(path: str | Path) -> bytes:
+    """Return the bytes of a file; one more than the most that is allowed when there are too many.
+
+    :raises InterfaceDefinitionError: when it cannot be read.
+    """
+    try:
+        with Path(path).open("rb") as stream:
+            return stream.read(MAX_FILE_SIZE + 1)
+    except OSError as error:
+        raise InterfaceDefinitionError(
+            f"cannot read the interface definition: {error.strerror}", file=path, hint="check the path"
+        ) from error
 
 
 def check_file(path: str | Path) -> CheckResult:
     """Look for all mistakes of a definition file; one that cannot be read is one, too."""
     try:
-        with Path(path).open("rb") as stream:
-            data = stream.read(MAX_FILE_SIZE + 1)
-    except OSError as error:
-        unreadable = InterfaceDefinitionError(
-            f"cannot read the interface definition: {error.strerror}", file=path, hint="check the path"
-        )
-        return CheckResult(None, (unreadable,))
-    return check_bytes(data, path)
+        return check_bytes(_read(path), path)
+    except InterfaceDefinitionError as error:
+        return CheckResult(None, (error,))
 
 
 def check_bytes(data: bytes, file: str | Path | None = None) -> CheckResult:
