@@ -17,7 +17,7 @@ from functools import partial
 from pathlib import Path
 
 from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind, Name
+from cxbridge.agent.names import Name, NameKind
 
 ROUNDS = 3
 _FOLDERS = {"ROBOTINO_DIR": "src/clips-specs/**/*.clp", "FAWKES_DIR": "src/plugins/**/*.clp"}
@@ -55,7 +55,7 @@ def main() -> int:
     slowest = max(changes, key=changes.__getitem__)
     print(f"a file changed: {sum(changes.values()) / len(changes):.1f} ms on average, ", end="")
     print(f"at most {changes[slowest]:.1f} ms ({Path(slowest).name})")
-    names = {found.mention.name for found in model.defined(Kind.TEMPLATE)}
+    names = {found.mention.name for found in model.defined(NameKind.TEMPLATE)}
     asked = [milliseconds(partial(_count, model, name)) for name in names]
     print(
         f"all mentions of a template: {sum(asked) / len(asked):.1f} ms on average, {max(asked):.1f} at most"

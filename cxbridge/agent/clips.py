@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.parts import Part, parts
 from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 
@@ -29,46 +29,46 @@ _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 _FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
 
-DEFINES: Final[Mapping[str, Kind]] = {
-    "defrule": Kind.RULE,
-    "deftemplate": Kind.TEMPLATE,
-    "deffacts": Kind.FACTS,
-    "deffunction": Kind.FUNCTION,
-    "defgeneric": Kind.FUNCTION,
-    "defmethod": Kind.FUNCTION,
-    "defclass": Kind.CLASS,
+DEFINES: Final[Mapping[str, NameKind]] = {
+    "defrule": NameKind.RULE,
+    "deftemplate": NameKind.TEMPLATE,
+    "deffacts": NameKind.FACTS,
+    "deffunction": NameKind.FUNCTION,
+    "defgeneric": NameKind.FUNCTION,
+    "defmethod": NameKind.FUNCTION,
+    "defclass": NameKind.CLASS,
 }
 """What each construct defines; a defglobal defines each of its variables."""
 
-SLOT_VALUES: Final[Mapping[tuple[str, str], Kind]] = {
-    ("goal", "class"): Kind.GOAL_CLASS,
-    ("plan-action", "action-name"): Kind.ACTION,
-    ("domain-operator", "name"): Kind.ACTION,
-    ("domain-operator-parameter", "operator-name"): Kind.ACTION,
-    ("grounded-pddl-formula", "name"): Kind.ACTION,
-    ("domain-fact", "name"): Kind.PREDICATE,
-    ("domain-predicate", "name"): Kind.PREDICATE,
-    ("domain-object", "type"): Kind.OBJECT_TYPE,
-    ("domain-object-type", "name"): Kind.OBJECT_TYPE,
-    ("executive-init-request", "name"): Kind.FEATURE,
-    ("protobuf-msg", "type"): Kind.PROTO_MESSAGE,
+SLOT_VALUES: Final[Mapping[tuple[str, str], NameKind]] = {
+    ("goal", "class"): NameKind.GOAL_CLASS,
+    ("plan-action", "action-name"): NameKind.ACTION,
+    ("domain-operator", "name"): NameKind.ACTION,
+    ("domain-operator-parameter", "operator-name"): NameKind.ACTION,
+    ("grounded-pddl-formula", "name"): NameKind.ACTION,
+    ("domain-fact", "name"): NameKind.PREDICATE,
+    ("domain-predicate", "name"): NameKind.PREDICATE,
+    ("domain-object", "type"): NameKind.OBJECT_TYPE,
+    ("domain-object-type", "name"): NameKind.OBJECT_TYPE,
+    ("executive-init-request", "name"): NameKind.FEATURE,
+    ("protobuf-msg", "type"): NameKind.PROTO_MESSAGE,
 }
 """Slots of the core's templates whose values are names."""
 
-ARGUMENTS: Final[Mapping[str, Kind]] = {
+ARGUMENTS: Final[Mapping[str, NameKind]] = {
     **dict.fromkeys(
         ("path-load", "path-load*", "load", "load*", "path-batch", "path-batch*", "batch", "batch*"),
-        Kind.FILE,
+        NameKind.FILE,
     ),
-    **dict.fromkeys(("path-resolve", "parse-pddl-domain"), Kind.FILE),
+    **dict.fromkeys(("path-resolve", "parse-pddl-domain"), NameKind.FILE),
     **dict.fromkeys(
         ("blackboard-preload", "blackboard-open", "blackboard-open-reading", "blackboard-open-writing"),
-        Kind.INTERFACE,
+        NameKind.INTERFACE,
     ),
-    "blackboard-create-msg": Kind.INTERFACE,
-    "ff-feature-request": Kind.FEATURE,
-    **dict.fromkeys(("pb-create", "pb-register-type"), Kind.PROTO_MESSAGE),
-    "plan-assert-action": Kind.ACTION,
+    "blackboard-create-msg": NameKind.INTERFACE,
+    "ff-feature-request": NameKind.FEATURE,
+    **dict.fromkeys(("pb-create", "pb-register-type"), NameKind.PROTO_MESSAGE),
+    "plan-assert-action": NameKind.ACTION,
 }
 """Functions whose first argument is a name."""
 
@@ -168,7 +168,7 @@ class _Reader:
         """Note what a construct defines, and return what is behind its name."""
         name, *rest = node.arguments
         if name.items is None and not name.text.startswith('"'):
-            self._add(Kind(DEFINES[node.head]), name, Use.DEFINED)
+            self._add(NameKind(DEFINES[node.head]), name, Use.DEFINED)
         return tuple(rest)
 
     def _rule(self, node: SyntaxNode) -> None:
@@ -183,7 +183,7 @@ class _Reader:
         owner = without_module(node.arguments[0].text)
         for slot in rest:
             if slot.head in ("slot", "multislot", "field", "multifield") and slot.arguments:
-                self._add(Kind.SLOT, slot.arguments[0], Use.DEFINED, owner)
+                self._add(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
                 for facet in slot.arguments[1:]:
                     for value in facet.arguments:
                         self._expression(value)
@@ -199,7 +199,7 @@ class _Reader:
     def _globals(self, node: SyntaxNode) -> None:
         for name, sign, value in zip(node.arguments, node.arguments[1:], node.arguments[2:], strict=False):
             if sign.text == "=" and name.text.startswith("?*"):
-                self._add(Kind.GLOBAL, name, Use.DEFINED)
+                self._add(NameKind.GLOBAL, name, Use.DEFINED)
                 self._expression(value)
 
     # ---- conditions
@@ -228,7 +228,7 @@ class _Reader:
     def _slots(self, node: SyntaxNode, use: Use) -> None:
         """Read a pattern or a fact: its template, and its slots or fields."""
         items = node.items or ()
-        self._add(Kind.TEMPLATE, items[0], use)
+        self._add(NameKind.TEMPLATE, items[0], use)
         template = without_module(items[0].text)
         # with a single word beside them, lists are no slots: the fact is ordered
         has_slots = all(item.head and not item.head.startswith(("?", "$?")) for item in node.arguments)
@@ -248,7 +248,7 @@ class _Reader:
 
     def _slot(self, node: SyntaxNode, template: str, use: Use) -> None:
         name = node.items[0] if node.items else node
-        self._add(Kind.SLOT, name, use, template)
+        self._add(NameKind.SLOT, name, use, template)
         kind = SLOT_VALUES.get((template, name.text))
         for value in node.arguments:
             if kind is not None and literal(value):
@@ -261,11 +261,11 @@ class _Reader:
         """Note the names in slots of many words."""
         if (template, slot) == ("plan-action", "param-names"):
             for value in filter(literal, values):
-                self._add(Kind.PARAMETER, value, use)
+                self._add(NameKind.PARAMETER, value, use)
         elif (template, slot) == ("wm-fact", "key"):
             words = [value.text for value in values[:2]]
             if words == ["domain", "fact"] and len(values) > len(words) and literal(values[2]):
-                self._add(Kind.PREDICATE, values[2], use)
+                self._add(NameKind.PREDICATE, values[2], use)
 
     def _is_fact(self, variable: str, template: str) -> None:
         """Note the template of the facts in a variable, unless it may have others."""
@@ -289,16 +289,16 @@ class _Reader:
     def _variable(self, node: SyntaxNode) -> None:
         text = node.text
         if text.startswith(("?*", "$?*")):
-            self._add(Kind.GLOBAL, node, Use.READ)
+            self._add(NameKind.GLOBAL, node, Use.READ)
         elif text.startswith("?") and ":" in text:
             variable, _, slot = text.partition(":")
             if slot and (template := self._templates.get(variable)):
-                name = Name(Kind.SLOT, slot, template)
+                name = Name(NameKind.SLOT, slot, template)
                 self.mentions.append(Mention(name, Use.QUERIED, node.end - len(slot), node.end))
 
     def _call(self, node: SyntaxNode, first: SyntaxNode) -> None:
         if first.text not in _NO_CALLS:
-            self._add(Kind.FUNCTION, first, Use.CALLED)
+            self._add(NameKind.FUNCTION, first, Use.CALLED)
         arguments = node.arguments
         if first.text == "assert":
             for fact in arguments:
@@ -320,10 +320,10 @@ class _Reader:
             if place == 0 and kind is not None and literal(argument):
                 self._add(kind, argument, Use.NAMED)
             elif place == 0 and function == "bind" and argument.text.startswith("?*"):
-                self._add(Kind.GLOBAL, argument, Use.SET)
+                self._add(NameKind.GLOBAL, argument, Use.SET)
             elif place == 1 and function in OF_FIELDS and literal(argument):
                 if owner := self._messages.get(arguments[0].text):
-                    self._add(Kind.PROTO_FIELD, argument, Use.NAMED, owner)
+                    self._add(NameKind.PROTO_FIELD, argument, Use.NAMED, owner)
             elif place == 1 and function == "bind":
                 self._made_fact(arguments[0].text, argument)
             else:
@@ -342,7 +342,7 @@ class _Reader:
         for member in arguments[0].items or ():
             templates = [each for each in member.arguments if each.items is None]
             for template in templates:
-                self._add(Kind.TEMPLATE, template, Use.QUERIED)
+                self._add(NameKind.TEMPLATE, template, Use.QUERIED)
             if member.items:
                 one = without_module(templates[0].text) if len(templates) == 1 else ""
                 self._templates[member.items[0].text] = one
@@ -358,15 +358,15 @@ class _Reader:
 
     # ---- notes
 
-    def _add(self, kind: Kind, node: SyntaxNode, use: Use, owner: str = "") -> None:
+    def _add(self, kind: NameKind, node: SyntaxNode, use: Use, owner: str = "") -> None:
         text = node.text
         start, end = node.start, node.end
         if text.startswith('"'):
             text, start, end = text.strip('"'), start + 1, max(end - 1, start + 1)
-            if kind is Kind.INTERFACE:  # TYPE::ID
+            if kind is NameKind.INTERFACE:  # TYPE::ID
                 text = text.partition("::")[0]
                 end = start + len(text)
-        elif kind is Kind.GLOBAL:
+        elif kind is NameKind.GLOBAL:
             text = text.strip("$?*")
         else:
             text = without_module(text)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.xml.tree import Element, read_tree
@@ -23,18 +23,18 @@ def read_interface(path: str, text: str) -> SourceFile:
     owner = root.attributes.get("name", "")
     mentions: list[Mention] = []
 
-    def note(element: Element, kind: Kind, of: str) -> None:
+    def note(element: Element, kind: NameKind, of: str) -> None:
         name = element.attributes.get("name", "")
         start = text.find(name, lines.place(*element.place_of("name")) + len("name")) if name else -1
         if start >= 0:
             mentions.append(Mention(Name(kind, name, of), Use.DEFINED, start, start + len(name)))
 
-    note(root, Kind.INTERFACE, "")
+    note(root, NameKind.INTERFACE, "")
     for data in root.find_all("data"):
         for field in data.find_all("field"):
-            note(field, Kind.FIELD, owner)
+            note(field, NameKind.FIELD, owner)
     for message in root.find_all("message"):
-        note(message, Kind.MESSAGE, owner)
+        note(message, NameKind.MESSAGE, owner)
     found = tuple(sorted(mentions, key=lambda mention: mention.start))
-    own = Name(Kind.INTERFACE, owner) if owner else None
+    own = Name(NameKind.INTERFACE, owner) if owner else None
     return SourceFile(path, text, (PlacedPiece(0, Piece("interface", own, text, found)),))

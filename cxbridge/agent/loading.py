@@ -10,7 +10,7 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.agent.clips import literal
-from cxbridge.agent.names import Kind, Mention, SourceFile, Use
+from cxbridge.agent.names import Mention, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.config import Configuration, ConfigValue, Mark
 
@@ -121,7 +121,9 @@ def _loads(file: SourceFile) -> list[Mention]:
     return [
         mention
         for mention in file.mentions
-        if mention.name.kind is Kind.FILE and mention.use is Use.NAMED and _CLIPS.fullmatch(mention.name.text)
+        if mention.name.kind is NameKind.FILE
+        and mention.use is Use.NAMED
+        and _CLIPS.fullmatch(mention.name.text)
     ]
 
 

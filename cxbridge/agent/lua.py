@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 
 _NAME: Final = re.compile(r"""^name\s*=\s*["']([\w-]+)["']""", re.MULTILINE)
 _NEEDS: Final = re.compile(r"^depends_skills\s*=\s*\{([^}]*)\}", re.MULTILINE)
@@ -22,24 +22,24 @@ def read_lua(path: str, text: str) -> SourceFile:
     skill = name[1] if name else ""
     found: list[Mention] = []
 
-    def note(kind: Kind, use: Use, match: re.Match[str], owner: str = "") -> None:
+    def note(kind: NameKind, use: Use, match: re.Match[str], owner: str = "") -> None:
         found.append(Mention(Name(kind, match[1], owner), use, *match.span(1)))
 
     if name:
-        note(Kind.SKILL, Use.DEFINED, name)
+        note(NameKind.SKILL, Use.DEFINED, name)
     for needs in _NEEDS.finditer(text):
         for match in _STRING.finditer(text, *needs.span(1)):
-            note(Kind.SKILL, Use.NAMED, match)
+            note(NameKind.SKILL, Use.NAMED, match)
     for match in _INTERFACE.finditer(text):
-        note(Kind.INTERFACE, Use.NAMED, match)
+        note(NameKind.INTERFACE, Use.NAMED, match)
     for match in _CALLED.finditer(text):
-        note(Kind.SKILL, Use.CALLED, match)
+        note(NameKind.SKILL, Use.CALLED, match)
     described = _DOCUMENTATION.search(text)
     if described and skill:
         for match in _ARGUMENT.finditer(text, *described.span(2)):
-            note(Kind.ARGUMENT, Use.DEFINED, match, skill)
+            note(NameKind.ARGUMENT, Use.DEFINED, match, skill)
     mentions = tuple(sorted(found, key=lambda mention: mention.start))
-    own = Name(Kind.SKILL, skill) if skill else None
+    own = Name(NameKind.SKILL, skill) if skill else None
     return SourceFile(path, text, (PlacedPiece(0, Piece("skill" if skill else "lua", own, text, mentions)),))
 
 

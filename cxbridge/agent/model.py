@@ -9,7 +9,7 @@ from typing import Final, NamedTuple
 from cxbridge.agent.clips import read_clips
 from cxbridge.agent.interface_xml import read_interface
 from cxbridge.agent.lua import read_lua
-from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.agent.pddl import read_pddl
 from cxbridge.agent.protobuf import read_proto
 from cxbridge.agent.yaml import read_yaml
@@ -25,7 +25,7 @@ _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
 SUFFIXES: Final = (".clp", *_READERS)
 """The endings of the files that an agent is made of."""
 
-_AS_TEMPLATE = {Kind.TEMPLATE: Kind.INTERFACE, Kind.SLOT: Kind.FIELD}
+_AS_TEMPLATE = {NameKind.TEMPLATE: NameKind.INTERFACE, NameKind.SLOT: NameKind.FIELD}
 
 
 class Found(NamedTuple):
@@ -107,11 +107,11 @@ class AgentModel:
 
     def calls(self, function: str) -> Iterator[Found]:
         """Yield where a function is called, in ordered facts, too, where a call looks like a slot."""
-        yield from self.mentions(Name(Kind.FUNCTION, function), Use.CALLED)
+        yield from self.mentions(Name(NameKind.FUNCTION, function), Use.CALLED)
         for file in self._files.values():
             for start, piece in file.pieces:
                 for mention in piece.asserted_slots.get(function, ()):
-                    if not self.is_defined(Name(Kind.TEMPLATE, mention.name.owner)):
+                    if not self.is_defined(Name(NameKind.TEMPLATE, mention.name.owner)):
                         yield Found(file, mention.moved(start))
 
     def definitions(self, name: Name) -> list[Found]:
@@ -122,7 +122,7 @@ class AgentModel:
         """Whether a file defines a name."""
         return next(self.mentions(name, Use.DEFINED), None) is not None
 
-    def defined(self, kind: Kind, owner: str | None = None) -> Iterator[Found]:
+    def defined(self, kind: NameKind, owner: str | None = None) -> Iterator[Found]:
         """Yield the definitions of all names of a kind.
 
         :param owner: only of those that belong to this; None: of all.
@@ -133,7 +133,7 @@ class AgentModel:
                     if mention.name.kind is kind and owner in (None, mention.name.owner):
                         yield Found(file, mention.moved(start))
 
-    def names(self, kind: Kind, *uses: Use, owner: str | None = None) -> set[str]:
+    def names(self, kind: NameKind, *uses: Use, owner: str | None = None) -> set[str]:
         """Return the names of a kind with which one of these things is done; without any, anything."""
         return {
             name.text

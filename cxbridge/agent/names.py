@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import Lines
 
 
-class Kind(StrEnum):
+class NameKind(StrEnum):
     """What a name names."""
 
     RULE = "rule"
@@ -66,7 +66,7 @@ class Name(NamedTuple):
         interface; empty where that is not known, or there is none.
     """
 
-    kind: Kind
+    kind: NameKind
     text: str
     owner: str = ""
 
@@ -116,7 +116,7 @@ class Piece(Struct, frozen=True, dict=True):
         """
         found: dict[str, list[Mention]] = {}
         for mention in self.mentions:
-            if mention.name.kind is Kind.SLOT and mention.use is Use.ASSERTED:
+            if mention.name.kind is NameKind.SLOT and mention.use is Use.ASSERTED:
                 found.setdefault(mention.name.text, []).append(mention)
         return found
 

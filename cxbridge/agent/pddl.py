@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import Position
@@ -17,7 +17,11 @@ _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "either", "increase", "decrease"}
     | {"assign", "scale-up", "scale-down", "=", "<", ">", "<=", ">=", "+", "-", "*", "/"}
 )
-_TYPED: Final = {":types": Kind.OBJECT_TYPE, ":constants": Kind.CONSTANT, ":objects": Kind.CONSTANT}
+_TYPED: Final = {
+    ":types": NameKind.OBJECT_TYPE,
+    ":constants": NameKind.CONSTANT,
+    ":objects": NameKind.CONSTANT,
+}
 _TIMES: Final = (("at", "start"), ("at", "end"), ("over", "all"))
 _SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE)
 _COMMENT: Final = re.compile(r";[^\n]*")
@@ -103,13 +107,13 @@ class _Section:
         if section.head in _ACTIONS:
             self._action(rest)
         elif section.head in ("domain", ":domain"):
-            self._words(rest[:1], Kind.DOMAIN, Use.DEFINED if section.head == "domain" else Use.NAMED)
+            self._words(rest[:1], NameKind.DOMAIN, Use.DEFINED if section.head == "domain" else Use.NAMED)
         elif section.head in _TYPED:
             self._typed(rest, _TYPED[section.head])
         elif section.head in (":predicates", ":functions"):
             for item in rest:
                 if isinstance(item, Group):
-                    self._words(item.items[:1], Kind.PREDICATE, Use.DEFINED)
+                    self._words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
                     self._typed(item.items[1:], None)
         elif section.head in (":init", ":goal"):
             for item in rest:
@@ -119,27 +123,27 @@ class _Section:
         if not rest or not isinstance(rest[0], BracketWord):
             return
         action = rest[0].text
-        self._words(rest[:1], Kind.ACTION, Use.DEFINED)
+        self._words(rest[:1], NameKind.ACTION, Use.DEFINED)
         key = ""
         for item in rest[1:]:
             if isinstance(item, BracketWord) and item.text.startswith(":"):
                 key = item.text
             elif key == ":parameters" and isinstance(item, Group):
-                self._typed(item.items, Kind.PARAMETER, action)
+                self._typed(item.items, NameKind.PARAMETER, action)
             else:
                 self._formula(item, action)
 
-    def _typed(self, items: Iterable[Item], kind: Kind | None, owner: str = "") -> None:
+    def _typed(self, items: Iterable[Item], kind: NameKind | None, owner: str = "") -> None:
         """Read ``a b - c``."""
         is_type = False
         for item in items:
             if isinstance(item, Group):
-                self._words(item.items[1:], Kind.OBJECT_TYPE, Use.NAMED)
+                self._words(item.items[1:], NameKind.OBJECT_TYPE, Use.NAMED)
             elif item.text == "-":
                 is_type = True
                 continue
             elif is_type:
-                self._words((item,), Kind.OBJECT_TYPE, Use.NAMED)
+                self._words((item,), NameKind.OBJECT_TYPE, Use.NAMED)
             elif kind is not None:
                 self._words((item,), kind, Use.DEFINED, owner)
             is_type = False
@@ -151,9 +155,9 @@ class _Section:
             if isinstance(each, Group):
                 waiting += self._parts(each)
             elif each.text.startswith("?"):
-                self._words((each,), Kind.PARAMETER, Use.READ, action)
+                self._words((each,), NameKind.PARAMETER, Use.READ, action)
             elif not each.text[0].isdigit():
-                self._words((each,), Kind.CONSTANT, Use.NAMED)
+                self._words((each,), NameKind.CONSTANT, Use.NAMED)
 
     def _parts(self, group: Group) -> tuple[Item, ...]:
         """Note the predicate of a group, and return its other parts."""
@@ -163,10 +167,10 @@ class _Section:
         if not group.head:
             return group.items
         if group.head not in _CONNECTIVES:
-            self._words(group.items[:1], Kind.PREDICATE, Use.NAMED)
+            self._words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
         return group.items[2 if group.head in ("forall", "exists") else 1 :]
 
-    def _words(self, items: Iterable[Item], kind: Kind, use: Use, owner: str = "") -> None:
+    def _words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
         for item in items:
             if isinstance(item, BracketWord):
                 start = _place(self._lines, item.position) - self._start

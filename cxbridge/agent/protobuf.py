@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 
 _WORD: Final = re.compile(
     r"""(?P<hidden>//[^\n]*|/\*.*?(?:\*/|\Z)|"(?:[^"\\\n]|\\.)*"?|'(?:[^'\\\n]|\\.)*'?|\s+)"""
@@ -39,17 +39,17 @@ def read_proto(path: str, text: str) -> SourceFile:
             full = outer
             if kind == "message" and name is not None:
                 full = ".".join(filter(None, (outer, name["word"])))
-                mentions.append(_defined(Kind.PROTO_MESSAGE, full, "", name))
+                mentions.append(_defined(NameKind.PROTO_MESSAGE, full, "", name))
             scopes.append((kind, full))
         elif heads[:1] == ["package"] and len(heads) > 1:
             package = heads[1]
         elif scopes and scopes[-1][0] in ("message", "oneof") and "=" in heads[1:]:
             name = statement[heads.index("=") - 1]
             if heads[0] not in ("option", "reserved", "extensions"):
-                mentions.append(_defined(Kind.PROTO_FIELD, name["word"], scopes[-1][1], name))
+                mentions.append(_defined(NameKind.PROTO_FIELD, name["word"], scopes[-1][1], name))
     piece = Piece("proto", None, text, tuple(sorted(mentions, key=lambda mention: mention.start)))
     return SourceFile(path, text, (PlacedPiece(0, piece),))
 
 
-def _defined(kind: Kind, text: str, owner: str, word: re.Match[str]) -> Mention:
+def _defined(kind: NameKind, text: str, owner: str, word: re.Match[str]) -> Mention:
     return Mention(Name(kind, text, owner), Use.DEFINED, word.start(), word.end())

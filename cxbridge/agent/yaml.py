@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Kind, Mention, Name, ParseProblem, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
@@ -66,24 +66,24 @@ class _Reader:
             return
         match path[2:]:
             case (_spec,):
-                self._add(Kind.SPEC, key.mark, key.text, Use.DEFINED)
+                self._add(NameKind.SPEC, key.mark, key.text, Use.DEFINED)
             case (_spec, "action-mapping", action):
-                self._add(Kind.ACTION, key.mark, key.text, Use.NAMED)
+                self._add(NameKind.ACTION, key.mark, key.text, Use.NAMED)
                 if isinstance(value, YamlScalar):
                     self._template(value, action)
 
     def _value(self, value: YamlScalar, path: tuple[str, ...]) -> None:
         if path == ("clips-executive", "spec"):
-            self._add(Kind.SPEC, value.mark, value.text, Use.NAMED)
+            self._add(NameKind.SPEC, value.mark, value.text, Use.NAMED)
         if path[:2] != _SPECS:
             return
         match path[2:]:
             case (_spec, "blackboard-preload"):
-                self._add(Kind.INTERFACE, value.mark, value.text, Use.NAMED)
+                self._add(NameKind.INTERFACE, value.mark, value.text, Use.NAMED)
             case (_spec, "init", stage, _entry, "file" | "files") if _STAGE.fullmatch(stage):
-                self._add(Kind.FILE, value.mark, value.text, Use.NAMED)
+                self._add(NameKind.FILE, value.mark, value.text, Use.NAMED)
             case (_spec, "init", "stage-1", _entry, "name"):
-                self._add(Kind.FEATURE, value.mark, value.text, Use.NAMED)
+                self._add(NameKind.FEATURE, value.mark, value.text, Use.NAMED)
 
     def _template(self, value: YamlScalar, action: str) -> None:
         """Note skill, arguments and parameters in the skill string of an action."""
@@ -93,19 +93,21 @@ class _Reader:
         skill = _SKILL.search(self._text, start, end)
         name = skill[1] if skill else value.text.strip()
         if skill:
-            self.mentions.append(Mention(Name(Kind.SKILL, name), Use.CALLED, *skill.span(1)))
+            self.mentions.append(Mention(Name(NameKind.SKILL, name), Use.CALLED, *skill.span(1)))
         for match in _ARGUMENT.finditer(self._text, start, end):
-            self.mentions.append(Mention(Name(Kind.ARGUMENT, match[1], name), Use.NAMED, *match.span(1)))
+            self.mentions.append(Mention(Name(NameKind.ARGUMENT, match[1], name), Use.NAMED, *match.span(1)))
         for match in _PLACEHOLDER.finditer(self._text, start, end):
-            self.mentions.append(Mention(Name(Kind.PARAMETER, match[1], action), Use.READ, *match.span(1)))
+            self.mentions.append(
+                Mention(Name(NameKind.PARAMETER, match[1], action), Use.READ, *match.span(1))
+            )
 
     def _place(self, mark: Mark) -> int:
         return self._lines.place(mark.line, mark.column)
 
-    def _add(self, kind: Kind, mark: Mark, text: str, use: Use) -> None:
+    def _add(self, kind: NameKind, mark: Mark, text: str, use: Use) -> None:
         start = self._place(mark)
         start += self._text.startswith(('"', "'"), start)
-        if kind is Kind.FILE and "|" in text:  # BATCH|FILE
+        if kind is NameKind.FILE and "|" in text:  # BATCH|FILE
             start += text.index("|") + 1
             text = text.rpartition("|")[2]
         if self._text.startswith(text, start):

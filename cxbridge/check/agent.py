@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.agent.model import AgentModel, read_source
-from cxbridge.agent.names import Kind, SourceFile
+from cxbridge.agent.names import NameKind, SourceFile
 from cxbridge.check.findings import SourcePlace
 from cxbridge.check.usage import Construct, Usage, constructs_of
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
@@ -189,7 +189,7 @@ class Agent(Closing):
             for file in self.model.files
             if self.is_of_core(file.path)
             for mention in file.mentions
-            if mention.name.kind is Kind.TEMPLATE
+            if mention.name.kind is NameKind.TEMPLATE
         )
         constructs = tuple(construct for file in self.files for construct in file.used)
         return Usage(self.model, frozenset(words), self.deftemplates, frozenset(of_core), constructs)
@@ -225,7 +225,7 @@ class Agent(Closing):
         for name in self.deftemplates:
             found = self.env.eval(f"(deftemplate-slot-names {name})")
             slots[name] = set(map(str, found)) if isinstance(found, tuple) else set()
-        for each in self.model.defined(Kind.SLOT):
+        for each in self.model.defined(NameKind.SLOT):
             slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
         return slots
 

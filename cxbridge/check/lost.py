@@ -6,12 +6,16 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.agent.names import Name, NameKind, Use
 from cxbridge.check.usage import Construct, Usage
 
 _LISTED: Final = 5
 """How many names of a sort a message has."""
-_NEEDS: Final = {"deffunction": Kind.FUNCTION, "defgeneric": Kind.FUNCTION, "deftemplate": Kind.TEMPLATE}
+_NEEDS: Final = {
+    "deffunction": NameKind.FUNCTION,
+    "defgeneric": NameKind.FUNCTION,
+    "deftemplate": NameKind.TEMPLATE,
+}
 _MAKES: Final = (Use.ASSERTED, Use.NAMED)
 
 
@@ -58,7 +62,7 @@ class Losses:
     def __init__(self, usage: Usage, is_of_core: Callable[[str], bool]) -> None:
         self._usage = usage
         self._own = [each for each in usage.constructs if not is_of_core(each.file.path)]
-        self._classes = usage.model.names(Kind.GOAL_CLASS, Use.MATCHED)
+        self._classes = usage.model.names(NameKind.GOAL_CLASS, Use.MATCHED)
 
     def swallowed(self, file: str, start: int) -> Lost:
         """Return what is lost with a construct of a file that never closes: all that is behind it, too."""
@@ -88,7 +92,7 @@ class Losses:
         return Lost([each.name for each in others], list(goals), self._actions_of(dead))
 
     def _dies(
-        self, construct: Construct, names: set[tuple[Kind, str]], facts: set[str], goals: dict[str, None]
+        self, construct: Construct, names: set[tuple[NameKind, str]], facts: set[str], goals: dict[str, None]
     ) -> bool:
         """Whether a construct needs a function, a template, a fact or a goal that is lost."""
         defined: set[Name] = set()
@@ -106,7 +110,7 @@ class Losses:
                 return True
         return False
 
-    def _names_of(self, dead: dict[int, Construct]) -> set[tuple[Kind, str]]:
+    def _names_of(self, dead: dict[int, Construct]) -> set[tuple[NameKind, str]]:
         """Return the functions and templates that no other construct defines."""
         gone = {(_NEEDS[each.keyword], each.name) for each in dead.values() if each.keyword in _NEEDS}
         for each in self._usage.constructs if gone else ():
@@ -145,5 +149,5 @@ def _planned(construct: Construct) -> set[str]:
     return {
         mention.name.text
         for mention in construct.placed.piece.mentions
-        if mention.name.kind is Kind.ACTION and mention.use in _MAKES
+        if mention.name.kind is NameKind.ACTION and mention.use in _MAKES
     }

@@ -11,7 +11,7 @@ from typing import Final
 
 from cxbridge.agent.clips import CONDITIONS, literal
 from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind, Name, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 from cxbridge.suggestions import nearest
 
@@ -239,7 +239,7 @@ class Usage:
         """Whether anybody may make a fact of a template in a way that is not an assertion of a construct."""
         if template in self.templates_in_texts or self._is_of_program(template):
             return True
-        is_defined = self.model.is_defined(Name(Kind.TEMPLATE, template))
+        is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
         # a template that no file defines and that has slots is one of an interface or of a feature
         return (not is_defined and template in self.deftemplates) or self.changed(template)
 
@@ -260,4 +260,4 @@ class Usage:
 
     def read_templates(self) -> set[str]:
         """Return the templates that a pattern or a query asks for."""
-        return self.model.names(Kind.TEMPLATE, Use.MATCHED, Use.QUERIED)
+        return self.model.names(NameKind.TEMPLATE, Use.MATCHED, Use.QUERIED)

@@ -16,7 +16,7 @@ from cxbridge.run.recording import start_recording
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
 from cxbridge.worlds.run import MakeAssembly, make_scenario
-from cxbridge.worlds.skills import Answer
+from cxbridge.worlds.skills import SkillAnswer
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,7 +79,7 @@ class Played:
     violations: tuple[Violation, ...]
     history: RunHistory
     start_us: int
-    answers: tuple[Answer, ...]
+    answers: tuple[SkillAnswer, ...]
     agents: int
     on_board: bool
 

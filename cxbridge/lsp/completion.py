@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
 from cxbridge.agent.clips import ARGUMENTS, CONDITIONS, DEFINES, OF_FIELDS, SLOT_VALUES
-from cxbridge.agent.names import Kind, Name, SourceFile, Use
+from cxbridge.agent.names import Name, NameKind, SourceFile, Use
 from cxbridge.agent.yaml import parents
 from cxbridge.clipstext.syntax import read
 from cxbridge.lsp.context import Context, context_at, message_type, template_of_fact
@@ -21,7 +21,7 @@ class Proposal(NamedTuple):
     """
 
     text: str
-    kind: Kind | None
+    kind: NameKind | None
     detail: str = ""
 
 
@@ -48,7 +48,9 @@ def complete(session: Session, file: SourceFile, offset: int) -> list[Proposal]:
     return sorted({each.text: each for each in found if each.text}.values())
 
 
-def _defined(session: Session, file: SourceFile, kind: Kind, owner: str | None = None) -> Iterator[Proposal]:
+def _defined(
+    session: Session, file: SourceFile, kind: NameKind, owner: str | None = None
+) -> Iterator[Proposal]:
     found = session.preferred(session.model.defined(kind, owner), file.path)
     for each in found:
         yield Proposal(each.mention.name.text, kind, f"{kind.value} {each.mention.name.owner}".rstrip())
@@ -61,8 +63,8 @@ def _clips(session: Session, file: SourceFile, context: Context) -> Iterable[Pro
     if not context.heads:
         return [Proposal(name, None, "construct") for name in _CONSTRUCTS] if context.at_head else ()
     if context.word.startswith(("?*", "$?*")):
-        globals_ = session.model.names(Kind.GLOBAL, Use.DEFINED)
-        return [Proposal(f"?*{name}*", Kind.GLOBAL, "global") for name in globals_]
+        globals_ = session.model.names(NameKind.GLOBAL, Use.DEFINED)
+        return [Proposal(f"?*{name}*", NameKind.GLOBAL, "global") for name in globals_]
     if match := _SELECTED.search(context.word):
         slots = _slots(session, file, template_of_fact(context.text, match[1]))
         return [Proposal(f"{match[1]}:{slot.text}", slot.kind, slot.detail) for slot in slots]
@@ -81,23 +83,23 @@ def _heads(session: Session, file: SourceFile, context: Context) -> Iterator[Pro
     elif context.head in ("assert", "deffacts"):
         yield from _templates(session, file)
     else:
-        yield from _defined(session, file, Kind.FUNCTION)
+        yield from _defined(session, file, NameKind.FUNCTION)
         for name, info in session.knowledge.functions.items():
-            yield Proposal(name, Kind.FUNCTION, info.feature or "CLIPS")
+            yield Proposal(name, NameKind.FUNCTION, info.feature or "CLIPS")
 
 
 def _templates(session: Session, file: SourceFile) -> Iterator[Proposal]:
-    yield from _defined(session, file, Kind.TEMPLATE)
-    yield from _defined(session, file, Kind.INTERFACE)
+    yield from _defined(session, file, NameKind.TEMPLATE)
+    yield from _defined(session, file, NameKind.INTERFACE)
     for name in session.knowledge.templates:
-        yield Proposal(name, Kind.TEMPLATE, "template")
+        yield Proposal(name, NameKind.TEMPLATE, "template")
 
 
 def _slots(session: Session, file: SourceFile, template: str) -> Iterator[Proposal]:
-    yield from _defined(session, file, Kind.SLOT, template)
-    yield from _defined(session, file, Kind.FIELD, template)
+    yield from _defined(session, file, NameKind.SLOT, template)
+    yield from _defined(session, file, NameKind.FIELD, template)
     for name in session.knowledge.templates.get(template, ()):
-        yield Proposal(name, Kind.SLOT, f"slot {template}")
+        yield Proposal(name, NameKind.SLOT, f"slot {template}")
 
 
 def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator[Proposal]:
@@ -109,27 +111,27 @@ def _arguments(session: Session, file: SourceFile, context: Context) -> Iterator
             yield from _names(session, file, kind)
         if (template, head) == ("plan-action", "param-names"):
             action = _ACTION_NAME.search(context.pattern)
-            yield from _defined(session, file, Kind.PARAMETER, action[1] if action else None)
+            yield from _defined(session, file, NameKind.PARAMETER, action[1] if action else None)
         yield from _allowed(session, file, template, head)
     elif head in OF_FIELDS and (message := _MESSAGE.search(context.text)):
         owner = message_type(context.text, message[1])
-        yield from _defined(session, file, Kind.PROTO_FIELD, owner) if owner else ()
+        yield from _defined(session, file, NameKind.PROTO_FIELD, owner) if owner else ()
     elif head in ARGUMENTS:
         yield from _names(session, file, ARGUMENTS[head])
     elif head and context.heads[1:2] and context.word == "" and head.startswith("?"):
         yield from _templates(session, file)
 
 
-def _names(session: Session, file: SourceFile, kind: Kind) -> Iterator[Proposal]:
+def _names(session: Session, file: SourceFile, kind: NameKind) -> Iterator[Proposal]:
     """Yield the names of a kind: those defined; of goal classes, files and features all that are used."""
     yield from _defined(session, file, kind)
-    if kind in (Kind.GOAL_CLASS, Kind.FILE, Kind.FEATURE):
+    if kind in (NameKind.GOAL_CLASS, NameKind.FILE, NameKind.FEATURE):
         yield from (Proposal(name, kind, kind.value) for name in session.model.names(kind))
 
 
 def _allowed(session: Session, file: SourceFile, template: str, slot: str) -> Iterator[Proposal]:
     """Yield the values that a deftemplate allows in a slot."""
-    found = session.preferred(session.model.definitions(Name(Kind.TEMPLATE, template)), file.path)
+    found = session.preferred(session.model.definitions(Name(NameKind.TEMPLATE, template)), file.path)
     for definition, mention in found:
         placed = definition.piece_at(mention.start)
         nodes = read(placed.piece.text, close=True) if placed else []
@@ -152,13 +154,13 @@ def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]
     if "action-mapping" in above[:2]:
         yield from _mapping(session, file, row, above[0] if above[0] != "action-mapping" else "")
     elif "file" in (key and key[1], *above[:1]) or "files" in (key and key[1], *above[:1]):
-        yield from (Proposal(name, Kind.FILE, "file") for name in _clips_files(session))
+        yield from (Proposal(name, NameKind.FILE, "file") for name in _clips_files(session))
     elif "blackboard-preload" in (key and key[1], *above[:1]):
-        yield from _defined(session, file, Kind.INTERFACE)
+        yield from _defined(session, file, NameKind.INTERFACE)
     elif key and key[1] == "name" and "stage-1" in above[:1]:
-        yield from _names(session, file, Kind.FEATURE)
+        yield from _names(session, file, NameKind.FEATURE)
     elif key and key[1] == "spec":
-        yield from _defined(session, file, Kind.SPEC)
+        yield from _defined(session, file, NameKind.SPEC)
 
 
 def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
@@ -168,15 +170,15 @@ def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Itera
     """
     key = re.match(r"\s*([\w-]+):\s", row)
     if not action and key is None:
-        yield from _defined(session, file, Kind.ACTION)
+        yield from _defined(session, file, NameKind.ACTION)
         return
     action = key[1] if key else action
     if re.search(r"\?\([\w-]*\Z", row):
-        yield from _defined(session, file, Kind.PARAMETER, action)
+        yield from _defined(session, file, NameKind.PARAMETER, action)
     elif skill := re.search(r"([A-Za-z_]\w*)\s*\{[^}]*\Z", row):
-        yield from _defined(session, file, Kind.ARGUMENT, skill[1])
+        yield from _defined(session, file, NameKind.ARGUMENT, skill[1])
     else:
-        yield from _defined(session, file, Kind.SKILL)
+        yield from _defined(session, file, NameKind.SKILL)
 
 
 def _clips_files(session: Session) -> Iterator[str]:
@@ -195,22 +197,22 @@ def _pddl(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]
     placed = file.piece_at(offset)
     before = file.text[placed.start if placed else 0 : offset]
     if re.search(r"\s-\s+[\w-]*\Z", before):
-        yield from _defined(session, file, Kind.OBJECT_TYPE)
+        yield from _defined(session, file, NameKind.OBJECT_TYPE)
     elif re.search(r"\?[\w-]*\Z", before) and placed and placed.piece.name:
-        for each in _defined(session, file, Kind.PARAMETER, placed.piece.name.text):
+        for each in _defined(session, file, NameKind.PARAMETER, placed.piece.name.text):
             yield Proposal(f"?{each.text}", each.kind, each.detail)
     elif re.search(r"\(\s*[\w-]*\Z", before):
-        yield from _defined(session, file, Kind.PREDICATE)
+        yield from _defined(session, file, NameKind.PREDICATE)
         yield from (Proposal(word, None) for word in ("and", "or", "not", "forall", "exists", "when"))
     elif re.search(r":[\w-]*\Z", before):
         yield from (Proposal(word, None) for word in _PDDL_KEYS)
     else:
-        yield from _defined(session, file, Kind.CONSTANT)
+        yield from _defined(session, file, NameKind.CONSTANT)
 
 
 def _lua(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]:
     row = file.text[file.text.rfind("\n", 0, offset) + 1 : offset]
     if "depends_skills" in row or re.search(r"\bskills\s*=\s*\{\{", row):
-        yield from _defined(session, file, Kind.SKILL)
+        yield from _defined(session, file, NameKind.SKILL)
     elif re.search(r"""\btype\s*=\s*["']\w*\Z""", row):
-        yield from _defined(session, file, Kind.INTERFACE)
+        yield from _defined(session, file, NameKind.INTERFACE)

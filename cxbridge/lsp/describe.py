@@ -11,7 +11,7 @@ from typing import Final
 
 from cxbridge.agent.lua import skill_documentation
 from cxbridge.agent.model import Found
-from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.lsp.session import Session, comment_above
 
@@ -29,12 +29,12 @@ def describe(session: Session, file: SourceFile, mention: Mention) -> str:
     parts: list[str] = []
     if found:
         parts += _definition(found[-1], name)
-    elif name.kind is Kind.FUNCTION:
+    elif name.kind is NameKind.FUNCTION:
         parts += _builtin(session, name)
-    elif name.kind in (Kind.TEMPLATE, Kind.SLOT):
+    elif name.kind in (NameKind.TEMPLATE, NameKind.SLOT):
         parts += _template_of_clips(session, name)
     uses = _uses(session, name)
-    if not parts and name.kind is not Kind.GOAL_CLASS:
+    if not parts and name.kind is not NameKind.GOAL_CLASS:
         return ""
     if not parts:
         parts.append(f"goal class **{name.text}**")
@@ -43,20 +43,26 @@ def describe(session: Session, file: SourceFile, mention: Mention) -> str:
 
 def _definition(found: Found, name: Name) -> Iterator[str]:
     file, mention = found
-    describes: Mapping[Kind, Callable[[Found], Iterator[str]]] = {
-        Kind.SLOT: _slot,
-        Kind.SKILL: _skill,
-        Kind.ARGUMENT: _argument,
-        Kind.INTERFACE: _interface,
-        Kind.FIELD: _field,
-        Kind.MESSAGE: _field,
-        Kind.PROTO_MESSAGE: _proto_message,
-        Kind.PROTO_FIELD: _proto_field,
+    describes: Mapping[NameKind, Callable[[Found], Iterator[str]]] = {
+        NameKind.SLOT: _slot,
+        NameKind.SKILL: _skill,
+        NameKind.ARGUMENT: _argument,
+        NameKind.INTERFACE: _interface,
+        NameKind.FIELD: _field,
+        NameKind.MESSAGE: _field,
+        NameKind.PROTO_MESSAGE: _proto_message,
+        NameKind.PROTO_FIELD: _proto_field,
     }
     describer = describes.get(mention.name.kind)
     if describer is not None:
         yield from describer(found)
-    elif name.kind in (Kind.CONSTANT, Kind.OBJECT_TYPE, Kind.PREDICATE, Kind.PARAMETER, Kind.GLOBAL):
+    elif name.kind in (
+        NameKind.CONSTANT,
+        NameKind.OBJECT_TYPE,
+        NameKind.PREDICATE,
+        NameKind.PARAMETER,
+        NameKind.GLOBAL,
+    ):
         yield _code(file, _group_around(file, mention))
         yield _trailing_comment(file, mention.end)
     else:
@@ -138,7 +144,7 @@ def _interface(found: Found) -> Iterator[str]:
     fields = [
         f"- `{mention.name.text}`: {_words_of_field(found.file, mention)}"
         for mention in found.file.mentions
-        if mention.name.kind is Kind.FIELD
+        if mention.name.kind is NameKind.FIELD
     ]
     yield "\n".join(fields)
 
@@ -169,9 +175,9 @@ def _builtin(session: Session, name: Name) -> Iterator[str]:
 
 
 def _template_of_clips(session: Session, name: Name) -> Iterator[str]:
-    template = name.owner if name.kind is Kind.SLOT else name.text
+    template = name.owner if name.kind is NameKind.SLOT else name.text
     slots = session.knowledge.templates.get(template)
-    if slots is not None and (name.kind is Kind.TEMPLATE or name.text in slots):
+    if slots is not None and (name.kind is NameKind.TEMPLATE or name.text in slots):
         yield _fence(
             "clips", f"(deftemplate {template} " + " ".join(f"(slot {slot})" for slot in slots) + ")"
         )

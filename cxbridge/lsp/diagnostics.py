@@ -9,7 +9,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
@@ -76,13 +76,13 @@ def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
             continue  # what is in which list is anybody's guess
         for number, mention in enumerate(placed.piece.mentions):
             found = None
-            if mention.name.kind is Kind.SLOT:
+            if mention.name.kind is NameKind.SLOT:
                 found = _slot(session, known, mention)
-            elif mention.name.kind is Kind.FUNCTION and mention.use is Use.CALLED:
+            elif mention.name.kind is NameKind.FUNCTION and mention.use is Use.CALLED:
                 found = _function(session, known, mention)
-            elif mention.name.kind is Kind.GLOBAL and mention.use is not Use.DEFINED:
+            elif mention.name.kind is NameKind.GLOBAL and mention.use is not Use.DEFINED:
                 found = _global(known, mention)
-            elif mention.name.kind is Kind.TEMPLATE and mention.use in _FACT_USES:
+            elif mention.name.kind is NameKind.TEMPLATE and mention.use in _FACT_USES:
                 found = _template(session, known, placed, number)
             if found is not None:
                 code, message, hint = found
@@ -100,10 +100,10 @@ def _template(session: Session, known: AgentDefinitions, placed: PlacedPiece, nu
     if name in known.slots or name in session.knowledge.templates or name == "object":
         return None
     after = placed.piece.mentions[number + 1 : number + 2]
-    slots = [each for each in after if each.name.kind is Kind.SLOT and each.name.owner == name]
+    slots = [each for each in after if each.name.kind is NameKind.SLOT and each.name.owner == name]
     if not slots and mention.use is not Use.QUERIED:
         return None  # an ordered fact needs no deftemplate
-    functions = session.knowledge.functions.keys() | known.names(Kind.FUNCTION)
+    functions = session.knowledge.functions.keys() | known.names(NameKind.FUNCTION)
     if mention.use is Use.QUERIED or slots[0].name.text in functions:
         return None  # CLIPS takes any name in a query; and (assert (total (+ 1 2))) is ordered, too
     return TEMPLATE, f"there is no deftemplate '{name}'", did_you_mean(name, known.slots)
@@ -121,7 +121,7 @@ def _slot(session: Session, known: AgentDefinitions, mention: Mention) -> _What 
 
 def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _What | None:
     name = mention.name.text
-    functions = known.names(Kind.FUNCTION) | session.knowledge.functions.keys()
+    functions = known.names(NameKind.FUNCTION) | session.knowledge.functions.keys()
     if name in functions:
         return None
     return FUNCTION, f"there is no function '{name}'", did_you_mean(name, functions)
@@ -129,7 +129,7 @@ def _function(session: Session, known: AgentDefinitions, mention: Mention) -> _W
 
 def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
     name = mention.name.text
-    own = known.names(Kind.GLOBAL)
+    own = known.names(NameKind.GLOBAL)
     if name in own:
         return None
     return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, own)

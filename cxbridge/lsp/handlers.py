@@ -11,7 +11,7 @@ from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 
 from cxbridge.agent.model import Found
-from cxbridge.agent.names import Kind, Mention, SourceFile
+from cxbridge.agent.names import Mention, NameKind, SourceFile
 from cxbridge.clipstext.layout import layout
 from cxbridge.errors import CxbridgeError
 from cxbridge.lsp import navigation
@@ -202,7 +202,7 @@ def _code_lens(ls: AgentServer, params: lsp.CodeLensParams) -> list[lsp.CodeLens
         return []
     lenses = []
     for symbol in outline(file):
-        if symbol.mention.name.kind is Kind.RULE:
+        if symbol.mention.name.kind is NameKind.RULE:
             count = known.firings.get(symbol.mention.name.text, 0)
             times = {0: "never fired", 1: "fired once"}.get(count, f"fired {count} times")
             place = ls.positions.range(file, symbol.mention.start, symbol.mention.end)

@@ -7,21 +7,21 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.agent.model import Found
-from cxbridge.agent.names import Kind, Mention, Name, SourceFile, Use
+from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.errors import CxbridgeError
 from cxbridge.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
 _FIXED: Final = frozenset(
     {
-        Kind.FILE,
-        Kind.FEATURE,
-        Kind.INTERFACE,
-        Kind.FIELD,
-        Kind.MESSAGE,
-        Kind.SPEC,
-        Kind.PROTO_MESSAGE,
-        Kind.PROTO_FIELD,
+        NameKind.FILE,
+        NameKind.FEATURE,
+        NameKind.INTERFACE,
+        NameKind.FIELD,
+        NameKind.MESSAGE,
+        NameKind.SPEC,
+        NameKind.PROTO_MESSAGE,
+        NameKind.PROTO_FIELD,
     }
 )
 """What a rename would not get everywhere: code in other languages has these names, too."""
@@ -30,14 +30,14 @@ _FIXED: Final = frozenset(
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:
     """Return where a name is defined; of a goal class, where such goals are made."""
     name = mention.name
-    if name.kind is Kind.FILE:
+    if name.kind is NameKind.FILE:
         return _files(session, file, name)
     found = session.model.definitions(name)
-    if not found and name.kind is Kind.PARAMETER and not name.owner:
+    if not found and name.kind is NameKind.PARAMETER and not name.owner:
         found = [
-            each for each in session.model.defined(Kind.PARAMETER) if each.mention.name.text == name.text
+            each for each in session.model.defined(NameKind.PARAMETER) if each.mention.name.text == name.text
         ]
-    if not found and name.kind in (Kind.GOAL_CLASS, Kind.ACTION):
+    if not found and name.kind in (NameKind.GOAL_CLASS, NameKind.ACTION):
         found = list(session.model.mentions(name, Use.ASSERTED))
     return session.preferred(found, file.path)
 
@@ -59,9 +59,9 @@ def references(session: Session, mention: Mention, *, declaration: bool = True) 
     :param declaration: whether its definitions count.
     """
     found = list(session.model.mentions(mention.name))
-    if mention.name.kind is Kind.FUNCTION:  # some look like slots
+    if mention.name.kind is NameKind.FUNCTION:  # some look like slots
         calls = session.model.calls(mention.name.text)
-        found += [each for each in calls if each.mention.name.kind is Kind.SLOT]
+        found += [each for each in calls if each.mention.name.kind is NameKind.SLOT]
     return [each for each in found if declaration or each.mention.use is not Use.DEFINED]
 
 
@@ -88,7 +88,7 @@ def check_renamable(session: Session, mention: Mention) -> None:
     if name.kind in _FIXED:
         raise CxbridgeError(f"the name of a {name.kind.value} is not only in files of the agent")
     found = session.model.definitions(name)
-    if not found and name.kind is not Kind.GOAL_CLASS:
+    if not found and name.kind is not NameKind.GOAL_CLASS:
         raise CxbridgeError(f"no file defines the {name.kind.value} '{name.text}'")
     if session.root is not None and any(
         not Path(each.file.path).is_relative_to(session.root) for each in found

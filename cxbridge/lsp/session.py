@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.agent.model import SUFFIXES, AgentModel, Found
-from cxbridge.agent.names import Kind, Name, SourceFile
+from cxbridge.agent.names import Name, NameKind, SourceFile
 from cxbridge.lsp.knowledge import NOTHING, AgentKnowledge, FunctionInfo
 
 _SCENARIO_FILES: Final = ("scenario.yaml", "cfg/config.yaml", "config.yaml")
@@ -86,7 +86,7 @@ class AgentDefinitions:
     """The names that some files define."""
 
     def __init__(self, files: Iterable[SourceFile]) -> None:
-        self._names: dict[Kind, set[str]] = {}
+        self._names: dict[NameKind, set[str]] = {}
         self.slots: dict[str, set[str]] = {}
         for file in files:
             for _, piece in file.pieces:
@@ -95,14 +95,14 @@ class AgentDefinitions:
 
     def _note(self, name: Name) -> None:
         self._names.setdefault(name.kind, set()).add(name.text)
-        if name.kind is Kind.TEMPLATE:
+        if name.kind is NameKind.TEMPLATE:
             self.slots.setdefault(name.text, set())
-        elif name.kind is Kind.INTERFACE:
+        elif name.kind is NameKind.INTERFACE:
             self.slots.setdefault(name.text, set()).update(("id", "time"))
-        elif name.kind in (Kind.SLOT, Kind.FIELD):
+        elif name.kind in (NameKind.SLOT, NameKind.FIELD):
             self.slots.setdefault(name.owner, set()).add(name.text)
 
-    def names(self, kind: Kind) -> set[str]:
+    def names(self, kind: NameKind) -> set[str]:
         """Return the names of a kind."""
         return self._names.get(kind, set())
 

@@ -8,12 +8,14 @@ from typing import Final
 from msgspec import Struct
 
 from cxbridge.agent.model import Found
-from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.parts import open_lists
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.lsp.session import Session
 
-_PARTS: Final = frozenset({Kind.SLOT, Kind.PARAMETER, Kind.FIELD, Kind.MESSAGE, Kind.ARGUMENT})
+_PARTS: Final = frozenset(
+    {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}
+)
 _MOST: Final = 200
 
 

@@ -38,7 +38,7 @@ def property_as_bool(text: str) -> bool:
     return text in _TRUE
 
 
-class Node(Struct, frozen=True):
+class NavGraphNode(Struct, frozen=True):
     """A place.
 
     :param x: metres in the fixed frame, as y.
@@ -57,7 +57,7 @@ class Node(Struct, frozen=True):
         return math.hypot(self.x - x, self.y - y)
 
 
-class Edge(Struct, frozen=True):
+class NavGraphEdge(Struct, frozen=True):
     """A way from one node to another, and back unless it is directed."""
 
     start: str
@@ -72,14 +72,14 @@ class Edge(Struct, frozen=True):
         )
 
 
-class Path(Struct, frozen=True):
+class NavGraphPath(Struct, frozen=True):
     """A way through a graph.
 
     :param nodes: from the first to the last, both included.
     :param cost: the sum of its edges' costs: metres unless costs were given otherwise.
     """
 
-    nodes: tuple[Node, ...]
+    nodes: tuple[NavGraphNode, ...]
     cost: float
 
 
@@ -92,8 +92,8 @@ class NavGraph:
     def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
         self.name = name
         self.default_properties = dict(default_properties or {})
-        self._nodes: dict[str, Node] = {}
-        self._edges: list[Edge] = []
+        self._nodes: dict[str, NavGraphNode] = {}
+        self._edges: list[NavGraphEdge] = []
         self._blocked: set[tuple[str, str]] = set()
         self._neighbours: dict[str, tuple[str, ...]] = {}
         self.revision = 0
@@ -102,15 +102,15 @@ class NavGraph:
     # -- nodes
 
     @property
-    def nodes(self) -> tuple[Node, ...]:
+    def nodes(self) -> tuple[NavGraphNode, ...]:
         """All nodes, in the order they were added."""
         return tuple(self._nodes.values())
 
-    def node(self, name: str) -> Node | None:
+    def node(self, name: str) -> NavGraphNode | None:
         """Return a node by name, None when there is none."""
         return self._nodes.get(name)
 
-    def add_node(self, node: Node) -> None:
+    def add_node(self, node: NavGraphNode) -> None:
         """Add a node.
 
         :raises NavGraphError: when there is one of this name.
@@ -119,18 +119,18 @@ class NavGraph:
             raise NavGraphError(f"Node with name {node.name} already exists")
         self.replace_node(node)
 
-    def replace_node(self, node: Node) -> None:
+    def replace_node(self, node: NavGraphNode) -> None:
         """Put a node in the place of the one of its name."""
         self._nodes[node.name] = node
         self.revision += 1
 
-    def search_nodes(self, prop: str = "") -> list[Node]:
+    def search_nodes(self, prop: str = "") -> list[NavGraphNode]:
         """Return the nodes that have a property, all of them when none is named."""
         return [node for node in self._nodes.values() if not prop or prop in node.properties]
 
     def closest_node(
         self, x: float, y: float, prop: str = "", *, unconnected: bool = False, other_than: str = ""
-    ) -> Node | None:
+    ) -> NavGraphNode | None:
         """Return the node that is closest to a point.
 
         :param prop: consider only nodes with this property.
@@ -147,15 +147,15 @@ class NavGraph:
     # -- edges
 
     @property
-    def edges(self) -> tuple[Edge, ...]:
+    def edges(self) -> tuple[NavGraphEdge, ...]:
         """All edges, in the order they were added."""
         return tuple(self._edges)
 
-    def edge(self, start: str, end: str) -> Edge | None:
+    def edge(self, start: str, end: str) -> NavGraphEdge | None:
         """Return the edge that leads from one node to another, None when there is none."""
         return next((edge for edge in self._edges if edge.joins(start, end)), None)
 
-    def add_edge(self, edge: Edge) -> None:
+    def add_edge(self, edge: NavGraphEdge) -> None:
         """Add an edge.
 
         :raises NavGraphError: when a node is unknown or unconnected, or there is such an edge.
@@ -174,7 +174,7 @@ class NavGraph:
         self._neighbours.clear()
         self.revision += 1
 
-    def remove_edge(self, edge: Edge) -> None:
+    def remove_edge(self, edge: NavGraphEdge) -> None:
         """Remove an edge; no error when it is not there."""
         self._edges = [other for other in self._edges if other is not edge]
         self._neighbours.clear()
@@ -214,8 +214,8 @@ class NavGraph:
         self._blocked.discard((start, end))
 
     def search_path(
-        self, start: str, goal: str, cost: Callable[[Node, Node], float] | None = None
-    ) -> Path | None:
+        self, start: str, goal: str, cost: Callable[[NavGraphNode, NavGraphNode], float] | None = None
+    ) -> NavGraphPath | None:
         """Return the cheapest way (A*), None when there is none.
 
         :param cost: of an edge between two nodes; at least the distance in metres, which it is when None.
@@ -245,11 +245,11 @@ class NavGraph:
                 heapq.heappush(queue, (estimate, next(order), total, neighbour, name))
         return None
 
-    def _path(self, came_from: Mapping[str, str], goal: str, cost: float) -> Path:
+    def _path(self, came_from: Mapping[str, str], goal: str, cost: float) -> NavGraphPath:
         names = [goal]
         while previous := came_from[names[-1]]:
             names.append(previous)
-        return Path(tuple(self._nodes[name] for name in reversed(names)), cost)
+        return NavGraphPath(tuple(self._nodes[name] for name in reversed(names)), cost)
 
 
 def _known(names: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.errors import NavGraphError
-from cxbridge.navgraph.graph import Edge, NavGraph, Node
+from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 SAME_PLACE: Final = 1e-4
 """Points that are nearer to each other than this many metres are one."""
@@ -16,7 +16,7 @@ SAME_PLACE: Final = 1e-4
 Point = tuple[float, float]
 
 
-def crossing(graph: NavGraph, edge: Edge, start: Node, end: Node) -> Point | None:
+def crossing(graph: NavGraph, edge: NavGraphEdge, start: NavGraphNode, end: NavGraphNode) -> Point | None:
     """Return where an edge and the way between two nodes meet, ends included; None when they do not."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
@@ -33,7 +33,7 @@ def crossing(graph: NavGraph, edge: Edge, start: Node, end: Node) -> Point | Non
     return (start.x + along_way * vx, start.y + along_way * vy)
 
 
-def add_without_crossing(graph: NavGraph, edge: Edge) -> None:
+def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
     """Add an edge that crosses no other; edges with a node in common do not count.
 
     :raises NavGraphError: when it crosses one, or cannot be added at all.
@@ -51,7 +51,7 @@ def add_without_crossing(graph: NavGraph, edge: Edge) -> None:
     graph.add_edge(edge)
 
 
-def add_and_split(graph: NavGraph, edge: Edge) -> None:
+def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
     """Add an edge; where it crosses others all of them get a node.
 
     :raises NavGraphError: when it cannot be added at all.
@@ -71,14 +71,14 @@ def add_and_split(graph: NavGraph, edge: Edge) -> None:
         if middle not in (other.start, other.end):
             graph.remove_edge(other)
             for a, b in ((other.start, middle), (middle, other.end)):
-                _add_new(graph, Edge(a, b, other.directed, other.properties))
+                _add_new(graph, NavGraphEdge(a, b, other.directed, other.properties))
         if middle not in (previous, edge.end):
             _add_new(graph, _generated(previous, middle, edge.properties, directed=edge.directed))
             previous = middle
     _add_new(graph, _generated(previous, edge.end, edge.properties, directed=edge.directed))
 
 
-def connect_to_closest_node(graph: NavGraph, node: Node) -> None:
+def connect_to_closest_node(graph: NavGraph, node: NavGraphNode) -> None:
     """Add an edge from a node to the one that is closest to it.
 
     :raises NavGraphError: when there is none.
@@ -89,12 +89,12 @@ def connect_to_closest_node(graph: NavGraph, node: Node) -> None:
     add_and_split(graph, _generated(node.name, closest.name))
 
 
-def connect_to_closest_edge(graph: NavGraph, node: Node) -> None:
+def connect_to_closest_edge(graph: NavGraph, node: NavGraphNode) -> None:
     """Add an edge from a node straight to the closest edge, which gets a node there.
 
     :raises NavGraphError: when no edge passes by.
     """
-    best: tuple[float, Point, Edge] | None = None
+    best: tuple[float, Point, NavGraphEdge] | None = None
     for edge in graph.edges:
         point = _foot(graph, edge, node)
         if point and (best is None or node.distance(*point) < best[0]):
@@ -107,14 +107,14 @@ def connect_to_closest_edge(graph: NavGraph, node: Node) -> None:
         middle = closest.name
     else:
         middle = f"C-{node.name}"
-        graph.add_node(Node(middle, x, y))
+        graph.add_node(NavGraphNode(middle, x, y))
         graph.remove_edge(edge)
         for a, b in ((edge.start, middle), (middle, edge.end)):
-            _add_new(graph, Edge(a, b, edge.directed, edge.properties))
+            _add_new(graph, NavGraphEdge(a, b, edge.directed, edge.properties))
     add_and_split(graph, _generated(middle, node.name))
 
 
-def _foot(graph: NavGraph, edge: Edge, node: Node) -> Point | None:
+def _foot(graph: NavGraph, edge: NavGraphEdge, node: NavGraphNode) -> Point | None:
     """Return the point of an edge that is straight across from a node; None when that is beyond its ends."""
     a, b = graph.node(edge.start), graph.node(edge.end)
     assert a is not None
@@ -131,20 +131,20 @@ def _node_at(graph: NavGraph, point: Point) -> str:
     if closest is not None and closest.distance(*point) < SAME_PLACE:
         return closest.name
     name = next(name for i in itertools.count() if graph.node(name := f"U-{i}") is None)
-    graph.add_node(Node(name, *point))
+    graph.add_node(NavGraphNode(name, *point))
     return name
 
 
-def _add_new(graph: NavGraph, edge: Edge) -> None:
+def _add_new(graph: NavGraph, edge: NavGraphEdge) -> None:
     if edge.start != edge.end and graph.edge(edge.start, edge.end) is None:
         graph.add_edge(edge)
 
 
 def _generated(
     start: str, end: str, properties: Mapping[str, str] | None = None, *, directed: bool = False
-) -> Edge:
-    return Edge(start, end, directed, {**(properties or {}), "created-for": f"{start}--{end}"})
+) -> NavGraphEdge:
+    return NavGraphEdge(start, end, directed, {**(properties or {}), "created-for": f"{start}--{end}"})
 
 
-def _name(edge: Edge) -> str:
+def _name(edge: NavGraphEdge) -> str:
     return f"{edge.start}{'>' if edge.directed else '-'}{edge.end}"

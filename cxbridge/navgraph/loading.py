@@ -12,7 +12,7 @@ from msgspec import structs
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError, NavGraphError
 from cxbridge.navgraph import joining
-from cxbridge.navgraph.graph import Edge, NavGraph, Node
+from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 TAG: Final = "tag:fawkesrobotics.org,navgraph/"
 """What ``!`` stands for in graph files."""
@@ -71,7 +71,7 @@ def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = Fa
     return graph
 
 
-def _node(item: YamlNode) -> Node:
+def _node(item: YamlNode) -> NavGraphNode:
     if not isinstance(item, YamlMap):
         raise _wrong(item, "a node must be a map with 'name' and 'pos'")
     fields = {_text(key): value for key, value in item.pairs}
@@ -81,7 +81,7 @@ def _node(item: YamlNode) -> Node:
     if not isinstance(pos, YamlList) or len(pos.items) < _PAIR:
         raise _wrong(pos, "'pos' must be [x, y] in metres")
     x, y = (_number(value) for value in pos.items[:_PAIR])
-    return Node(
+    return NavGraphNode(
         _text(fields["name"]), x, y, _properties(fields.get("properties")), item.tag == f"{TAG}unconnected"
     )
 
@@ -89,8 +89,8 @@ def _node(item: YamlNode) -> Node:
 def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     if not isinstance(item, YamlList) or len(item.items) != _PAIR:
         raise _wrong(item, "a connection must be [FROM, TO]")
-    edge = Edge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
-    ways: dict[str, Callable[[NavGraph, Edge], None]] = {
+    edge = NavGraphEdge(_text(item.items[0]), _text(item.items[1]), item.tag == f"{TAG}dir")
+    ways: dict[str, Callable[[NavGraph, NavGraphEdge], None]] = {
         f"{TAG}allow-intersection": NavGraph.add_edge,
         f"{TAG}split-intersection": joining.add_and_split,
     }
@@ -98,7 +98,7 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
     _placed(item, lambda edge: add(graph, edge), edge)
 
 
-def _insert(graph: NavGraph, node: Node, place: YamlNode) -> None:
+def _insert(graph: NavGraph, node: NavGraphNode, place: YamlNode) -> None:
     """Do what a node's property ``insert-mode`` asks for."""
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":

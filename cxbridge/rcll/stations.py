@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from cxbridge.navgraph import NavGraph, Node
+from cxbridge.navgraph import NavGraph, NavGraphNode
 from cxbridge.rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")
@@ -57,10 +57,10 @@ class StationNodes:
                 pose = self._places.find(place)
                 if pose is not None:
                     properties = {"orientation": f"{pose.yaw:f}"}
-                    graph.replace_node(Node(place, pose.x, pose.y, properties))
+                    graph.replace_node(NavGraphNode(place, pose.x, pose.y, properties))
             centre = self._centre(name)
             if centre is not None:
-                graph.replace_node(Node(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))
+                graph.replace_node(NavGraphNode(name, centre.x, centre.y, {"mps": "true"}, unconnected=True))
 
     def _centre(self, name: str) -> Pose | None:
         ends = [self._places.find(f"{name}-{side}") for side in _SIDES]
@@ -83,7 +83,7 @@ class StationNodes:
                 name, pose = max(free, key=lambda each: _distance(each[1], chosen or machines))
                 chosen.append(pose)
                 free.remove((name, pose))
-                self._graph().replace_node(Node(name, pose.x, pose.y))
+                self._graph().replace_node(NavGraphNode(name, pose.x, pose.y))
 
 
 def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:

@@ -9,6 +9,9 @@ from msgspec import Struct
 from cxbridge.errors import Ros2Error
 from cxbridge.suggestions import did_you_mean
 
+Reliability = Literal["reliable", "best_effort"]
+Durability = Literal["volatile", "transient_local"]
+
 
 class QosProfile(Struct, frozen=True):
     """What a publisher offers, or a subscription wants.
@@ -18,8 +21,8 @@ class QosProfile(Struct, frozen=True):
     :param depth: how many messages are kept.
     """
 
-    reliability: Literal["reliable", "best_effort"] = "reliable"
-    durability: Literal["volatile", "transient_local"] = "volatile"
+    reliability: Reliability = "reliable"
+    durability: Durability = "volatile"
     depth: int = 10
 
 

@@ -23,7 +23,7 @@ from cxbridge.worldmodel.reading import find_world, read_world
 from cxbridge.worlds.asking import Asking
 from cxbridge.worlds.points import Choice, Chooser, NotedChooser
 from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
-from cxbridge.worlds.skills import Answer, SkillChoices
+from cxbridge.worlds.skills import SkillAnswer, SkillChoices
 from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
@@ -170,7 +170,7 @@ class WorldRun(Closing):
         return tuple(part.state(now_us) for part in self._parts.values())
 
     @property
-    def answers(self) -> list[Answer]:
+    def answers(self) -> list[SkillAnswer]:
         """How the calls of skills end that have begun, of the agents that live, one after the other."""
         return [answer for part in self._parts.values() for answer in part.answers]
 

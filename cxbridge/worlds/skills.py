@@ -44,7 +44,7 @@ class DurationDraw:
             return None
 
 
-class Answer(NamedTuple):
+class SkillAnswer(NamedTuple):
     """How a call of a skill ends.
 
     :param outcome: None: as it does when nothing is said of it.
@@ -80,7 +80,7 @@ class SkillChoices:
         self._usual: tuple[Estimator, ...] = ()
         if config.keys(STATIC_PREFIX):
             self._usual = (StaticEstimator.from_config(config),)
-        self.answers: list[Answer] = []
+        self.answers: list[SkillAnswer] = []
         """How the calls so far end, in the order of their begin."""
         self.script = ScriptedSkills(context, self._usual)
         self.script.otherwise.does(self._answer)
@@ -99,7 +99,7 @@ class SkillChoices:
 
     def _answer(self, call: Call) -> Outcome | None:
         outcome = self._outcome(call)
-        self.answers.append(Answer(call, outcome))
+        self.answers.append(SkillAnswer(call, outcome))
         return outcome
 
     def _outcome(self, call: Call) -> Outcome | None:

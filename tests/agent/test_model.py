@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.agent.loading import SpecLoading
 from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.agent.names import Name, NameKind, Use
 from cxbridge.clipstext.parts import open_lists, parts
 from cxbridge.config import Configuration
 from cxbridge.executive.executive import BUILTIN_CX
@@ -132,11 +132,11 @@ def test_a_domain():
     (file,) = model.files
     for mention in file.mentions:
         assert DOMAIN[mention.start : mention.end] == mention.name.text
-    assert model.names(Kind.ACTION, Use.DEFINED) == {"pour", "drink"}
-    assert model.names(Kind.PARAMETER, Use.DEFINED, owner="pour") == {"what"}
-    assert model.names(Kind.OBJECT_TYPE, Use.DEFINED) == {"cup", "place"}
-    assert model.names(Kind.CONSTANT, Use.DEFINED) == {"SHELF"}
-    assert len(list(model.mentions(Name(Kind.PREDICATE, "at")))) == 5
+    assert model.names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    assert model.names(NameKind.PARAMETER, Use.DEFINED, owner="pour") == {"what"}
+    assert model.names(NameKind.OBJECT_TYPE, Use.DEFINED) == {"cup", "place"}
+    assert model.names(NameKind.CONSTANT, Use.DEFINED) == {"SHELF"}
+    assert len(list(model.mentions(Name(NameKind.PREDICATE, "at")))) == 5
     assert [p.piece.name and p.piece.name.text for p in file.pieces][-2:] == ["pour", "drink"]
 
 
@@ -149,7 +149,7 @@ def test_a_broken_domain_still_has_its_actions(wrong):
     model = model_of(d__pddl=wrong)
     (file,) = model.files
     assert file.problem is not None
-    assert model.names(Kind.ACTION, Use.DEFINED) == {"pour", "drink"}
+    assert model.names(NameKind.ACTION, Use.DEFINED) == {"pour", "drink"}
     for mention in file.mentions:
         assert wrong[mention.start : mention.end] == mention.name.text
 
@@ -203,12 +203,12 @@ def test_skills_and_interfaces():
     for name in ("mobile/pick.lua", "mobile/goto_waypoints.lua"):
         assert model.read(ROOT / "luaskills" / name)
     assert model.read(ROOT / "interfaces" / "MotorInterface.xml")
-    assert model.names(Kind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
-    assert "goto_place" in model.names(Kind.SKILL, Use.NAMED)
-    assert model.names(Kind.ARGUMENT, owner="pick") == {"what", "patience"}
-    (found,) = model.definitions(Name(Kind.TEMPLATE, "MotorInterface"))
-    assert found.mention.name.kind is Kind.INTERFACE
-    assert model.is_defined(Name(Kind.SLOT, "motor_state", "MotorInterface"))
+    assert model.names(NameKind.SKILL, Use.DEFINED) == {"pick", "goto_waypoints"}
+    assert "goto_place" in model.names(NameKind.SKILL, Use.NAMED)
+    assert model.names(NameKind.ARGUMENT, owner="pick") == {"what", "patience"}
+    (found,) = model.definitions(Name(NameKind.TEMPLATE, "MotorInterface"))
+    assert found.mention.name.kind is NameKind.INTERFACE
+    assert model.is_defined(Name(NameKind.SLOT, "motor_state", "MotorInterface"))
     for file in model.files:
         for mention in file.mentions:
             assert file.text[mention.start : mention.end] == mention.name.text
@@ -216,17 +216,17 @@ def test_skills_and_interfaces():
 
 def test_a_name_is_found_in_all_sorts_of_files():
     model = model_of(a__clp=CLIPS, d__pddl=DOMAIN, s__yaml=YAML)
-    found = [(Path(f.path).name, m.use.value) for f, m in model.mentions(Name(Kind.ACTION, "pour"))]
+    found = [(Path(f.path).name, m.use.value) for f, m in model.mentions(Name(NameKind.ACTION, "pour"))]
     assert found == [("a.clp", "asserted"), ("d.pddl", "defined"), ("s.yaml", "named")]
     model.remove("/agent/a.clp")
-    assert not model.is_defined(Name(Kind.TEMPLATE, "cup"))
+    assert not model.is_defined(Name(NameKind.TEMPLATE, "cup"))
 
 
 def test_the_name_at_a_place():
     (file,) = model_of(s__yaml=YAML).files
     at = file.mention_at(YAML.index("?(what)s") + 3)
     assert at is not None
-    assert at.name == Name(Kind.PARAMETER, "what", "pour")
+    assert at.name == Name(NameKind.PARAMETER, "what", "pour")
     assert file.mention_at(YAML.index("drink: >") - 1) is None
 
 
@@ -274,7 +274,7 @@ def test_every_rule_of_the_rcll_agent_is_seen():
             written = file.text[mention.start : mention.end].rpartition("::")[2]
             assert mention.name.text in (written, written.strip("$?*"))
         rows = [row for row in file.text.splitlines() if row.lstrip().startswith("(defrule ")]
-        assert len(list(model.defined(Kind.RULE))) == len(rows), path
+        assert len(list(model.defined(NameKind.RULE))) == len(rows), path
 
 
 def test_a_call_in_an_ordered_fact_looks_like_a_slot_and_is_a_call():

@@ -12,7 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.agent.names import Name, NameKind, Use
 from cxbridge.agent.protobuf import read_proto
 from tests.support import ROOT
 
@@ -51,7 +51,7 @@ def compiled(file: Path, out: Path) -> set[tuple[str, str]]:
 def test_the_names_are_those_of_the_compiler(file, tmp_path):
     read = read_proto(str(file), file.read_text())
     ours = {
-        (name.text, "") if name.kind is Kind.PROTO_MESSAGE else (name.owner, name.text)
+        (name.text, "") if name.kind is NameKind.PROTO_MESSAGE else (name.owner, name.text)
         for name in (mention.name for mention in read.mentions)
     }
     assert ours == compiled(file, tmp_path / "out")
@@ -81,10 +81,10 @@ def test_uses_in_clips_lead_to_the_definitions():
     model.update("a.clp", CLIPS)
     assert model.read(OURS / "report.proto")
     for name in (
-        Name(Kind.PROTO_MESSAGE, "test_msgs.Report"),
-        Name(Kind.PROTO_MESSAGE, "test_msgs.Order"),
-        Name(Kind.PROTO_FIELD, "robot", "test_msgs.Report"),
-        Name(Kind.PROTO_FIELD, "text", "test_msgs.Order"),
+        Name(NameKind.PROTO_MESSAGE, "test_msgs.Report"),
+        Name(NameKind.PROTO_MESSAGE, "test_msgs.Order"),
+        Name(NameKind.PROTO_FIELD, "robot", "test_msgs.Report"),
+        Name(NameKind.PROTO_FIELD, "text", "test_msgs.Order"),
     ):
         (defined,) = model.mentions(name, Use.DEFINED)
         assert defined.file.path.endswith("report.proto")

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.agent.clips import read_clips
-from cxbridge.agent.names import Kind, SourceFile, Use
+from cxbridge.agent.names import NameKind, SourceFile, Use
 from cxbridge.check.run import check
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.run import RunOptions
@@ -29,8 +29,8 @@ MODES: Final = frozenset(
     }
 )
 _KINDS: Final = {
-    *(Kind.TEMPLATE, Kind.SLOT, Kind.FUNCTION, Kind.GLOBAL, Kind.GOAL_CLASS),
-    *(Kind.ACTION, Kind.PREDICATE, Kind.OBJECT_TYPE, Kind.PARAMETER, Kind.FILE),
+    *(NameKind.TEMPLATE, NameKind.SLOT, NameKind.FUNCTION, NameKind.GLOBAL, NameKind.GOAL_CLASS),
+    *(NameKind.ACTION, NameKind.PREDICATE, NameKind.OBJECT_TYPE, NameKind.PARAMETER, NameKind.FILE),
 }
 _STANDARD: Final = frozenset({"assert", "modify", "retract", "printout"})
 
@@ -54,7 +54,7 @@ def mutations(file: SourceFile) -> Iterator[Mutation]:
         kind = mention.name.kind
         if kind in _KINDS and mention.name.text not in _STANDARD and mention.end > mention.start:
             what = f"{kind}, {'defined' if mention.use is Use.DEFINED else 'used'}"
-            end = mention.end - (file.text[mention.end - 1] == "*" and kind is Kind.GLOBAL)
+            end = mention.end - (file.text[mention.end - 1] == "*" and kind is NameKind.GLOBAL)
             yield Mutation(what, end, file.lines.at(mention.start), mention.name.text)
     for match in TOKEN.finditer(file.text):
         if match.group() in MODES:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import NavGraphError
-from cxbridge.navgraph import Edge, NavGraph, Node, load_navgraph, parse_navgraph
+from cxbridge.navgraph import NavGraph, NavGraphEdge, NavGraphNode, load_navgraph, parse_navgraph
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
 
 HOUSE = """\
@@ -52,7 +52,7 @@ def names(path) -> list[str]:
 
 def test_nodes_have_places_and_properties(house: NavGraph):
     kitchen = house.node("kitchen")
-    assert kitchen == Node("kitchen", 4.0, 0.0, {"room": "true", "orientation": "-1.57"})
+    assert kitchen == NavGraphNode("kitchen", 4.0, 0.0, {"room": "true", "orientation": "-1.57"})
     assert house.default_properties == {"travel_tolerance": "0.7"}
     assert house.node("cellar") is None
     assert [node.name for node in house.search_nodes("outside")] == ["garden"]
@@ -74,7 +74,7 @@ def test_edges_lead_both_ways_unless_directed(house: NavGraph):
     assert house.reachable_nodes("kitchen") == ("garden", "hall")
     assert house.reachable_nodes("hall") == ("kitchen",)
     assert house.reachable_nodes("garden") == ("hall", "kitchen")
-    assert house.edge("kitchen", "hall") == Edge("hall", "kitchen")
+    assert house.edge("kitchen", "hall") == NavGraphEdge("hall", "kitchen")
     assert house.edge("hall", "garden") is None
 
 
@@ -121,10 +121,10 @@ def test_no_way_is_shorter_than_the_one_found(points, data):
     """A* against trying all ways."""
     graph = NavGraph("random")
     for i, (x, y) in enumerate(points):
-        graph.add_node(Node(str(i), x, y))
+        graph.add_node(NavGraphNode(str(i), x, y))
     pairs = [(a, b) for a in range(len(points)) for b in range(a)]
     for a, b in data.draw(st.lists(st.sampled_from(pairs), unique=True)):
-        graph.add_edge(Edge(str(a), str(b), directed=data.draw(st.booleans())))
+        graph.add_edge(NavGraphEdge(str(a), str(b), directed=data.draw(st.booleans())))
 
     best = math.inf
 
@@ -167,7 +167,7 @@ def test_a_crossing_is_split():
 
 def test_a_crossing_may_be_allowed():
     graph = parse_navgraph(f"{CROSS}  - {TAG}allow-intersection> [S, N]\n", "cross.yaml")
-    assert graph.edge("S", "N") == Edge("S", "N")
+    assert graph.edge("S", "N") == NavGraphEdge("S", "N")
     assert len(graph.nodes) == 4
 
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.agent.clips import literal
-from cxbridge.agent.names import Kind, Mention, PlacedPiece, SourceFile, Use
+from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.clipstext.syntax import read
@@ -43,7 +43,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             continue
         for mention in placed.piece.mentions:
             owner = mention.name.owner
-            if mention.name.kind is not Kind.SLOT or mention.use not in _USES or owner not in slots:
+            if mention.name.kind is not NameKind.SLOT or mention.use not in _USES or owner not in slots:
                 continue
             if mention.name.text not in slots[owner]:
                 yield _unknown(file, placed, mention, slots[owner])

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
-from cxbridge.agent.names import Kind, Use
+from cxbridge.agent.names import NameKind, Use
 from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
@@ -298,7 +298,7 @@ def _unknown_global(agent: Agent, construct: Definition | None) -> SyntaxNode | 
 
 
 def _global_hint(agent: Agent, text: str) -> str:
-    known = agent.model.names(Kind.GLOBAL, Use.DEFINED)
+    known = agent.model.names(NameKind.GLOBAL, Use.DEFINED)
     hint = did_you_mean(text.strip("$?*"), known)
     return re.sub(r"mean (.*)\?", r"mean ?*\1*?", hint)
 

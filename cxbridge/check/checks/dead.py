@@ -8,7 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Kind, Name, Use
+from cxbridge.agent.names import Name, NameKind, Use
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.usage import OF_PROGRAM, Construct, FactUse, Usage
@@ -117,7 +117,7 @@ def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding
                 continue
             if usage.symbols[name] > _asserts(usage, name):
                 continue  # handed to a function that may look for it
-            if not agent.model.is_defined(Name(Kind.TEMPLATE, name)) and name in agent.deftemplates:
+            if not agent.model.is_defined(Name(NameKind.TEMPLATE, name)) and name in agent.deftemplates:
                 continue
             reported.add(name)
             yield _finding(
@@ -215,7 +215,7 @@ def _fits(pattern: FactUse, goal: FactUse, mode: str) -> bool:
 
 
 def _functions(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
-    called = usage.model.names(Kind.FUNCTION, Use.CALLED)
+    called = usage.model.names(NameKind.FUNCTION, Use.CALLED)
     for construct in own:
         name = construct.name
         if construct.keyword != "deffunction" or name in called or name in usage.others:

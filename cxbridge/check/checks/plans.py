@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.agent.clips import literal
-from cxbridge.agent.names import Kind, Use
+from cxbridge.agent.names import NameKind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.planned import WrittenAction, count, planned_actions
@@ -113,7 +113,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     known = {each.name for domain in domains for each in domain.predicates}
     known |= {each.name for domain in domains for each in domain.functions}
     model = agent.model
-    known |= model.names(Kind.PREDICATE, Use.ASSERTED, Use.CHANGED)  # facts that the agent keeps itself
+    known |= model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)  # facts that the agent keeps itself
     known |= {  # rules may declare more
         literal(value)
         for file in agent.files
@@ -129,7 +129,7 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
         for mention in file.mentions:
             name = mention.name
             if (
-                name.kind is not Kind.PREDICATE
+                name.kind is not NameKind.PREDICATE
                 or mention.use is not Use.MATCHED
                 or name.text in known | reported
             ):
@@ -216,7 +216,7 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
     for file in agent.model.files:
         for mention in () if agent.is_of_core(file.path) else file.mentions:
             name = mention.name.text
-            is_planned = mention.name.kind is Kind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
+            is_planned = mention.name.kind is NameKind.ACTION and mention.use in (Use.ASSERTED, Use.NAMED)
             if is_planned and name in operators - reported:
                 reported.add(name)
                 at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.agent.lua import read_lua
-from cxbridge.agent.names import Kind
+from cxbridge.agent.names import NameKind
 from cxbridge.check.agent import Agent, place_of
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.errors import CxbridgeError
@@ -124,7 +124,7 @@ def _texts(agent: Agent) -> dict[str, tuple[set[str], str]]:
             file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
             name = file.pieces[0].piece.name
             if name is not None:
-                arguments = {m.name.text for m in file.mentions if m.name.kind is Kind.ARGUMENT}
+                arguments = {m.name.text for m in file.mentions if m.name.kind is NameKind.ARGUMENT}
                 before, text = found.get(name.text, (set[str](), ""))
                 found[name.text] = before | arguments, text + file.text
     return found

@@ -47,33 +47,33 @@ class AgentPlaces:
 
     def of_action(self, action: str) -> str:
         """Return where plans get an action."""
-        from cxbridge.agent.names import Kind, Name, Use  # noqa: PLC0415
+        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
-        return _first(self.model.mentions(Name(Kind.ACTION, action), Use.ASSERTED, Use.NAMED))
+        return _first(self.model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
     def of_goal(self, goal_class: str, mode: str) -> str:
         """Return where a rule of the agent has brought goals of a class into a mode, or has made them."""
-        from cxbridge.agent.names import Kind, Name, Use  # noqa: PLC0415
+        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
-        of_class = Name(Kind.GOAL_CLASS, goal_class)
+        of_class = Name(NameKind.GOAL_CLASS, goal_class)
         changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
         others = ""
-        for found in self.model.mentions(Name(Kind.SLOT, "mode", "goal"), Use.CHANGED):
+        for found in self.model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
             piece = found.file.piece_at(found.mention.start)
             if piece is None or not changed.match(found.file.text, found.mention.end):
                 continue
             names = {mention.name for mention in piece.piece.mentions}
             if of_class in names:
                 return _place(found)
-            if not others and not any(name.kind is Kind.GOAL_CLASS for name in names):
+            if not others and not any(name.kind is NameKind.GOAL_CLASS for name in names):
                 others = _place(found)
         return others or _first(self.model.mentions(of_class, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return where rules open an interface."""
-        from cxbridge.agent.names import Kind, Name, Use  # noqa: PLC0415
+        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
-        for found in self.model.mentions(Name(Kind.INTERFACE, kind), Use.NAMED):
+        for found in self.model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             line = found.file.text[found.mention.end :].partition("\n")[0]
             if name in line:
                 return _place(found)
@@ -86,24 +86,26 @@ class AgentPlaces:
 
     def of_similar_fact(self, template: str) -> str:
         """Return where a fact is asserted whose name may be a misspelt one: ``NAME, which PLACE asserts``."""
-        from cxbridge.agent.names import Kind, Name, Use  # noqa: PLC0415
+        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
-        names = self.model.names(Kind.TEMPLATE, Use.ASSERTED) - self.model.names(Kind.TEMPLATE, Use.MATCHED)
+        names = self.model.names(NameKind.TEMPLATE, Use.ASSERTED) - self.model.names(
+            NameKind.TEMPLATE, Use.MATCHED
+        )
         for name in nearest(template, names):
-            place = _first(self.model.mentions(Name(Kind.TEMPLATE, name), Use.ASSERTED))
+            place = _first(self.model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
             return f"did you mean ({name}), which {place} asserts?"
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
         """Return the names of the rules that assert goals."""
-        from cxbridge.agent.names import Kind, Name, Use  # noqa: PLC0415
+        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
-        wanted = Name(Kind.TEMPLATE, "goal")
+        wanted = Name(NameKind.TEMPLATE, "goal")
         return [
             piece.name.text
             for file in self.model.files
             for _, piece in file.pieces
-            if piece.name is not None and piece.name.kind is Kind.RULE
+            if piece.name is not None and piece.name.kind is NameKind.RULE
             if any(mention.use is Use.ASSERTED and mention.name == wanted for mention in piece.mentions)
         ]
 

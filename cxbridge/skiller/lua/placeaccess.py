@@ -6,7 +6,13 @@ from collections.abc import Callable
 from typing import Any
 
 from cxbridge.errors import SkillError
-from cxbridge.navgraph.graph import NavGraph, Node, property_as_bool, property_as_float, property_as_int
+from cxbridge.navgraph.graph import (
+    NavGraph,
+    NavGraphNode,
+    property_as_bool,
+    property_as_float,
+    property_as_int,
+)
 from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
 from cxbridge.tf.buffer import StampedTransform, TransformBuffer
 
@@ -68,7 +74,7 @@ class PlaceAccess:
         return self._graph
 
     @staticmethod
-    def _names(nodes: list[Node]) -> tuple[str, ...]:
+    def _names(nodes: list[NavGraphNode]) -> tuple[str, ...]:
         return tuple(to_lua(node.name) for node in nodes)
 
     def _closest(self, x: float, y: float, prop: str, unconnected: Any, other_than: str) -> Any:
@@ -90,7 +96,7 @@ def _numbers(found: StampedTransform) -> tuple[float, ...]:
     return (*found.transform.translation, *found.transform.rotation, found.stamp_us)
 
 
-def _place(node: Node | None) -> Any:
+def _place(node: NavGraphNode | None) -> Any:
     return None if node is None else (to_lua(node.name), node.x, node.y)
 
 

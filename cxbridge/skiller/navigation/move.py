@@ -8,7 +8,7 @@ from typing import Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, SkillError
-from cxbridge.navgraph import Node, emit_navgraph, load_navgraph
+from cxbridge.navgraph import NavGraphNode, emit_navgraph, load_navgraph
 from cxbridge.navgraph.graph import property_as_float
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
@@ -83,7 +83,7 @@ class Move(SkillExecutor):
                 self.base.face(orientation, self._elapsed_s())
         self._publish()
 
-    def _node(self, name: str) -> Node:
+    def _node(self, name: str) -> NavGraphNode:
         """Return a place.
 
         :raises SkillError: when there is none of that name.
@@ -94,7 +94,7 @@ class Move(SkillExecutor):
             raise SkillError(f"there is no place '{name}'", hint=f"there are: {known}")
         return node
 
-    def _way(self, target: Node) -> list[Node]:
+    def _way(self, target: NavGraphNode) -> list[NavGraphNode]:
         """Return the places to go to, the nearest one first; without any edges straight to the target.
 
         :raises SkillError: when no way leads there.
@@ -107,11 +107,11 @@ class Move(SkillExecutor):
             raise SkillError(f"there is no way to {target.name}")
         return list(path.nodes)
 
-    def _distance(self, node: Node) -> float:
+    def _distance(self, node: NavGraphNode) -> float:
         """Return how far a place is from the robot, metres."""
         return node.distance(self.base.x, self.base.y)
 
-    def _length(self, way: list[Node]) -> float:
+    def _length(self, way: list[NavGraphNode]) -> float:
         """Return how far it is along a way, from where the robot is, metres."""
         return self._distance(way[0]) + sum(one.distance(other.x, other.y) for one, other in pairwise(way))
 
@@ -130,7 +130,7 @@ class Move(SkillExecutor):
         pose.write()
 
 
-def _orientation(node: Node) -> float | None:
+def _orientation(node: NavGraphNode) -> float | None:
     """Return how to be at a place, radians; None: as one arrives."""
     text = node.properties.get("orientation")
     return None if text is None else property_as_float(text)

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.navgraph import NavGraph
-from cxbridge.navgraph.graph import Node
+from cxbridge.navgraph.graph import NavGraphNode
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
     Estimator,
@@ -36,7 +36,7 @@ class _Drive:
     """A skill that drives, and the nodes that it comes by."""
 
     call: SkillStringCall
-    nodes: tuple[Node, ...]
+    nodes: tuple[NavGraphNode, ...]
 
     def pose(self, metres: float) -> tuple[float, float, float]:
         """Return x, y and heading after so many metres."""

@@ -34,7 +34,7 @@ from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.navgraph.graph import Edge, NavGraph, Node
+from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
 from tests.executive.features.conftest import CONFIG
@@ -137,8 +137,8 @@ class World:
         self.memory = RobotMemory(config, bus.clock, bus, self.board, store=self.store)
         graph = NavGraph("House")
         for name in ("hall", "kitchen"):
-            graph.add_node(Node(name, 0, 0))
-        graph.add_edge(Edge("hall", "kitchen"))
+            graph.add_node(NavGraphNode(name, 0, 0))
+        graph.add_edge(NavGraphEdge("hall", "kitchen"))
         self.manager = EnvironmentManager(
             bus,
             [

@@ -8,19 +8,19 @@ from cxbridge.errors import NavGraphError
 from cxbridge.events import Level
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.navgraph.graph import Edge, NavGraph, Node
+from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from tests.support import SHARED, needs_shared
 
 
 @pytest.fixture
 def graph():
     graph = NavGraph("House", {"speed": "0.5"})
-    graph.add_node(Node("hall", 0, 0, {"room": "true", "n": "4"}))
-    graph.add_node(Node("kitchen", 4.00000049, 0, {"speed": "1.5"}))
-    graph.add_node(Node("bath", 0, 1))
-    graph.add_edge(Edge("hall", "kitchen", properties={"b": "2", "a": "1"}))
-    graph.add_edge(Edge("kitchen", "bath", directed=True))
-    graph.add_edge(Edge("hall", "bath"))
+    graph.add_node(NavGraphNode("hall", 0, 0, {"room": "true", "n": "4"}))
+    graph.add_node(NavGraphNode("kitchen", 4.00000049, 0, {"speed": "1.5"}))
+    graph.add_node(NavGraphNode("bath", 0, 1))
+    graph.add_edge(NavGraphEdge("hall", "kitchen", properties={"b": "2", "a": "1"}))
+    graph.add_edge(NavGraphEdge("kitchen", "bath", directed=True))
+    graph.add_edge(NavGraphEdge("hall", "bath"))
     return graph
 
 
@@ -64,7 +64,7 @@ def test_the_facts(nav):
 
 def test_a_graph_that_changes_is_told_anew(nav, graph, bus):
     feature_env = nav
-    graph.add_node(Node("attic", 0, 9))
+    graph.add_node(NavGraphNode("attic", 0, 9))
     graph.remove_edge(graph.edges[0])
     assert len(told(nav, "navgraph-node")) == 3
     feature = NavGraphFeature(lambda: graph)
@@ -80,7 +80,7 @@ def test_a_loop_without_a_change_tells_nothing(bus, graph):
     before = [index for index, _, _ in env.facts("navgraph-node")]
     manager.before_run("executive")
     assert [index for index, _, _ in env.facts("navgraph-node")] == before
-    graph.add_node(Node("attic", 0, 9))
+    graph.add_node(NavGraphNode("attic", 0, 9))
     manager.before_run("executive")
     assert "attic" in {node["name"] for node in told(env, "navgraph-node")}
     manager.close()

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.navgraph import NavGraph, Node
+from cxbridge.navgraph import NavGraph, NavGraphNode
 from cxbridge.skiller.make import skill_folders
 from tests.skiller.lua.space import LUA, SkillFile, all_interfaces, skill_files, with_needed
 from tests.skiller.rig import Rig, write_skills
@@ -85,7 +85,7 @@ def test_the_space_nao(tmp_path: Path):
 @needs_robotino
 def test_the_space_robotino(tmp_path: Path):
     graph = NavGraph("field")
-    graph.add_node(Node("C-CS1", 1.0, 2.0, {"orientation": "1.57"}))
+    graph.add_node(NavGraphNode("C-CS1", 1.0, 2.0, {"orientation": "1.57"}))
     (skiller,) = load(tmp_path, [], "robotino", navgraph=graph).backends
     assert len(skiller.skills) == 36
     assert skiller.skills[:3] == ("say", "relmoveto", "motor_move")

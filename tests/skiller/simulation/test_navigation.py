@@ -11,7 +11,7 @@ import pytest
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
-from cxbridge.navgraph.graph import Edge, Node
+from cxbridge.navgraph.graph import NavGraphEdge, NavGraphNode
 from cxbridge.skiller.simulation.estimators import EstimatorProperty, Outcome, SkillPattern, SkillSelection
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
@@ -25,9 +25,9 @@ def graph() -> NavGraph:
     """A -3 m- B -4 m- C, and an island."""
     made = NavGraph("test")
     for name, x, y in (("A", 0.0, 0.0), ("B", 3.0, 0.0), ("C", 3.0, 4.0), ("island", 99.0, 0.0)):
-        made.add_node(Node(name, x, y))
-    made.add_edge(Edge("A", "B"))
-    made.add_edge(Edge("B", "C"))
+        made.add_node(NavGraphNode(name, x, y))
+    made.add_edge(NavGraphEdge("A", "B"))
+    made.add_edge(NavGraphEdge("B", "C"))
     return made
 
 

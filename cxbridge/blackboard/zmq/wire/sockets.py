@@ -7,7 +7,7 @@ import socket as unix
 import sys
 import time
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
 import zmq
 
@@ -90,7 +90,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         raise
     if not endpoint.startswith("tcp:"):
         return socket, endpoint
-    return socket, cast("bytes", socket.last_endpoint).rstrip(b"\0").decode()
+    return socket, socket.get_string(zmq.LAST_ENDPOINT).rstrip("\0")
 
 
 def guard_file(endpoint: str) -> None:
@@ -164,7 +164,8 @@ def _is_served(path: str) -> bool:
 
 def readable(socket: Socket) -> bool:
     """Return whether a receive would give something at once."""
-    return bool(cast("int", socket.getsockopt(zmq.EVENTS)) & _POLLIN)
+    events = socket.getsockopt(zmq.EVENTS)
+    return isinstance(events, int) and bool(events & _POLLIN)
 
 
 def sender(socket: Socket) -> Callable[..., Any]:

@@ -7,14 +7,14 @@ a server or a client of a service.
 from __future__ import annotations
 
 import struct
-from typing import Final, Literal, cast
+from typing import Final, Literal
 
 from msgspec import Struct
 from xxhash import xxh3_128_intdigest
 
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.names import TypeName
-from cxbridge.ros2.qos import QosProfile
+from cxbridge.ros2.qos import Durability, QosProfile, Reliability
 
 Kind = Literal["MP", "MS", "SS", "SC"]
 """A publisher of messages, a subscription, a server of a service, or a client."""
@@ -27,14 +27,24 @@ GID: Final = 16
 
 _SPACE: Final = "@ros2_lv"
 _NODE: Final = "NN"
-_KINDS: Final = ("MP", "MS", "SS", "SC")
+_KINDS: Final[dict[str, Kind]] = {"MP": "MP", "MS": "MS", "SS": "SS", "SC": "SC"}
 _PARTS: Final = 13
 _ATTACHMENT: Final = struct.Struct(f"<qqB{GID}s")
 _DEPTH: Final = 42
 """The depth that is left out of the text of a QoS."""
 
-_RELIABILITY: Final = {"": "reliable", "0": "reliable", "1": "reliable", "2": "best_effort"}
-_DURABILITY: Final = {"": "volatile", "0": "volatile", "1": "transient_local", "2": "volatile"}
+_RELIABILITY: Final[dict[str, Reliability]] = {
+    "": "reliable",
+    "0": "reliable",
+    "1": "reliable",
+    "2": "best_effort",
+}
+_DURABILITY: Final[dict[str, Durability]] = {
+    "": "volatile",
+    "0": "volatile",
+    "1": "transient_local",
+    "2": "volatile",
+}
 
 
 class TypedName(Struct, frozen=True):
@@ -159,7 +169,7 @@ def endpoint_of(token: str) -> GraphEndpoint | None:
         return None
     place = TypedName(_plain(parts[9]), _plain(parts[10]), parts[11])
     whose = NodeName(int(domain), session, int(node), name, _plain(namespace), _plain(enclave))
-    return GraphEndpoint(whose, int(number), cast("Kind", kind), place, qos)
+    return GraphEndpoint(whose, int(number), _KINDS[kind], place, qos)
 
 
 def qos_text(qos: QosProfile) -> str:
@@ -181,8 +191,8 @@ def qos_of(text: str) -> QosProfile | None:
     if not all(not each or _is_number(each) for part in parts for each in part):
         return None
     return QosProfile(
-        cast("Literal['reliable', 'best_effort']", _RELIABILITY[reliability]),
-        cast("Literal['volatile', 'transient_local']", _DURABILITY[durability]),
+        _RELIABILITY[reliability],
+        _DURABILITY[durability],
         int(depth) if depth else _DEPTH,
     )
 
