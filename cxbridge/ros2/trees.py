@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.ros2.executor import OF_NODE, NodeSettings
+from cxbridge.ros2.fawkes_keys import is_ours
 from cxbridge.skiller.board.settings import value_of
 from cxbridge.suggestions import did_you_mean
 
@@ -17,13 +18,13 @@ if TYPE_CHECKING:
 
 
 def values_below(config: Configuration, tree: str) -> dict[str, Any]:
-    """Return the values below a path, by what follows it."""
-    return {
-        value.path.removeprefix(f"{tree}/"): [value_of(text) for text in value.items]
-        if value.is_list
-        else value_of(value.text)
-        for value in config.search(f"{tree}/")
-    }
+    """Return the values below a path, by what follows it; those of Fawkes' plug-ins are left out."""
+    found: dict[str, Any] = {}
+    for value in config.search(f"{tree}/"):
+        key = value.path.removeprefix(f"{tree}/")
+        if is_ours(tree, key):
+            found[key] = [value_of(text) for text in value.items] if value.is_list else value_of(value.text)
+    return found
 
 
 def node_settings(
@@ -54,7 +55,8 @@ def placed(config: Configuration, tree: str) -> Iterator[None]:
     try:
         yield
     except CxbridgeError as error:
-        place = next(iter(config.search(f"{tree}/")), None)
+        found = config.search(f"{tree}/")
+        place = next((each for each in found if is_ours(tree, each.path.removeprefix(f"{tree}/"))), None)
         if place is not None and error.file is None:
             error.file, error.line = place.file, place.line
         raise

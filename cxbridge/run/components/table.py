@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.ros2.fawkes_keys import has_ours
 from cxbridge.run.components.component import (
     ComponentEntry,
     ComponentError,
@@ -81,7 +82,7 @@ ENVIRONMENT: Final = (
     ComponentEntry(
         "ros2-tf",
         f"{_PACKAGE}.ros2_transforms:Ros2Transforms",
-        lambda context: bool(context.config.keys("/ros2/tf")),
+        lambda context: has_ours(context.config, "/ros2/tf"),
     ),
 )
 """The executive's environment; the recording has its place in a replay."""

@@ -1,0 +1,87 @@
+"""Settings of Fawkes' own plug-ins for ROS 2 are no mistake, and let nothing of ours join a domain."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.ros2.executor import OF_NODE
+from cxbridge.ros2.fawkes_keys import OF_FAWKES, has_ours
+from cxbridge.ros2.trees import node_settings, values_below
+from cxbridge.run.assembly import Assembly
+from cxbridge.run.components.table import needed_components
+from cxbridge.run.options import RunOptions
+from tests.run.mini import write_scenario
+from tests.support import FAWKES_DIR, ROBOTINO_DIR
+
+ROBOT = """\
+ros2:
+  node-name: fawkesnode
+  namespace: $HOSTNAME
+  clock: {frequency: 100}
+  tf:
+    use_tf2: true
+    use_namespace: false
+    tf_prefix: $HOSTNAME
+    tf_prefix_exclusions: [map, mps]
+    static-update-interval: 1.0
+"""
+TREES = (
+    *OF_FAWKES,
+    *(f"/ros2/{tree}" for tree in ("node", "performers", "experts", "interfaces", "skiller")),
+)
+
+
+def configuration(folder: Path, text: str) -> Configuration:
+    (folder / "robot.yaml").write_text(text)
+    return Configuration.load(folder / "robot.yaml")
+
+
+def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
+    more = tmp_path / "robot.yaml"
+    more.write_text(ROBOT)
+    options = RunOptions(scenario=write_scenario(tmp_path / "mini"), config=(more,), skiller="none")
+    with Assembly(options) as run:
+        assert not [each.name for each in needed_components(run.context) if each.name.startswith("ros2")]
+        run.start()
+
+
+@pytest.mark.parametrize("tree", OF_FAWKES)
+def test_ours_beside_them_are_read(tree: str, tmp_path: Path):
+    config = configuration(tmp_path, ROBOT)
+    config.set(f"{tree}/domain", 7)
+    assert has_ours(config, tree)
+    assert values_below(config, tree) == {"domain": 7}
+    _, settings = node_settings(config, tree, (), tmp_path, "settings")
+    assert settings.domain == 7
+
+
+@pytest.mark.parametrize("tree", OF_FAWKES)
+def test_a_misspelt_one_is_a_mistake_of_that_line(tree: str, tmp_path: Path):
+    config = configuration(tmp_path, f"{ROBOT}---\nros2: {{{tree.removeprefix('/ros2/')}: {{domian: 7}}}}\n")
+    with pytest.raises(ConfigError, match="there is no setting 'domian'") as caught:
+        node_settings(config, tree, (), tmp_path, "settings")
+    assert caught.value.line == len(ROBOT.splitlines()) + 2
+
+
+def test_none_of_them_is_a_name_of_ours():
+    assert not frozenset(OF_NODE) & frozenset().union(*OF_FAWKES.values())
+
+
+CHECKOUTS = [each for each in (FAWKES_DIR, ROBOTINO_DIR) if each is not None]
+
+
+@pytest.mark.skipif(not CHECKOUTS, reason="neither FAWKES_DIR nor ROBOTINO_DIR names a checkout")
+@pytest.mark.parametrize("checkout", CHECKOUTS, ids=lambda each: each.name)
+def test_no_file_of_a_robot_has_settings_of_ours(checkout: Path):
+    found = [
+        (path, tree)
+        for path in sorted(checkout.glob("cfg/**/*.yaml"))
+        if "\nros2:" in path.read_text()
+        for tree in TREES
+        if has_ours(Configuration.load(path), tree)
+    ]
+    assert not found
