@@ -68,12 +68,16 @@ lint: setup page-lint editor
 	$(BIN)/ruff format --check .
 	$(BIN)/python -m tests.docs.prose
 
+# what is locked need not be asked for again; without a network npm would try for minutes
+NPM_CI = npm ci --no-audit --no-fund --silent --prefer-offline --fetch-timeout=30000 \
+	--fetch-retries=1 --fetch-retry-mintimeout=2000
+
 # prettier and eslint, where there is npm; they are no part of what a user needs
 PAGE_BIN = .ci/page/node_modules/.bin
 PAGE = cxbridge/web/static
 page-lint:
 ifneq ($(shell command -v npm),)
-	@test -d .ci/page/node_modules || npm ci --prefix .ci/page --no-audit --no-fund --silent \
+	@test -d .ci/page/node_modules || $(NPM_CI) --prefix .ci/page \
 		|| echo "the page is not checked: npm cannot install prettier and eslint"
 	@test ! -d $(PAGE_BIN) || { $(PAGE_BIN)/prettier --config .ci/page/prettier.json --log-level warn \
 		--check '$(PAGE)/**/*.{js,css,html}' 'editors/vscode/*.js' && $(PAGE_BIN)/eslint --config .ci/page/eslint.config.js $(PAGE)/js; }
@@ -84,7 +88,7 @@ EDITOR = editors/vscode
 EDITOR_BIN = $(EDITOR)/node_modules/.bin
 editor:
 ifneq ($(shell command -v npm),)
-	@test -d $(EDITOR)/node_modules || npm ci --prefix $(EDITOR) --ignore-scripts --no-audit --no-fund --silent \
+	@test -d $(EDITOR)/node_modules || $(NPM_CI) --prefix $(EDITOR) --ignore-scripts \
 		|| echo "the extension of VS Code is not packed: npm cannot install its packages"
 	@test ! -d $(EDITOR_BIN) || { mkdir -p out && npm --prefix $(EDITOR) run --silent grammar \
 		&& npm --prefix $(EDITOR) run --silent package >out/vsce.log 2>&1 || { cat out/vsce.log; exit 1; }; }
