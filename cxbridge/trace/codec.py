@@ -14,9 +14,11 @@ from math import isfinite
 from typing import Any, Final, get_type_hints
 
 import msgspec
+from msgspec.structs import replace
 
 from cxbridge.event_kinds import Event
 
+_PLAIN: Final = frozenset({int, str, bool})
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
 _TIME_LIMIT: Final = 1 << 63
 
@@ -29,20 +31,24 @@ def encode(event: Event) -> bytes:
     """Return the event's fields as JSON, on one line."""
     event_type = type(event)
     open_fields = _open_fields[event_type] if event_type in _open_fields else _find_open_fields(event_type)
-    for name in open_fields:
-        value = getattr(event, name)
-        if not _is_ready(value.values() if type(value) is dict else (value,)):
-            return _encode_prepared(event)
     try:
+        for name in open_fields:
+            value = getattr(event, name)
+            if not _is_ready(value.values() if type(value) is dict else (value,)):
+                return _encode(
+                    replace(event, **{name: _prepared(getattr(event, name)) for name in open_fields})
+                )
         return _encode(event)
     except UnicodeEncodeError:
-        return _encode_prepared(event)
+        plain = {name: getattr(event, name) for name in field_names(event_type)}
+        return _encode({name: v if isinstance(v, Enum) else _ready(v) for name, v in plain.items()})
 
 
-def _encode_prepared(event: Event) -> bytes:
-    """Return the event as JSON; it holds what msgspec writes in another way, or refuses."""
-    plain = {name: getattr(event, name) for name in field_names(type(event))}
-    return _encode({name: v if isinstance(v, Enum) else _ready(v) for name, v in plain.items()})
+def _prepared(value: Any) -> Any:
+    """Return the value of a field without what msgspec writes in another way; texts are as they are."""
+    if type(value) is not dict:
+        return _ready(value)
+    return {name: each if type(each) in _PLAIN else _ready(each) for name, each in value.items()}
 
 
 def encode_with_kind(event: Event) -> bytes:
