@@ -364,8 +364,15 @@ def poll_both(two: tuple[Node, Node], condition: Callable[[], Any]) -> None:
 def test_who_comes_late_gets_the_last_messages(two: tuple[Node, Node]):
     latched = QosProfile(durability="transient_local", depth=3)
     publisher = two[0].publisher("/kept", "std_msgs/msg/String", latched)
+    marks: list[str] = []
+    mark = two[0].publisher("/mark", "std_msgs/msg/String", QosProfile())
+    two[1].subscribe("/mark", "std_msgs/msg/String", lambda each: marks.append(each["data"]), QosProfile())
+    poll_both(two, lambda: mark.publish({"data": "known"}) or marks)
     for number in range(5):
         publisher.publish({"data": str(number)})
+    # what was on its way when a subscription begins may come besides
+    mark.publish({"data": "all have passed"})
+    poll_both(two, lambda: "all have passed" in marks)
     got: list[str] = []
     two[1].subscribe("/kept", "std_msgs/msg/String", lambda each: got.append(each["data"]), latched)
     poll_both(two, lambda: len(got) >= 3)
