@@ -58,7 +58,7 @@ def parse_file(path: str | Path) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first mistake of the file, and how many more there are.
     """
-    return parse_bytes(_read(path), path)
+    return _parse(_read(path), str(path))
 
 
 def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
@@ -66,13 +66,16 @@ def parse_bytes(data: bytes, file: str | Path | None = None) -> InterfaceSchema:
 
     :raises InterfaceDefinitionError: the first mistake, and how many more there are.
     """
-    return _parse(data, None if file is None else str(file))
+    return _schema_of(check_bytes(data, file))
 
 
 @lru_cache(maxsize=128)
-def _parse(data: bytes, file: str | None) -> InterfaceSchema:
-    """Read a definition once, however many runs of a process use it; mistakes are not kept."""
-    return _schema_of(check_bytes(data, file))
+def _parse(data: bytes, file: str) -> InterfaceSchema:
+    """Read a file once, however many runs of a process use it.
+
+    Mistakes are not kept, nor is what strangers' recordings hold, which goes with them.
+    """
+    return parse_bytes(data, file)
 
 
 def _read(path: str | Path) -> bytes:
