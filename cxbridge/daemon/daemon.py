@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS
@@ -67,6 +68,8 @@ class Daemon:
         """Where it can be reached, as far as its servers are up."""
         self._state = "STARTING"
         self._next_watch_us = 0
+        self._thread = 0
+        """The thread of :meth:`run`; 0 before."""
         self._notifier = Notifier()
         self.executive: ExecutiveNode | None = None
         """The executive; None: there shall be none."""
@@ -149,6 +152,7 @@ class Daemon:
         :returns: 0 after a stop that was asked for, 4 after a failure.
         :raises CxbridgeError: when a component cannot be started and the policy is to stop.
         """
+        self._thread = get_ident()
         for warning in self.context.warnings:
             self.bus.logger("Config").warn(warning)
         with Interrupt(self.stop, self._force, service=True) as interrupt:
@@ -243,7 +247,14 @@ class Daemon:
         self._settle()
 
     def carry_out(self, what: str) -> None:
-        """Carry out a command of a client."""
+        """Carry out a command of a client, between two steps of the main loop.
+
+        Other threads send :func:`cxbridge.daemon.client.command`: CLIPS bears one thread at a time.
+
+        :raises RuntimeError: on another thread than that of :meth:`run`.
+        """
+        if get_ident() != self._thread:
+            raise RuntimeError("a daemon's commands are carried out by its main loop: send it a message")
         if what == "interrupt":
             return  # it was carried out when it came
         self.log.info(f"A client asks to {what}")

@@ -283,6 +283,15 @@ def test_beyond_loopback_it_needs_keys_or_an_allow_list(changes):
         assert isinstance(outcome[0], CxbridgeError)
 
 
+def test_commands_are_for_the_main_loop():
+    """A reset on a client's thread used CLIPS beside the main loop: now and then the process crashed."""
+    with running(settings=QUIET) as (daemon, _, outcome):
+        with pytest.raises(RuntimeError, match="carried out by its main loop"):
+            daemon.carry_out("reset")
+        assert command(daemon.board, "Reset", WAIT_S)
+    assert outcome == [0]
+
+
 def test_the_executive_runs_its_agent(tmp_path):
     scenario = write_scenario(tmp_path / "s")
     trace = tmp_path / "t.mcap"

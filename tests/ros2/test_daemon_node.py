@@ -11,11 +11,11 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
+from cxbridge.daemon.client import command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
-from cxbridge.mainloop import Hook
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, LifecycleState
 from cxbridge.ros2.node import Node
@@ -67,8 +67,7 @@ def test_what_others_do_with_it_is_told(node: Node, domain: int, tmp_path: Path)
         node.subscribe(topic, kind, lambda each: moves.append(each["goal_state"]["label"]))
         until(node, lambda: client.is_served)
         until(node, lambda: not node.poll(0.5))
-        waiting = ["pause"]
-        daemon.loop.add(Hook.POST_LOOP, lambda: daemon.carry_out(waiting.pop()) if waiting else None)
+        assert command(daemon.board, "Pause", 10)
         until(node, lambda: "inactive" in moves)
         assert answer(node, client.state) is LifecycleState.INACTIVE
 

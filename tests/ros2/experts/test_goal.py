@@ -11,6 +11,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.check.run import check
 from cxbridge.clock import RealClock
+from cxbridge.daemon.client import command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
@@ -68,12 +69,12 @@ def test_who_may_only_look(domain: int, tmp_path: Path):
 def test_while_it_is_paused_and_after_a_reset(domain: int, tmp_path: Path):
     with served(tmp_path, domain) as daemon, asking(domain) as client:
         client.do(WHOLE["add_problem_instance"], named("attic", "room"))
-        daemon.carry_out("pause")
+        assert command(daemon.board, "Pause", 10)
         client.wait(lambda: daemon.state == "PAUSED", 10)
         assert "attic" in client.do(WHOLE["get_problem"])["problem"]
-        daemon.carry_out("reset")
+        assert command(daemon.board, "Reset", 10)
         client.wait(lambda: "attic" not in client.ask(WHOLE["get_problem"])["problem"], 10)
-        daemon.carry_out("resume")
+        assert command(daemon.board, "Resume", 10)
         client.wait(lambda: daemon.state == "RUNNING", 10)
         assert "(at r2 hall)" in client.do(WHOLE["get_problem"])["problem"]
 
