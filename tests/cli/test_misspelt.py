@@ -195,6 +195,7 @@ def _places(own, tmp_path_factory):
 def _ask(places, monkeypatch, capsys):
     """Run a command; return exit status, stdout and stderr."""
     monkeypatch.setenv("CXBRIDGE_CONNECT", places["BOARD"])
+    monkeypatch.delenv("FAWKES_DIR", raising=False)  # the default of an option
 
     def ask(line):
         for name, meant in places.items():
