@@ -151,6 +151,12 @@ class AgentServer(LanguageServer):
     def _log_warning(self, text: str) -> None:
         self.window_log_message(lsp.LogMessageParams(lsp.MessageType.Warning, text))
 
+    @property
+    def _opened(self) -> dict[str, str]:
+        """The documents that are open: by path, the URI as the client writes it."""
+        # pygls' own keys are unquoted: they are no URIs
+        return {path_of(each.uri): each.uri for each in self.workspace.text_documents.values()}
+
     # ---- changes
 
     def change(self, uri: str, *, saved: bool) -> None:
@@ -183,7 +189,7 @@ class AgentServer(LanguageServer):
         """Read files again that others have changed; documents that are open are the client's."""
         for change in changes:
             path = path_of(change.uri)
-            if change.uri in self.workspace.text_documents:
+            if path in self._opened:
                 continue
             if change.type is lsp.FileChangeType.Deleted:
                 self.session.forget(path)
@@ -215,8 +221,7 @@ class AgentServer(LanguageServer):
 
     def publish(self) -> None:
         """Publish the findings of all files that are open or have some."""
-        opened = {path_of(uri) for uri in self.workspace.text_documents}
-        for path in opened | self.findings.paths | self._shown:
+        for path in self._opened.keys() | self.findings.paths | self._shown:
             file = self.session.model.file(path) or self.session.read(Path(path))
             if file is not None:
                 self._publish(file)
@@ -226,7 +231,5 @@ class AgentServer(LanguageServer):
         if not diagnostics and file.path not in self._shown:
             return
         (self._shown.add if diagnostics else self._shown.discard)(file.path)
-        uri = next(
-            (uri for uri in self.workspace.text_documents if path_of(uri) == file.path), uri_of(file.path)
-        )
+        uri = self._opened.get(file.path) or uri_of(file.path)
         self.text_document_publish_diagnostics(lsp.PublishDiagnosticsParams(uri, diagnostics))

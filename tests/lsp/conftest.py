@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import shutil
 import time
-from collections.abc import Callable, Coroutine, Iterator
+from collections.abc import Callable, Coroutine, Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -133,8 +133,11 @@ class Editor:
 
     def shown(self, name: str) -> list[tuple[str, int]]:
         """Return the codes of the diagnostics of a file, and their lines from 1."""
-        found = self.client.diagnostics.get(self.uri(name), ())
-        return sorted((str(each.code), each.range.start.line + 1) for each in found)
+        return sorted((str(each.code), each.range.start.line + 1) for each in self.diagnostics(name))
+
+    def diagnostics(self, name: str) -> Sequence[lsp.Diagnostic]:
+        """Return the diagnostics of a file."""
+        return self.client.diagnostics.get(self.uri(name), ())
 
     def wait(self, what: Callable[[], bool]) -> None:
         """Take messages of the server until something is so."""
@@ -155,7 +158,7 @@ class Editor:
 @pytest.fixture(scope="module")
 def editor(tmp_path_factory) -> Iterator[Editor]:
     """An editor that has a copy of a shipped scenario open; the server has read it."""
-    root = tmp_path_factory.mktemp("agent").resolve()
+    root = tmp_path_factory.mktemp("agent #1, 5%20 mö").resolve()  # all of these are quoted in URIs
     shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
     shutil.copytree(ROOT / "luaskills" / "basic", root / "skills")
     editor = Editor(root)

@@ -54,7 +54,7 @@ def test_a_mistake_is_marked_while_somebody_types(editor, old, new, code, words)
     assert old in right
     editor.open(GOALS, right.replace(old, new, 1))
     editor.wait(lambda: any(shown == code for shown, _ in editor.shown(GOALS)))
-    found = editor.client.diagnostics[editor.uri(GOALS)]
+    found = editor.diagnostics(GOALS)
     assert {each.code for each in found} == {code}  # and nothing follows from it
     assert any(words in each.message for each in found)
     assert all(each.severity is lsp.DiagnosticSeverity.Error for each in found)
@@ -69,7 +69,7 @@ def test_the_session_of_the_manual(editor):
         editor.open(GOALS, right.replace("(mode FORMULATED)", typed, 1))
         editor.wait(lambda wrong=wrong: bool(editor.shown(GOALS)) is bool(wrong))
         said.append(f"-> textDocument/didChange: {typed}")
-        for each in editor.client.diagnostics[editor.uri(GOALS)]:
+        for each in editor.diagnostics(GOALS):
             begin, end = each.range.start, each.range.end
             place = f"{begin.line + 1}:{begin.character + 1} to {end.character + 1}"
             said.append(
@@ -108,7 +108,7 @@ def test_a_wrong_slot_of_a_fact_in_a_variable(editor, text):
     file = f"query-{crc32(text.encode())}.clp"  # what the server says of another text may come late
     editor.open(file, f"(defrule r => {text})\n")
     editor.wait(lambda: editor.shown(file) == [("CX210", 1)])
-    (found,) = editor.client.diagnostics[editor.uri(file)]
+    (found,) = editor.diagnostics(file)
     assert found.severity is lsp.DiagnosticSeverity.Error
     editor.open(file, "")
 
