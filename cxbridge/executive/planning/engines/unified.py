@@ -101,11 +101,13 @@ class UnifiedPlanner(Planner):
         """Return the engine's result, the last one when it may go on looking."""
         if improve and self._improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
+                _avoid_spaces(engine)
                 results = list(engine.get_solutions(task, timeout=self._improve))
             found = [each for each in results if each.plan is not None]
             if found:
                 return found[-1]
         with shortcuts.OneshotPlanner(name=self.name) as engine:
+            _avoid_spaces(engine)
             return engine.solve(task)
 
     def _plan(self, result: Any, names: PlanNames) -> tuple[PlannedAction, ...] | None:
@@ -122,6 +124,16 @@ class UnifiedPlanner(Planner):
                 for start, each, duration in steps
             )
         return tuple(_step(each, names) for each in result.plan.actions)
+
+
+def _avoid_spaces(engine: Any) -> None:
+    """Let aries be found where its path has a space, at which it splits its command line (up-aries 0.5)."""
+    program = getattr(engine, "_executable", "")
+    if isinstance(program, str) and " " in program:
+        link = Path("engine")
+        if not link.is_symlink():
+            link.symlink_to(program)
+        engine._executable = "./engine"  # noqa: SLF001 - there is no other way to name it
 
 
 def _step(
