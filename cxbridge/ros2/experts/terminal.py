@@ -310,18 +310,20 @@ class Terminal:
         yield from execute(self._client, items)
 
     def _source(self, rest: str) -> Lines:
-        words = rest.split()
-        if self._sourcing or not words or len(words) > 2 or words[1:] not in ([], ["0"], ["1"]):  # noqa: PLR2004
+        name, shown = rest.strip(), False
+        if name.endswith((" 0", " 1")):
+            name, shown = name[:-2].rstrip(), name.endswith("1")
+        if self._sourcing or not name:
             nested = "a file of commands names no other" if self._sourcing else "it takes a file"
             raise UsageError(nested, hint="source FILE [0|1]; 1 shows the commands")
         try:
-            lines = Path(words[0]).read_text(encoding="utf-8").splitlines()
+            lines = Path(name).read_text(encoding="utf-8").splitlines()
         except (OSError, UnicodeDecodeError) as error:
-            raise UsageError(f"cannot read {words[0]}: {error}") from None
+            raise UsageError(f"cannot read {name}: {error}") from None
         self._sourcing = True
         try:
             for line in lines:
-                if words[1:] == ["1"]:
+                if shown:
                     yield line
                 yield from self.do(line)
                 if self.is_over:

@@ -112,7 +112,7 @@ USAGE = {
     "run fast": "there is no 'run fast'",
     "source": "it takes a file",
     "source nowhere.txt": "cannot read nowhere.txt",
-    "source a b": "it takes a file",
+    "source a b": "cannot read a b",
     "help frob": "there is no command 'frob'",
     "quit now": "takes nothing more",
 }
