@@ -239,7 +239,7 @@ class MonitorApp(App[None]):
     def _pane_shown(self) -> str:
         return self._find("#panes", TabbedContent).active.removeprefix("pane-")
 
-    # -- what is chosen
+    # -- what is chosen; widgets send events still while the screen is taken down: there is nothing to show
 
     def _want(self, **changes: str) -> None:
         """Look for something else."""
@@ -254,11 +254,14 @@ class MonitorApp(App[None]):
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
         """Look for what the pane shows."""
-        self._want(pane=self._pane_shown)
-        self.show(self.snapshot)
+        if self.is_running:
+            self._want(pane=self._pane_shown)
+            self.show(self.snapshot)
 
     def on_data_table_row_highlighted(self, event: Rows.RowHighlighted) -> None:
         """Follow the cursor: values of an interface, all of a fact."""
+        if not self.is_running:
+            return
         table = event.data_table
         if isinstance(table, Rows) and table.id == "interfaces" and table.chosen is not None:
             if table.chosen[0] != self._view_query.interface:
@@ -268,6 +271,8 @@ class MonitorApp(App[None]):
 
     def on_tree_node_highlighted(self) -> None:
         """Show all of the goal that is chosen; the icons' meaning while none is."""
+        if not self.is_running:
+            return
         goal = self._find("#goals", GoalTree).chosen
         self._write(
             "legend", LEGEND if goal is None else one_line(goal_line("", goal.id, goal, modes=True).text)
