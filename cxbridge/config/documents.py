@@ -14,6 +14,7 @@ import yaml
 from cxbridge.errors import ConfigError
 
 MAX_DEPTH: Final = 100
+TOO_DEEP: Final = f"values are nested more than {MAX_DEPTH} deep"
 MAX_NODES: Final = 200_000
 FAWKES_TAG: Final = "tag:fawkesrobotics.org,cfg/"
 _YAML_TAG: Final = "tag:yaml.org,2002:"
@@ -81,6 +82,8 @@ def parse_documents(data: bytes | str, name: str) -> list[YamlNode]:
         mark = error.problem_mark or error.context_mark
         problem = ", ".join(part for part in (error.context, error.problem) if part)
         place = Mark(name, mark.line + 1, mark.column + 1) if mark else Mark(name)
+        if "maximum nesting depth" in problem:  # PyYAML 6.0.4 gives up before we do
+            raise place.error(TOO_DEEP) from None
         raise place.error(f"this is not valid YAML: {problem}", _syntax_hint(problem)) from None
     except yaml.reader.ReaderError as error:
         line = text.count("\n", 0, max(0, min(error.position, len(text)))) + 1
@@ -142,7 +145,7 @@ class _Composer:
         if isinstance(event, yaml.AliasEvent):
             return self._alias(event)
         if depth > MAX_DEPTH:
-            raise self._mark(event).error(f"values are nested more than {MAX_DEPTH} deep")
+            raise self._mark(event).error(TOO_DEEP)
         before = self._budget
         self._spend(1, event)
         if event.anchor:

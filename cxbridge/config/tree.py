@@ -13,7 +13,7 @@ from enum import Enum
 
 from msgspec import Struct, field
 
-from cxbridge.config.documents import MAX_DEPTH, Mark, YamlList, YamlMap, YamlNode, YamlScalar
+from cxbridge.config.documents import MAX_DEPTH, TOO_DEEP, Mark, YamlList, YamlMap, YamlNode, YamlScalar
 from cxbridge.config.tags import check_tag
 
 
@@ -106,7 +106,7 @@ class TreeBuilder:
             *parents, key = _key(key_node)
             inner = depth + len(parents) + 1
             if inner > MAX_DEPTH:
-                raise key_node.mark.error(f"values are nested more than {MAX_DEPTH} deep")
+                raise key_node.mark.error(TOO_DEEP)
             place = root
             for element in parents:
                 place = place.children.setdefault(element, ConfigNode(NodeKind.MAP, key_node.mark))
