@@ -15,7 +15,17 @@ from tests.support import ROOT
 PACKAGE = ROOT / "cxbridge"
 LAYERS = (  # lowest first; packages of one layer do not import each other
     {"closing", "errors", "suggestions"},
-    {"resources", "clock", "printing", "rights", "config", "clipstext", "event_kinds", "extras"},
+    {
+        "resources",
+        "clock",
+        "printing",
+        "rights",
+        "config",
+        "clipstext",
+        "event_kinds",
+        "extras",
+        "file_access",
+    },
     {"events", "mainloop"},
     {"history", "interfaces"},
     {"blackboard"},

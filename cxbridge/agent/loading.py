@@ -13,6 +13,7 @@ from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Mention, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.config import Configuration, ConfigValue, Mark
+from cxbridge.file_access import is_readable_file
 
 _STAGES: Final = ("stage-1", "stage-2", "stage-3")
 _CORE_STAGE: Final = "stage-2"
@@ -53,7 +54,7 @@ class SpecLoading(Struct, frozen=True):
     def find(self, name: str) -> Path | None:
         """Return the file that has a name; None when no folder has it."""
         paths = (folder / name for folder in self.folders)
-        return next((path for path in paths if path.is_file()), None)
+        return next((path for path in paths if is_readable_file(path)), None)
 
     def files(self, config: Configuration, spec: str) -> list[LoadedFile]:
         """Return the files of a spec in the order they are loaded, each once; missing ones too."""

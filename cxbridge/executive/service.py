@@ -13,9 +13,9 @@ from cxbridge.executive.host.agenda import agenda_size
 from cxbridge.executive.host.constructs import rule_names, template_names
 from cxbridge.executive.host.evaluating import Evaluation, evaluate
 from cxbridge.executive.host.facts.editing import count_facts
-from cxbridge.executive.host.loading import is_readable_file
 from cxbridge.executive.host.loggers import ABOVE, DEFAULT_LOGGER, ClipsLogger, find_level
 from cxbridge.executive.host.values import FALSE
+from cxbridge.file_access import why_unreadable
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
@@ -140,8 +140,8 @@ class EnvironmentService:
         :raises ClipsError: when there is no such environment, or the file cannot be read.
         """
         env = self.find(name)
-        if not is_readable_file(str(file)):
-            raise ClipsError("CLIPS cannot read this file", file=file)
+        if why := why_unreadable(file):
+            raise ClipsError(f"CLIPS cannot read this file: it {why}", file=file)
         with env.lock:
             before = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
+from cxbridge.file_access import is_readable_file
 from cxbridge.suggestions import did_you_mean, nearest
 
 STAGES = ("stage-1", "stage-2", "stage-3")
@@ -159,7 +160,7 @@ def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> li
             names = [one, *names]
         for name in names:
             file = name.rpartition("|")[2]  # BATCH|FILE
-            if not any((folder / file).is_file() for folder in folders):
+            if not any(is_readable_file(folder / file) for folder in folders):
                 place = config.get(path + ("/file" if name == one else "/files"))
                 missing.append(
                     _error(f"{stage} loads {file}, which no folder has", place, _meant(file, folders))

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import os
 import socket
 import tempfile
 from pathlib import Path
@@ -14,6 +13,7 @@ from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from tests.unprivileged import unprivileged
 
 patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -161,11 +161,11 @@ def test_missing_main_file(tmp_path: Path) -> None:
     assert "no configuration" in load_error(tmp_path).message
 
 
-@pytest.mark.skipif(os.geteuid() == 0, reason="root may read every file")
 def test_unreadable_file_is_not_a_missing_one(tmp_path: Path) -> None:
     main = write(tmp_path, "config.yaml", "include: [!ignore-missing x.yaml]", "a: 1")
     write(tmp_path, "x.yaml", "a: 2").chmod(0)
-    assert "permission denied" in load_error(main).message
+    with unprivileged():
+        assert "permission denied" in load_error(main).message
 
 
 @pytest.mark.parametrize(

@@ -126,7 +126,7 @@ def test_a_pipe_in_place_of_a_file_of_the_agent(tmp_path, capsys):
     (scenario / "mini.clp").unlink()
     os.mkfifo(scenario / "mini.clp")
     assert invoke(["run", str(scenario)]) == 2
-    assert "mini.clp is there, and is not a regular file" in capsys.readouterr().err
+    assert "mini.clp is not a regular file" in capsys.readouterr().err
 
 
 def test_a_full_stdout_is_one_message():

@@ -8,6 +8,7 @@ from typing import Final
 
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Severity
+from cxbridge.file_access import ABSENT, why_unreadable
 from cxbridge.suggestions import did_you_mean
 
 MISSING: Final = Code(
@@ -36,14 +37,13 @@ def check(agent: Agent) -> Iterator[Finding]:
     for missing in agent.missing:
         searched = ", ".join(map(str, folders))
         paths = [each / missing.name for each in folders]
-        there = next((path for path in paths if path.is_symlink() or path.exists()), None)
+        reasons = ((path, why_unreadable(path)) for path in paths)
+        there = next((f"{path} {why}" for path, why in reasons if why != ABSENT), None)
         yield Finding(
             MISSING,
             missing.place,
             f"there is no file {missing.name}",
-            did_you_mean(missing.name, _files(folders), f"searched: {searched}")
-            if there is None
-            else f"{there} is there, and is {_what_is(there)}",
+            did_you_mean(missing.name, _files(folders), f"searched: {searched}") if there is None else there,
         )
     core = agent.context.paths.cx
     for asked in agent.asked:
@@ -56,12 +56,6 @@ def check(agent: Agent) -> Iterator[Finding]:
                 f"{asked.name} is the core's file, not {hidden}",
                 "give the file of the agent another name",
             )
-
-
-def _what_is(path: Path) -> str:
-    if path.is_symlink() and not path.exists():
-        return f"a link to {path.readlink()}, which leads to no file"
-    return "not a regular file"
 
 
 def _files(folders: tuple[Path, ...]) -> set[str]:

@@ -25,7 +25,7 @@ from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
 from cxbridge.executive.host.functions.answers import Answers
 from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION, make_guard
-from cxbridge.executive.host.loading import ClipsLoader, is_readable_file
+from cxbridge.executive.host.loading import ClipsLoader
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, make_room
@@ -33,6 +33,7 @@ from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, 
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
 from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
+from cxbridge.file_access import is_readable_file
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
 """The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""

@@ -68,14 +68,6 @@ class Diagnostic(Struct, frozen=True):
         return f"{place}: {what}{self.message} [{self.code}]"
 
 
-def is_readable_file(path: str) -> bool:
-    """Whether there is a file that can be opened. To open a pipe may take forever, so it is none."""
-    try:
-        return Path(path).is_file() and os.access(path, os.R_OK)
-    except (OSError, ValueError):
-        return False
-
-
 class ClipsLoader:
     """Loads files into one environment and remembers what was wrong with them.
 

@@ -48,11 +48,12 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
     :raises TraceError: when there is nothing at ``path``, or nothing that is a recorded run.
     """
     path = Path(path)
-    head = _head(path)
-    for each in formats():
-        if each.recognises(path, head):
-            reader: type[Run] = resolve_name(each.reader)
-            return reader(path, registry)
+    with reading(path):
+        head = _head(path)
+        found = next((each for each in formats() if each.recognises(path, head)), None)
+    if found is not None:
+        reader: type[Run] = resolve_name(found.reader)
+        return reader(path, registry)
     raise TraceError(
         "not a recorded run" if head or path.is_dir() else "the file is empty",
         file=path,
@@ -63,14 +64,11 @@ def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run
 
 def _head(path: Path) -> bytes:
     """Return the start of a file, nothing for a folder."""
-    with reading(path):
-        mode = path.stat().st_mode
-        if stat.S_ISDIR(mode):
-            os.scandir(path).close()  # whether it can be read
-            return b""
-        if not stat.S_ISREG(mode):
-            raise TraceError(
-                "this is neither a file nor a folder", file=path, hint="copy it into a file first"
-            )
-        with path.open("rb") as file:
-            return file.read(HEAD_SIZE)
+    mode = path.stat().st_mode
+    if stat.S_ISDIR(mode):
+        os.scandir(path).close()  # whether it can be read
+        return b""
+    if not stat.S_ISREG(mode):
+        raise TraceError("this is neither a file nor a folder", file=path, hint="copy it into a file first")
+    with path.open("rb") as file:
+        return file.read(HEAD_SIZE)
