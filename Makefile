@@ -57,7 +57,8 @@ run-pddl: $(RUN)
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
 # the types are checked while the tests run, and reported after them
-test: lint
+test:
+	@$(MAKE) --no-print-directory --jobs=3 lint # npm and pip fetch side by side
 	@told=$$(mktemp); $(MAKE) --no-print-directory types >$$told 2>&1 & checker=$$!; \
 	trap 'rm -f $$told' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
 	$(MAKE) --no-print-directory unit; unit=$$?; \
