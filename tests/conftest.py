@@ -20,6 +20,10 @@ guard.watch()
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
+# what somebody prefers for terminals is not how the texts of the tests are written
+for _name in ("CLICOLOR", "CLICOLOR_FORCE", "COLUMNS", "FORCE_COLOR", "LINES", "NO_COLOR", "TTY_COMPATIBLE"):
+    os.environ.pop(_name, None)
+
 # Other work on the machine must not fail a property. The same examples each time, unless one looks for more:
 # what fails shall fail where it was written, not where it is merged.
 settings.register_profile(

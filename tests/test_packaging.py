@@ -67,7 +67,9 @@ def test_the_sdist_makes_the_same_wheel(built, tmp_path):
     """Byte by byte, in another folder: what distributions build is what was tested."""
     (sdist,), (wheel,) = built.glob("*.tar.gz"), built.glob("*.whl")
     with tarfile.open(sdist) as archive:
-        archive.extractall(tmp_path, filter="data")
+        # Python before 3.11.4 has no filters
+        archive.extraction_filter = getattr(tarfile, "data_filter", lambda member, _path: member)
+        archive.extractall(tmp_path)
     (source,) = tmp_path.iterdir()
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path / "again")],
@@ -140,7 +142,7 @@ def test_doctor_looks_for_what_the_wheel_depends_on():
 @pytest.mark.skipif(shutil.which("systemd-analyze") is None, reason="no systemd-analyze")
 def test_systemd_takes_the_unit(tmp_path):
     unit = tmp_path / UNIT.name
-    unit.write_text(UNIT.read_text().replace("/opt/cxbridge/bin/cxbridge", sys.executable))
+    unit.write_text(UNIT.read_text().replace("/opt/cxbridge/bin/cxbridge", f'"{sys.executable}"'))
     done = subprocess.run(
         ["systemd-analyze", "verify", "--man=no", str(unit)],
         capture_output=True,

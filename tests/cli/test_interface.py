@@ -113,7 +113,7 @@ def test_hash_is_that_of_the_file_or_of_fawkes(tmp_path: Path) -> None:
 def test_compile_writes_modules_and_stubs(tmp_path: Path) -> None:
     folder = tmp_path / "new" / "folder"
     output = run("compile", "SwitchInterface", "LedInterface", "-o", folder)
-    assert output.split() == [str(folder / "SwitchInterface.py"), str(folder / "LedInterface.py")]
+    assert output.splitlines() == [str(folder / "SwitchInterface.py"), str(folder / "LedInterface.py")]
     assert "class SwitchInterface(Interface):" in (folder / "SwitchInterface.py").read_text()
     run("compile", "SwitchInterface", "--stubs", "-o", folder)
     assert "def __init__(" in (folder / "SwitchInterface.pyi").read_text()

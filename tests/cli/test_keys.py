@@ -8,7 +8,7 @@ from cxbridge.cli.main import invoke
 def test_keys(tmp_path, capsys):
     assert invoke(["keys", "robot", "-o", str(tmp_path / "keys")]) == 0
     files = [str(tmp_path / "keys" / name) for name in ("robot.key", "robot.key_secret")]
-    assert capsys.readouterr().out.split() == files
+    assert capsys.readouterr().out.splitlines() == files
 
 
 def test_keys_that_are_there_are_an_error(tmp_path, capsys):

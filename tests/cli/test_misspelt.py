@@ -198,9 +198,9 @@ def _ask(places, monkeypatch, capsys):
     monkeypatch.delenv("FAWKES_DIR", raising=False)  # the default of an option
 
     def ask(line):
-        for name, meant in places.items():
-            line = line.replace(name, meant)
         words = shlex.split(line) if "'" in line else line.split(" ", line.split("(")[0].count(" "))
+        for name, meant in places.items():
+            words = [word.replace(name, meant) for word in words]
         capsys.readouterr()
         status = invoke(words)
         return status, *capsys.readouterr()

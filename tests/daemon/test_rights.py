@@ -445,7 +445,7 @@ def test_without_programs_no_text_of_a_client_is_evaluated(tmp_path):
 def test_with_programs_an_expression_is_evaluated(tmp_path):
     """So that the attacks above are known to be some."""
     with served(tmp_path) as (daemon, _lines, marker):
-        fact = f'(x (system "touch {marker}"))'
+        fact = f"(x (system \"touch '{marker}'\"))"
         assert rest(daemon, "POST", "/cxbridge/facts", {"fact": fact})[0] == 200
         assert marker.exists()
 

@@ -86,7 +86,7 @@ def test_the_other_takes_over_and_not_before(tmp_path: Path) -> None:
     with MongoServer() as server:
         holder = write(tmp_path / "holder", "holder", server.uri)
         heir = write(tmp_path / "heir", "heir", server.uri)
-        command = f"run -v {holder} --clock real --skiller none --timeout 60".split()
+        command = ["run", "-v", str(holder), *["--clock", "real", "--skiller", "none", "--timeout", "60"]]
         with Started(*command, stderr=subprocess.STDOUT) as run:
             assert any("ACQUIRED" in line for line in run.stdout)
             options: dict[str, Any] = {"scenario": heir, "clock": "real", "skiller": "none"}

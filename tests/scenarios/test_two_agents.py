@@ -153,8 +153,8 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
 
 def start(stack: ExitStack, agent: str, config: Path) -> Forked:
     """Start an agent in a process of its own."""
-    command = f"run -q {SCENARIO} --agent {agent} --config {config} --clock real --timeout {WAIT_S}"
-    process, *streams = nursery().begin(command.split())
+    options = f"--agent {agent} --clock real --timeout {WAIT_S}".split()
+    process, *streams = nursery().begin(["run", "-q", str(SCENARIO), "--config", str(config), *options])
     for stream in streams:
         stack.enter_context(stream)
     return stack.enter_context(process)

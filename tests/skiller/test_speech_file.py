@@ -6,6 +6,7 @@ import array
 import os
 import shutil
 import sys
+import tempfile
 import wave
 from pathlib import Path
 from typing import Any
@@ -77,6 +78,7 @@ def test_a_folder_gets_one_file_a_text(tmp_path: Path):
 
 
 @needs_voice
+@pytest.mark.skipif(" " in tempfile.gettempdir(), reason="pyttsx3's player loses paths with a blank")
 def test_pyttsx3_speaks_to_the_player(player: Path):
     voice = SpeakerVoice()
     assert 0.5 < voice.start("Hello peggy") < 2.0
@@ -105,7 +107,9 @@ def test_without_a_voice_there_is_one_clear_message_and_no_file(
 def fake_program(folder: Path, monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     """Put a program espeak-ng into the path; ``$4`` is the file to write."""
     program = folder / "espeak-ng"
-    program.write_text(f"#!{sys.executable}\nimport sys, wave\n{script}")
+    code = folder / "espeak.py"
+    code.write_text(f"import sys, wave\n{script}")
+    program.write_text(f"#!/bin/sh\nexec '{sys.executable}' '{code}' \"$@\"\n")
     program.chmod(0o755)
     monkeypatch.setenv("PATH", f"{folder}{os.pathsep}{os.environ['PATH']}")
 

@@ -229,7 +229,7 @@ def test_programs_that_do_not_plan(program, service, script, status, message):
 
 
 def test_a_program_that_hangs_is_killed(program, service, tmp_path):
-    program("ff", f"echo $$ > {tmp_path}/pid; exec sleep 1000")
+    program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
     call = service.call(PlanRequest(DOMAIN, ENDLESS, "ff"))
     eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
     call._end(PlanStatus.TIMEOUT)  # as its timer does

@@ -19,8 +19,8 @@ SCENARIO = ROOT / "scenarios" / "test-scenario"
 def recording(tmp_path_factory):
     """The test scenario, recorded."""
     path = tmp_path_factory.mktemp("run") / "run.mcap"
-    command = f"-m cxbridge run {SCENARIO} --trace-level facts --trace {path}"
-    subprocess.run([sys.executable, *command.split()], check=True, capture_output=True, timeout=120)
+    command = ["-m", "cxbridge", "run", str(SCENARIO), "--trace-level", "facts", "--trace", str(path)]
+    subprocess.run([sys.executable, *command], check=True, capture_output=True, timeout=120)
     return path
 
 
