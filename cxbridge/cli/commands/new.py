@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
 from typing import Annotated
 
@@ -51,4 +52,4 @@ def new(
         files = new_agent_of_fawkes(folder, fawkes_dir, from_fawkes)
     for file in files:
         say(file)
-    say(f"next: cd {folder}, see README.md")
+    say(f"next: cd {shlex.quote(str(folder))}, see README.md")
