@@ -19,7 +19,7 @@ from cxbridge.process.stepping import StepKeys
 from tests.support import ROOT
 
 WITHOUT = """
-import os, select, signal, subprocess, sys, tempfile
+import os, select, shutil, signal, subprocess, sys, tempfile
 for module in ("fcntl", "grp", "pwd", "resource", "termios", "tty"):
     sys.modules[module] = None
 for module, names in {
@@ -30,6 +30,7 @@ for module, names in {
     for name in names:
         if hasattr(module, name):
             delattr(module, name)
+shutil._use_fd_functions = False  # as there; Python 3.13 opens folders with O_NONBLOCK otherwise
 """
 
 STRICT = ("-X", "warn_default_encoding", "-W", "error::EncodingWarning")
