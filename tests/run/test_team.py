@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -131,7 +132,7 @@ def test_the_distributed_databases_are_shared_the_others_are_not(tmp_path: Path)
     assert {(ann, "own ann"), (ben, "own ben"), (ann, "shared ben"), (ben, "shared ben")} <= heard
     assert not heard & {(ann, "own ben"), (ben, "own ann")}
     for file, count in (("memory.db", 2), ("memory-ann.db", 1), ("memory-ben.db", 1)):
-        with sqlite3.connect(tmp_path / file) as database:
+        with closing(sqlite3.connect(tmp_path / file)) as database, database:
             assert database.execute("SELECT count(*) FROM documents").fetchone() == (count,)
 
 
