@@ -15,9 +15,8 @@ MISSING: Final = Code(
     "CX102",
     Severity.ERROR,
     "a file is not there",
-    "The spec, or a CLIPS file, loads a file that none of the folders has. The executive goes on "
-    "without it: the rules "
-    "in it do not exist, and goals wait forever.",
+    "The spec, or a CLIPS file, loads a file that none of the folders has, or that you may not read. The "
+    "executive goes on without it: the rules in it do not exist, and goals wait forever.",
 )
 
 SHADOWED: Final = Code(
