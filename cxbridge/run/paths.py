@@ -21,6 +21,7 @@ from cxbridge.run.specs import check_files
 
 SCENARIO_FILE = "scenario.yaml"
 _OVERLAYS = "ros2cx"
+_MOST_NAMED = 3  # scenarios, in a hint
 """Below the shipped scenarios: configurations for the executive for ROS 2, to be laid over its own."""
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
@@ -106,10 +107,13 @@ def find_config_file(options: RunOptions) -> Path:
         for name in (SCENARIO_FILE, "config.yaml"):
             if (named / name).is_file():
                 return named / name
+        below = sorted(path.parent for path in named.glob(f"*/{SCENARIO_FILE}"))[:_MOST_NAMED]
         raise CxbridgeError(
             "this folder has no scenario.yaml and no config.yaml",
             file=named,
-            hint="name a scenario's folder, or a Fawkes configuration file or folder",
+            hint=f"did you mean {' or '.join(map(str, below))}?"
+            if below
+            else "name a scenario's folder, or a Fawkes configuration file or folder",
         )
     if not named.is_file():
         shipped = ", ".join(shipped_scenarios())

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import shlex
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Final
@@ -60,6 +61,7 @@ def _make_around(template: str, folder: Path, checkout: Path, options: RunOption
         "@NAME@": name,
         "@DIR@": str(checkout),
         "@DIR_TEXT@": json.dumps(str(checkout)),
+        "@DIR_SHELL@": shlex.quote(str(checkout)),
         "@SPEC@": spec,
         "@SPEC_TEXT@": json.dumps(spec),
     }

@@ -155,3 +155,10 @@ def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):
     assert invoke(["new", *arguments]) == 2
     assert message in capsys.readouterr().err
     assert files_in(here) == set()
+
+
+def test_the_folder_around_the_agent_is_no_scenario_but_says_which_is(tmp_path, capsys):
+    project = tmp_path / "robo"
+    assert invoke(["new", str(project)]) == 0
+    assert invoke(["run", str(project)]) == 2
+    assert f"did you mean {project / 'robo'}?" in capsys.readouterr().err

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
+from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner, _avoid_spaces
 from cxbridge.executive.planning.planner import PlannedAction
 from tests.executive.planning.compile.test_grounding import FETCH, START, problem
 from tests.executive.planning.interpreter import World
@@ -92,3 +94,15 @@ def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
     monkeypatch.setattr("cxbridge.executive.planning.engines.unified.format_domain", lambda _: "(define")
     with pytest.raises(PlanningError, match="cannot read the problem"):
         UnifiedPlanner(INSTALLED[0]).solve(domain, task)
+
+
+def test_an_engine_below_a_folder_with_a_blank(tmp_path, monkeypatch):
+    """up-aries splits its command line at blanks."""
+    monkeypatch.chdir(tmp_path)
+    engine = SimpleNamespace(_executable=str(tmp_path / "my robot" / "aries"))
+    program = engine._executable
+    for _ in range(2):  # one engine improves, another one solves
+        engine._executable = program
+        _avoid_spaces(engine)
+        assert engine._executable == "./engine"
+        assert str(Path("engine").readlink()) == program
