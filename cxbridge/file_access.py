@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import errno
+import stat
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -12,10 +14,14 @@ from cxbridge.errors import CxbridgeError
 ABSENT: Final = "is not there"
 """Why a path names no file, when there is nothing."""
 
+_NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
+
 
 @contextmanager
 def file_errors() -> Iterator[None]:
     """Turn what the system refuses of a file into an error that names the file.
+
+    For processes that send their errors to another one; the command line shows an OSError in the same way.
 
     :raises CxbridgeError: instead of an OSError that has a file.
     """
@@ -39,13 +45,11 @@ def why_unreadable(path: str | Path) -> str:
     """
     path = Path(path)
     try:
-        if path.is_symlink() and not path.exists():
-            return f"is a link to {path.readlink()}, which leads to no file"
-        if not path.exists():
-            return ABSENT
-        if not path.is_file():
+        if not stat.S_ISREG(path.stat().st_mode):
             return "is not a regular file"
         path.open("rb").close()
     except (OSError, ValueError) as error:
-        return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        if getattr(error, "errno", None) not in _NOTHING_THERE:
+            return f"cannot be read: {getattr(error, 'strerror', None) or error}"
+        return f"is a link to {path.readlink()}, which leads to no file" if path.is_symlink() else ABSENT
     return ""

@@ -15,6 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine, RuleFired
 from cxbridge.explore.graph import ROOT, Edge, Graph
 from cxbridge.explore.playing import MakeRun
+from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.worlds.points import USUAL, ChoicePoint, DivergedError
 
@@ -93,7 +94,9 @@ def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | Non
     random.seed(seed)
     notes = _Notes()
     try:
-        run = make(notes)
+        with file_errors():
+            run = make(notes)
+            run.world.start()
         notes.start_us = run.world.assembly.clock.now_us()
         if is_detailed:
             run.world.assembly.bus.subscribe(notes.take, LogLine, RuleFired, *TRANSITION_TYPES)

@@ -16,6 +16,7 @@ from cxbridge.explore.playing import ExploredRun, MakeRun, failure
 from cxbridge.explore.state import Digest, state_digest
 from cxbridge.explore.use import Used
 from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
+from cxbridge.file_access import file_errors
 from cxbridge.process import forking
 from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
@@ -148,8 +149,9 @@ def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
 def _serve(process: Process, make: MakeRun, *, merge: bool) -> NoReturn:
     later = _Later()
     try:
-        run = make(later)
-        run.world.start()
+        with file_errors():
+            run = make(later)
+            run.world.start()
     except CxbridgeError as error:
         # names of files may hold bytes that are not text
         process.link.send(Refused(str(error).encode("utf-8", "backslashreplace").decode()))

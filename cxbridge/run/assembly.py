@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Self
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.closing import Closing
 from cxbridge.events import GoalTransition
-from cxbridge.file_access import file_errors
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
 from cxbridge.run.components.component import Component
@@ -76,7 +75,6 @@ class Assembly(Closing):
         """How many rules have fired."""
         return self._thinking.firings
 
-    @file_errors()
     def start(self) -> None:
         """Start the components, and join them to the main loop."""
         for warning in self.context.warnings:

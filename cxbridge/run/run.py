@@ -11,7 +11,6 @@ from typing import TYPE_CHECKING, Protocol, Self
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
-from cxbridge.file_access import file_errors
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent_context import agent_names, make_agent_context
@@ -274,7 +273,6 @@ def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
     interrupt.check()
 
 
-@file_errors()
 def make_run(
     options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING
 ) -> Assembly | Team:

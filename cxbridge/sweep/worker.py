@@ -17,6 +17,7 @@ from dataclasses import replace
 from typing import IO
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import file_errors
 from cxbridge.process import forking
 from cxbridge.sweep.frames import read_frame, write_frame
 from cxbridge.sweep.playing import play
@@ -122,14 +123,19 @@ def serve(channel: WorkerChannel) -> None:
     """Play what comes, until nothing does."""
     job = channel.job()
     try:
-        if forking.HAS_FORK:
-            _serve_forking(channel, job)
-        else:
-            channel.send(None)
-        for seed in channel.seeds():
-            channel.send(play(job, seed, RandomChooser(seed)))
+        with file_errors():
+            _play_all(channel, job)
     except CxbridgeError as error:
         channel.send(error)
+
+
+def _play_all(channel: WorkerChannel, job: SweepJob) -> None:
+    if forking.HAS_FORK:
+        _serve_forking(channel, job)
+    else:
+        channel.send(None)
+    for seed in channel.seeds():
+        channel.send(play(job, seed, RandomChooser(seed)))
 
 
 def _serve_forking(channel: WorkerChannel, job: SweepJob) -> None:
