@@ -6,6 +6,7 @@ facts for (quantifiers, conditional effects, numbers): planners understand it.
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from functools import cache
 from operator import attrgetter
@@ -85,6 +86,14 @@ class Constant(PddlNode, frozen=True):
 
     name: str
     position: Position = Position()
+
+
+_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
+
+
+def number_of(text: str) -> float | None:
+    """Return the number that a word of PDDL writes; None for a name, also for ``inf`` and ``nan``."""
+    return float(text) if _NUMBER.fullmatch(text) else None
 
 
 class FunctionTerm(PddlNode, frozen=True):

@@ -23,6 +23,7 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     TypedNames,
     names_of,
+    number_of,
 )
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 from cxbridge.executive.pddl.errors import semantic_error
@@ -239,10 +240,10 @@ class _ProblemParser(FormulaParser):
                 raise self.error(f"{format_term(argument)} is not an object", argument.position)
 
     def _number(self, text: str, item: Item) -> float:
-        try:
-            return float(text)
-        except ValueError:
-            raise self.error(f"'{text}' is not a number", item.position) from None
+        number = number_of(text)
+        if number is None:
+            raise self.error(f"'{text}' is not a number", item.position)
+        return number
 
     def _metric(self, section: Group | None) -> tuple[str, Term] | None:
         if section is None:

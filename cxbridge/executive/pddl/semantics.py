@@ -7,7 +7,6 @@ plain predicates; here times, conditional effects and numbers are looked through
 
 from __future__ import annotations
 
-import re
 from typing import Final
 
 from cxbridge.executive.pddl.ast import (
@@ -30,13 +29,13 @@ from cxbridge.executive.pddl.ast import (
     TypedList,
     Variable,
     When,
+    number_of,
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
 
 ROOT_TYPE: Final = "object"
 _TYPING: Final = frozenset({"typing", "adl", "ucpop"})
-_NUMBER: Final = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 _ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
 
 Scope = dict[str, tuple[str, ...]]
@@ -88,10 +87,7 @@ class DomainChecker:
 
         :raises PddlSemanticError: when one is not declared.
         """
-        if self._typed:
-            self._parameter_types(objects)
-        else:
-            self._refuse_types(objects)
+        self._check_types(objects)
 
     def check_formula(self, formula: Formula) -> None:
         """Check a formula without parameters, such as a goal.
@@ -123,6 +119,13 @@ class DomainChecker:
 
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
+
+    def _check_types(self, typed: TypedList) -> None:
+        """Refuse types that are not declared; without typing, all types."""
+        if self._typed:
+            self._parameter_types(typed)
+        else:
+            self._refuse_types(typed)
 
     def _refuse_types(self, typed: TypedList) -> None:
         for group in typed:
@@ -171,9 +174,8 @@ class DomainChecker:
                     self._formula(part, scope)
             case Not(part=part):
                 self._formula(part, scope)
-            case Quantified(variables=variables, part=part):
-                bound = {name: group.types for group in variables for name in group.names}
-                self._formula(part, {**scope, **bound})
+            case Quantified():
+                self._quantified(formula, scope)
             case _ if self._compat:
                 return  # Fawkes looks no further
             case Timed(part=part):
@@ -184,6 +186,12 @@ class DomainChecker:
             case TermComparison(left=left, right=right) | NumericChange(target=left, amount=right):
                 self._number(left, scope)
                 self._number(right, scope)
+
+    def _quantified(self, formula: Quantified, scope: Scope) -> None:
+        if not self._compat:
+            self._check_types(formula.variables)
+        bound = {name: group.types for group in formula.variables for name in group.names}
+        self._formula(formula.part, {**scope, **bound})
 
     def _atom(self, atom: Atom, scope: Scope) -> None:
         predicate = self._predicates.get(atom.predicate)
@@ -263,7 +271,7 @@ class DomainChecker:
                     )
             for argument in term.arguments:
                 self._number(argument, scope)
-        elif not (isinstance(term, Constant) and _NUMBER.fullmatch(term.name)):
+        elif not (isinstance(term, Constant) and number_of(term.name) is not None):
             self._types_of(term, scope)
 
 

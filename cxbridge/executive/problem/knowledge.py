@@ -31,10 +31,7 @@ from cxbridge.executive.pddl.parser import parse_formula
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import Problem, parse_problem, problem_of_facts
 from cxbridge.executive.pddl.semantics import ROOT_TYPE, DomainChecker
-from cxbridge.executive.problem.truth import holds, words_of
-
-Ground = tuple[str, tuple[str, ...]]
-"""The name of a predicate or a function, and its arguments."""
+from cxbridge.executive.problem.truth import Ground, holds, words_of
 
 _NAME: Final = re.compile(r"\w[\w.:+-]*")
 _ZERO: Final = Constant("0")
@@ -270,7 +267,11 @@ class ProblemExpert:
         self.knowledge.put_goal(format_formula(goal))
 
     def is_satisfied(self, goal: Formula) -> bool:
-        """Return whether a formula is true now."""
+        """Return whether a formula is true now.
+
+        :raises PddlError: when the domain has no words for it, or a constant is not an instance.
+        """
+        self.check(goal)
         return holds(goal, set(self.knowledge.predicates), self.knowledge.functions, self._is_a)
 
     def _is_a(self, types: tuple[str, ...]) -> list[str]:

@@ -21,10 +21,11 @@ from cxbridge.executive.pddl.ast import (
     Term,
     TermComparison,
     Variable,
+    number_of,
 )
 
-Value = str | float | None
-"""An object, a number, or None: a function has no value."""
+Ground = tuple[str, tuple[str, ...]]
+"""A predicate or function with its objects."""
 
 InstancesOf = Callable[[tuple[str, ...]], Collection[str]]
 """Returns the instances of some types; of no types: all."""
@@ -53,8 +54,8 @@ def words_of(text: str) -> list[str]:
 
 def holds(
     formula: Formula,
-    predicates: Collection[tuple[str, tuple[str, ...]]],
-    functions: Mapping[tuple[str, tuple[str, ...]], float],
+    predicates: Collection[Ground],
+    functions: Mapping[Ground, float],
     instances_of: InstancesOf,
 ) -> bool:
     """Return whether a formula is true. A comparison with a function that has no value is not."""
@@ -64,8 +65,8 @@ def holds(
 class _Truth:
     def __init__(
         self,
-        predicates: Collection[tuple[str, tuple[str, ...]]],
-        functions: Mapping[tuple[str, tuple[str, ...]], float],
+        predicates: Collection[Ground],
+        functions: Mapping[Ground, float],
         instances_of: InstancesOf,
     ) -> None:
         self._predicates = predicates
@@ -75,7 +76,7 @@ class _Truth:
     def of(self, formula: Formula, bound: Mapping[str, str]) -> bool:
         match formula:
             case Atom(predicate=name, arguments=terms):
-                found = (name, self._names(terms, bound)) in self._predicates
+                found = self._ground(name, terms, bound) in self._predicates
             case And(parts=parts):
                 found = all(self.of(part, bound) for part in parts)
             case Or(parts=parts):
@@ -87,13 +88,19 @@ class _Truth:
             case Quantified():
                 found = self._quantified(formula, bound)
             case TermComparison(operator=sign, left=left, right=right):
-                found = _compare(sign, self._value(left, bound), self._value(right, bound))
+                found = self._compared(sign, left, right, bound)
             case _:
                 found = False  # an effect, or a part of a durative action: no condition
         return found
 
-    def _names(self, terms: Iterable[Term], bound: Mapping[str, str]) -> tuple[str, ...]:
-        return tuple(str(self._value(term, bound)) for term in terms)
+    def _compared(self, sign: str, left: Term, right: Term, bound: Mapping[str, str]) -> bool:
+        if sign == "=" and not isinstance(left, FunctionTerm) and not isinstance(right, FunctionTerm):
+            name = _object(left, bound)
+            return name is not None and name == _object(right, bound)
+        return _compare(sign, self._number(left, bound), self._number(right, bound))
+
+    def _ground(self, name: str, terms: Iterable[Term], bound: Mapping[str, str]) -> Ground:
+        return name, tuple(str(_object(term, bound)) for term in terms)
 
     def _quantified(self, formula: Quantified, bound: Mapping[str, str]) -> bool:
         names = [name for group in formula.variables for name in group.names]
@@ -104,17 +111,29 @@ class _Truth:
             for values in product(*each)
         )
 
-    def _value(self, term: Term, bound: Mapping[str, str]) -> Value:
+    def _number(self, term: Term, bound: Mapping[str, str]) -> float | None:
+        """Return the number that a term stands for; None for an object, and a function without a value."""
         match term:
-            case Variable(name=name):
-                return bound.get(name)
+            case Variable():
+                return None
             case Constant(name=name):
-                return name
+                return number_of(name)
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _COMPUTE:
-                    return self._functions.get((name, self._names(terms, bound)))
-                numbers = [_number(self._value(each, bound)) for each in terms]
+                    return self._functions.get(self._ground(name, terms, bound))
+                numbers = [self._number(each, bound) for each in terms]
                 return _compute(name, [each for each in numbers if each is not None], len(terms))
+
+
+def _object(term: Term, bound: Mapping[str, str]) -> str | None:
+    """Return the object that a term stands for; None for a number, and a variable without a value."""
+    match term:
+        case Variable(name=name):
+            return bound.get(name)
+        case Constant(name=name):
+            return name
+        case FunctionTerm():
+            return None
 
 
 def _compute(sign: str, numbers: list[float], wanted: int) -> float | None:
@@ -130,17 +149,9 @@ def _compute(sign: str, numbers: list[float], wanted: int) -> float | None:
     return found
 
 
-def _compare(sign: str, left: Value, right: Value) -> bool:
-    first, second = _number(left), _number(right)
+def _compare(sign: str, first: float | None, second: float | None) -> bool:
     if first is None or second is None:
-        return sign == "=" and left is not None and left == right
+        return False
     if sign in ("=", "<=", ">=") and abs(first - second) <= _SAME:
         return True
     return _COMPARE[sign](first, second)
-
-
-def _number(value: Value) -> float | None:
-    try:
-        return None if value is None else float(value)
-    except ValueError:
-        return None

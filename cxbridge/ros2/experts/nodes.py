@@ -22,10 +22,11 @@ from cxbridge.executive.pddl.ast import (
     TermComparison,
     TypedNames,
     Variable,
+    number_of,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_term
 from cxbridge.executive.pddl.problems import format_number
-from cxbridge.executive.problem.knowledge import Ground
+from cxbridge.executive.problem.truth import Ground
 from cxbridge.ros2.experts.names import BEFORE_JAZZY
 from cxbridge.ros2.messages import Message
 
@@ -243,7 +244,7 @@ class _TreeMaker:
                 if len(terms) == _PAIR:
                     return self._pair(TreeNodeKind.EXPRESSION, "expression_type", name, (terms[0], terms[1]))
                 raise Ros2Error(f"PlanSys2's messages have no words for {format_term(term)}")
-            case Constant(name=text) if (number := _number(text)) is not None:
+            case Constant(name=text) if (number := number_of(text)) is not None:
                 return int(self._add(TreeNodeKind.NUMBER, value=number)["node_id"])
             case _ if self._is_old:
                 raise Ros2Error(f"PlanSys2's messages compare numbers only, not {format_term(term)}")
@@ -283,10 +284,3 @@ def _names(node: Message) -> list[str]:
 
 def _term_of(name: str) -> Term:
     return Variable(name.removeprefix("?")) if name.startswith("?") else Constant(name)
-
-
-def _number(text: str) -> float | None:
-    try:
-        return float(text)
-    except ValueError:
-        return None

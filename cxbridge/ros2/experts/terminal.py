@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl import format_formula, parse_formula
-from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison
+from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison, number_of
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.ros2.experts.answers import shown
@@ -391,10 +391,9 @@ def _value_in(formula: Formula, text: str) -> tuple[FunctionTerm, float]:
     """Return a function and its value."""
     match formula:
         case TermComparison(operator="=", left=FunctionTerm() as call, right=Constant(name=number)):
-            try:
-                return call, float(number)
-            except ValueError:
-                pass
+            value = number_of(number)
+            if value is not None:
+                return call, value
     raise UsageError(f"'{text}' is no value of a function", hint="set function (= (distance a b) 3)")
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
 
 from cxbridge.executive.pddl import PddlSemanticError, parse_domain
@@ -76,6 +78,37 @@ def test_parameters_of_types() -> None:
     assert parse_domain(domain(action(parameters="?x")))
     with pytest.raises(PddlSemanticError, match="Missing type"):
         parse_domain(domain(action(parameters="?x")), fawkes_compat=True)
+
+
+_TYPED = """\
+(define (domain test) (:requirements :adl :fluents :typing) (:types here - object)
+(:constants home - here)
+(:predicates (free ?p - here))
+(:functions (dist ?a - here))
+(:action go :parameters (?a - here)
+  :precondition (and (exists (?b - here) (free ?b)) (imply (forall (?c - here) (free ?c)) (free ?a)))
+  :effect (and (forall (?d - here) (free ?d)) (when (exists (?e - here) (free ?e)) (free ?a))))
+(:durative-action slow :parameters (?a - here) :duration (= ?duration 5)
+  :condition (at start (forall (?b - here) (free ?b)))
+  :effect (at end (forall (?c - here) (free ?c)))))
+"""
+_PLACES_OF_TYPES = [found.start() for found in re.finditer("- here", _TYPED)]
+
+
+@pytest.mark.parametrize("place", _PLACES_OF_TYPES)
+def test_a_type_is_declared_wherever_it_is_written(place: int) -> None:
+    """A misspelt type would make a ``forall`` true of nothing."""
+    assert parse_domain(_TYPED)
+    spoilt = f"{_TYPED[:place]}- hree{_TYPED[place + len('- here') :]}"
+    with pytest.raises(PddlSemanticError, match=r"Unknown type: \w+ - hree") as caught:
+        parse_domain(spoilt)
+    assert caught.value.line == _TYPED.count("\n", 0, place) + 1
+
+
+def test_a_quantified_variable_has_no_type_without_typing() -> None:
+    text = "(define (domain d) (:predicates (p ?x)) (:action a :precondition (exists (?x - t) (p ?x))))"
+    with pytest.raises(PddlSemanticError, match="Requirement typing disabled"):
+        parse_domain(text)
 
 
 def test_types_without_typing() -> None:

@@ -101,10 +101,26 @@ def test_nothing_is_wanted_of_what_is_gone(expert: ProblemExpert, knowledge: Kno
         ("(> (- (far home kitchen)) 0)", False),
         ("(= (/ 1 0) 0)", False),
         ("(= (far kitchen home) 0)", False),
+        ("(= 7 07)", False),  # objects
+        ("(= 1e1 10)", False),
+        ("(= inf infinity)", False),
+        ("(= nan nan)", True),
+        ("(= (far home kitchen) 25e-1)", True),
+        ("(< (far home kitchen) inf)", False),
+        ("(exists (?c - cup) (= ?c 7))", True),
+        ("(exists (?c - cup) (< ?c 8))", False),  # an object is no number
+        ("(exists (?c - cup) (= (+ (far home kitchen) 4.5) ?c))", False),
     ],
 )
 def test_what_is_true(expert: ProblemExpert, formula: str, true: bool):
+    for name in ("07", "1e1", "10", "inf", "infinity", "nan"):
+        expert.add_instance(name, "cup")
     assert expert.is_satisfied(parse_formula(formula)) is true
+
+
+def test_a_goal_of_a_misspelt_type_is_not_true(expert: ProblemExpert):
+    with pytest.raises(PddlError, match="Unknown type: c - cop"):
+        expert.is_satisfied(parse_formula("(forall (?c - cop) (never))"))
 
 
 def test_subtypes():
