@@ -175,8 +175,9 @@ class NavGraph:
         self.revision += 1
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
-        """Remove an edge; no error when it is not there."""
+        """Remove an edge and what blocks it; no error when it is not there."""
         self._edges = [other for other in self._edges if other is not edge]
+        self._blocked = {ends for ends in self._blocked if self.edge(*ends) is not None}
         self._neighbours.clear()
         self.revision += 1
 

@@ -104,6 +104,25 @@ def test_a_blocked_edge_is_gone_round(house: NavGraph):
         house.block("hall", "garden")
 
 
+@pytest.mark.parametrize("directed", [True, False])
+def test_an_edge_that_is_made_anew_is_not_blocked(directed: bool):
+    graph = NavGraph("two")
+    for name in ("a", "b"):
+        graph.add_node(NavGraphNode(name, 0.0, 0.0))
+    edge = NavGraphEdge("a", "b", directed=directed)
+    back = NavGraphEdge("b", "a", directed=True)
+    ways = [("a", "b"), ("b", "a")]
+    graph.add_edge(edge)
+    if directed:
+        graph.add_edge(back)
+    for way in ways:
+        graph.block(*way)
+    graph.remove_edge(edge)
+    graph.add_edge(edge)
+    found = {way: graph.search_path(*way) is not None for way in ways}
+    assert found == {("a", "b"): True, ("b", "a"): not directed}  # the other edge stays blocked
+
+
 def test_a_way_between_unknown_nodes(house: NavGraph):
     with pytest.raises(NavGraphError, match="no node 'cellar'") as caught:
         house.search_path("hall", "cellar")
