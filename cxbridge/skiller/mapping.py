@@ -88,10 +88,11 @@ class ActionSkillMapping:
         try:
             for part in parse_template(template):
                 if isinstance(part, str):
-                    text += part
+                    text = self._joined(action, text, part)
                 else:
                     value = _look_up(part, action, params)
-                    text += self._insert(part, _apply_steps(part, value, messages), text)
+                    written = self._insert(part, _apply_steps(part, value, messages), text)
+                    text = self._joined(action, text, written)
         except _CannotMapError as error:
             messages.insert(0, (Level.ERROR, str(error)))
             return MappedSkill("", tuple(messages))
@@ -123,8 +124,22 @@ class ActionSkillMapping:
         if place.kind in "SY":
             value = _upper(value)
         if place.kind in "sS":
-            return f'"{quoting.escape(value) if self.mode == "strict" else value}"'
-        return _bare(place, value, before) if self.mode == "strict" else value
+            kept = self._kept(place, value, f'{before}"')
+            return f'"{kept}"'
+        return self._kept(place, value, before)
+
+    def _joined(self, action: str, before: str, after: str) -> str:
+        """Return both parts of a skill string as one."""
+        if self.mode == "strict" and quoting.makes_comment(before, after):
+            raise _CannotMapError(
+                f"'{before}' and '{after}' make the comment '--': leave a space between them in the "
+                f"action mapping of '{action}'"
+            )
+        return before + after
+
+    def _kept(self, place: Placeholder, value: str, before: str) -> str:
+        """Return a value as it is written behind the Lua text ``before``."""
+        return _kept(place, value, before) if self.mode == "strict" else value
 
 
 def _describe(action: str, doubt: Doubt) -> Message:
@@ -166,12 +181,15 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
     return warnings
 
 
-def _bare(place: Placeholder, value: str, before: str) -> str:
-    """Return a value that the template does not quote itself, so that it cannot become code."""
+def _kept(place: Placeholder, value: str, before: str) -> str:
+    """Return a value as it is written behind the Lua text ``before``, so that it cannot become code.
+
+    :raises _CannotMapError: when there is no such way.
+    """
     context = quoting.context_at_end(before)
     if context in (quoting.QuotingContext.DOUBLE_QUOTES, quoting.QuotingContext.SINGLE_QUOTES):
         return quoting.escape(value, context.value)
-    if not quoting.is_word(value):
+    if context is quoting.QuotingContext.ESCAPE or not quoting.is_word(value):
         raise _CannotMapError(
             f"Value '{value}' of parameter '{place.name}' is not a single word or number and stands unquoted "
             f"in the skill string: use ?({place.name})s"

@@ -6,14 +6,15 @@ import re
 from enum import Enum
 
 _ESCAPES = {"\\": "\\\\", '"': '\\"', "'": "\\'", "\n": "\\n", "\r": "\\r", "\0": "\\000"}
-_WORD = re.compile(r"[A-Za-z0-9_.+-]*")
+_WORD = re.compile(r"[A-Za-z0-9_.+-]+")
 _TOKEN = re.compile(
-    r"""(?P<comment>--[^\n]*)
-      | (?P<long>\[(?P<level>=*)\[)
+    r"""(?P<long>(?:--)?\[(?P<level>=*)\[)
+      | (?P<comment>--[^\n]*)
       | (?P<quote>["'])
       | .""",
     re.VERBOSE | re.DOTALL,
 )
+_INSIDE_QUOTES = {quote: re.compile(rf"(?:\\.|[^\\{quote}])*", re.DOTALL) for quote in "\"'"}
 
 
 class QuotingContext(Enum):
@@ -22,6 +23,7 @@ class QuotingContext(Enum):
     CODE = "code"
     DOUBLE_QUOTES = '"'
     SINGLE_QUOTES = "'"
+    ESCAPE = "an escape sequence"
     OTHER = "a comment or a long bracket"
 
 
@@ -39,6 +41,11 @@ def is_word(value: str) -> bool:
     return _WORD.fullmatch(value) is not None and "--" not in value
 
 
+def makes_comment(before: str, after: str) -> bool:
+    """Whether ``after`` begins a comment only because it is written behind the Lua text ``before``."""
+    return before.endswith("-") and after.startswith("-") and context_at_end(before) is QuotingContext.CODE
+
+
 def context_at_end(text: str) -> QuotingContext:
     """Return what the end of the Lua text ``text`` is in the middle of."""
     position = 0
@@ -47,12 +54,14 @@ def context_at_end(text: str) -> QuotingContext:
         assert token is not None
         position = token.end()
         if token["quote"]:
-            end = re.compile(rf"(?:\\.|[^\\{token['quote']}])*{token['quote']}", re.DOTALL).match(
-                text, position
-            )
-            if end is None:
+            inside = _INSIDE_QUOTES[token["quote"]].match(text, position)
+            assert inside is not None
+            position = inside.end()
+            if position == len(text):
                 return QuotingContext(token["quote"])
-            position = end.end()
+            if text[position] == "\\":
+                return QuotingContext.ESCAPE
+            position += 1
         elif token["long"]:
             closing = text.find(f"]{token['level']}]", position)
             if closing < 0:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import re
+
 import pytest
-from hypothesis import given
+from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import ActionMappingError
@@ -180,6 +182,94 @@ def test_in_strict_mode_lua_reads_back_the_value(value: str):
     for template in ("return ?(t)s", 'return "?(t)y"', "return '?(t)y'"):
         text = map_one(template, "strict", t=value).text
         assert lua.execute(text.encode()) == value.encode()
+
+
+@pytest.mark.parametrize(
+    ("template", "value"),
+    [
+        ("drive{dx=-?(v)y, place=1}", "-5"),
+        ("drive{dx=-?(v)i, place=1}", "-5"),
+        ("drive{dx=-?(v)f, place=1}", "-5"),
+        ("drive{dx=?(v)y-1, place=1}", "a-"),
+        ("drive{dx=?(v)y?(v)y, place=1}", "-"),
+        ("drive{dx=-?(v)y-, place=1}", ""),
+        ("a{x=[?(v)y[, y=1}", ""),
+        ('a{x="?(v)s"}', "..os.exit().."),
+        ('a{x="\\?(v)y"}', '"..os.exit()..'),
+        ("--[[ a\n?(v)y", "]] os.exit()"),
+    ],
+)
+def test_strict_mode_refuses_values_that_would_change_the_text_around_them(template: str, value: str):
+    mapped = map_one(template, "strict", v=value)
+    assert mapped.text == ""
+    assert [level for level, _ in mapped.messages] == [Level.ERROR]
+
+
+def lua_states(text: str) -> list[str]:
+    """Return what Lua reads each character of a text as."""
+    states: list[str] = []
+    state = "code"
+    while len(states) < len(text):
+        at = len(states)
+        opened = re.compile(r"(--)?\[(=*)\[").match(text, at) if state == "code" else None
+        if opened:
+            states += ["bracket"] * len(opened[0])
+            state = f"]{opened[2]}]"
+        elif state == "code" and text.startswith("--", at):
+            states += ["comment"] * 2
+            state = "comment"
+        elif state[0] == "]" and text.startswith(state, at):
+            states += ["bracket"] * len(state)
+            state = "code"
+        elif state in ("'", '"') and text[at] == "\\" and at + 1 < len(text):
+            states += [f"escape in {state}"] * 2
+        else:
+            states.append(state)
+            if state == "code" and text[at] in "'\"":
+                state = text[at]
+            elif (state == "comment" and text[at] == "\n") or text[at] == state:
+                state = "code"
+    return states
+
+
+pieces = st.sampled_from(
+    [
+        "?(v)s",
+        "?(w)S",
+        "?(v)y",
+        "?(w)Y",
+        "?(v)i",
+        "?(w)f",
+        *"[],=-}5 '\"\\\n",
+        "--",
+        "--[[",
+        "[[",
+        "]]",
+        "goto{",
+    ]
+)
+values = st.text(st.sampled_from("-5a.\"'\\\n[]="), max_size=5)
+
+
+@settings(max_examples=1000)
+@given(st.lists(pieces, max_size=10), values, values)
+def test_in_strict_mode_the_text_of_a_template_stays_what_it_is(template: list[str], v: str, w: str):
+    """Whatever the values, Lua reads each character of the template as with values that are ``5``."""
+
+    assume(map_one("".join(template), "strict", v=v, w=w).text)
+    assert states_of_template(template, v, w) == states_of_template(template, "5", "5")
+
+
+def states_of_template(template: list[str], v: str, w: str) -> list[str]:
+    begun = ["".join(template[:end]) for end in range(len(template) + 1)]
+    starts = [len(map_one(each, "strict", v=v, w=w).text) for each in begun]
+    states = lua_states(map_one(begun[-1], "strict", v=v, w=w).text)
+    return [
+        state
+        for piece, start in zip(template, starts, strict=False)
+        if not piece.startswith("?(")
+        for state in states[start : start + len(piece)]
+    ]
 
 
 ordinary = st.text(st.sampled_from("abcXYZ019-_.: ,;!?()[]{}/|$"), max_size=12)
