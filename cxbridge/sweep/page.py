@@ -65,9 +65,12 @@ def _comparison(first: Sequence[RunRow], second: Sequence[RunRow]) -> str:
 
 
 def _cells(interval: Interval, scale: float, unit: str) -> list[str]:
-    low, high = interval.low * scale, interval.high * scale
     verdict = "differ" if interval.excludes_zero else "no difference is seen"
-    return [f"{interval.estimate * scale:+.3g} {unit}", f"{low:+.3g} to {high:+.3g} {unit}", verdict]
+    return [
+        f"{interval.estimate * scale:+.3g} {unit}",
+        interval.span("+.3g", scale=scale, unit=f" {unit}"),
+        verdict,
+    ]
 
 
 def _outcomes(name: str, summary: SweepSummary) -> str:

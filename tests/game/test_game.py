@@ -131,11 +131,11 @@ def test_two_agents_on_the_same_seeds(short, tmp_path, capsys):
     shutil.copytree(short, worse)
     file = worse / "scenario.yaml"
     file.write_text(file.read_text().replace("speed: 0.5", "speed: 0.1"))
-    command = ["game", str(short), "--against", str(worse), "--games", "2", "--seed", "1"]
+    command = ["game", str(short), "--against", str(worse), "--games", "6", "--seed", "1"]
     assert invoke([*command, "--json"]) == 0
     both = found(capsys)
     one, other = both["agents"].values()
-    assert list(one["by_seed"]) == list(other["by_seed"]) == ["1", "2"]
+    assert list(one["by_seed"]) == list(other["by_seed"]) == ["1", "2", "3", "4", "5", "6"]
     assert both["comparison"]["better"] == 0
     assert both["comparison"]["difference"]["estimate"] < 0
     assert invoke(command) == 0
@@ -146,6 +146,14 @@ def test_equal_agents_are_not_told_apart():
     same = {seed: result(seed, 10 * seed) for seed in range(1, 9)}
     match = Match(same, dict(same))
     assert (match.better, match.difference.estimate, list(match.farthest())) == (None, 0, [])
+
+
+@pytest.mark.parametrize(("games", "better"), [(1, None), (2, None), (5, None), (6, 1)])
+def test_a_few_games_do_not_show_that_an_agent_is_better(games, better):
+    seeds = range(1, games + 1)
+    match = Match({seed: result(seed, 10) for seed in seeds}, {seed: result(seed, 11) for seed in seeds})
+    assert match.better == better
+    assert json.loads(json.dumps(match.as_dict(), allow_nan=False))["difference"]["estimate"] == 1
 
 
 def test_the_points_of_games():

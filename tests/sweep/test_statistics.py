@@ -38,7 +38,7 @@ def test_a_proportions_interval_is_that_of_wilson(counts):
     assert found.estimate == count / total
 
 
-@pytest.mark.parametrize("size", [20, 500])
+@pytest.mark.parametrize("size", [6, 20, 500])
 def test_nineteen_of_twenty_intervals_hold_the_mean(size):
     rng = random.Random(1)
     held = 0
@@ -46,6 +46,31 @@ def test_nineteen_of_twenty_intervals_hold_the_mean(size):
         found = mean_interval([rng.gauss(5, 2) for _ in range(size)])
         held += found.low <= 5 <= found.high
     assert 178 <= held <= 199  # of 200; 190 are expected
+
+
+@pytest.mark.parametrize("size", range(1, 13))
+def test_chance_alone_shows_a_difference_in_one_sample_of_twenty_at_most(size):
+    """Differences of two equal agents have each sign with the same probability."""
+    rng = random.Random(size)
+    for sizes in ([1.0] * size, [rng.expovariate(1) for _ in range(size)], [1.0] * (size - 1) + [100.0]):
+        samples = [
+            [value if sign >> index & 1 else -value for index, value in enumerate(sizes)]
+            for sign in range(2**size)
+        ]
+        shown = sum(
+            mean_interval(sample).excludes_zero for sample in rng.sample(samples, min(len(samples), 256))
+        )
+        if len(samples) <= 256:
+            assert shown <= len(samples) / 20
+        else:
+            assert shown <= 25  # of 256; 13 are expected
+
+
+@pytest.mark.parametrize(("size", "differs"), [(2, False), (5, False), (6, True), (11, True), (200, True)])
+def test_equal_differences_prove_something_when_they_are_enough(size, differs):
+    found = mean_interval([1.0] * size)
+    assert (found.estimate, found.excludes_zero) == (1.0, differs)
+    assert (found.as_dict()["low"] is None) is not differs
 
 
 def test_one_value_says_nothing_of_others():

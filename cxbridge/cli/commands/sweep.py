@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from cxbridge.sweep.engine import Engine
     from cxbridge.sweep.kept import KeptRows
     from cxbridge.sweep.rows import RunRow, SweepJob
+    from cxbridge.sweep.summary import AgentComparison
 
 _LOCAL = "local"
 _DASK = "dask://"
@@ -111,6 +112,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     _write(sweeps, outputs)
     first, *others = sweeps.values()
     found: dict[str, Any] = {**SweepSummary(first).as_dict(), "seed": play.seed, "wall_seconds": wall_seconds}
+    compared = None
     if others:
         (second,) = others
         found["against"] = SweepSummary(second).as_dict()
@@ -119,7 +121,11 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
     if outputs.as_json:
         say_json(found)
     else:
-        _print_sweep(found, play)
+        _print_outcomes(found)
+        if compared is not None:
+            say(f"against {play.against}:")
+            _print_outcomes(found["against"])
+            _print_comparison(compared)
     return 0
 
 
@@ -199,23 +205,14 @@ def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
         write_page(tables, outputs.page, shlex.join(["cxbridge", *sys.argv[1:]]))
 
 
-def _print_sweep(found: dict[str, Any], play: _SweepOptions) -> None:
-    """Print a sweep for people."""
-    _print_outcomes(found)
-    if play.against is None:
-        return
-    say(f"against {play.against}:")
-    _print_outcomes(found["against"])
-    compared = found["comparison"]
-    completed = compared["completed"]
-    say(
-        f"difference in completed runs: {100 * completed['estimate']:+.2f} % "
-        f"({100 * completed['low']:+.2f} to {100 * completed['high']:+.2f})"
-    )
-    if compared["makespan"] is not None:
-        span = compared["makespan"]
-        say(f"difference in makespan: {span['estimate']:+.3f} s ({span['low']:+.3f} to {span['high']:+.3f})")
-    for each in compared["seeds"]:
+def _print_comparison(compared: AgentComparison) -> None:
+    """Print for people how two agents differ."""
+    completed, makespan = compared.completed, compared.makespan
+    share, span = 100 * completed.estimate, completed.span("+.2f", scale=100)
+    say(f"difference in completed runs: {share:+.2f} % ({span})")
+    if makespan is not None:
+        say(f"difference in makespan: {makespan.estimate:+.3f} s ({makespan.span('+.3f')})")
+    for each in compared.as_dict()["seeds"]:
         first, second = each["outcomes"]
         spans = " and ".join(f"{value:.2f} s" for value in each["makespans"])
         say(f"  seed {each['seed']}: {first} and {second}, {spans}")

@@ -52,9 +52,7 @@ def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
     (first, second), (one, other) = games, games.values()
     match = Match(one, other)
     found = match.difference
-    say(
-        f"{second} minus {first}: {found.estimate:+.1f} points a game ({found.low:+.1f} to {found.high:+.1f})"
-    )
+    say(f"{second} minus {first}: {found.estimate:+.1f} points a game ({found.span('+.1f')})")
     for seed, mine, theirs in match.farthest():
         say(f"  seed {seed}: {mine} and {theirs} points")
     better = match.better
@@ -68,4 +66,4 @@ def _words(summary: GamesSummary) -> str:
     points = summary.points
     if len(summary.results) == 1:
         return f"{points.estimate:g} points"
-    return f"{points.estimate:.1f} points a game ({points.low:.1f} to {points.high:.1f})"
+    return f"{points.estimate:.1f} points a game ({points.span('.1f')})"
