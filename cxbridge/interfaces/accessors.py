@@ -76,7 +76,7 @@ def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | N
         layout += f"{field.offset - end}x"
         name = f"v{slot}"
         if field.is_string:
-            room = 1 if field.length is None else field.length - 1
+            room = field.text_room
             lines.append(f"{name} = {name}.encode()")
             lines.append(f"if len({name}) > {room} or 0 in {name}: raise ValueError")
             layout += f"{room}s{field.size - room}x"
@@ -134,8 +134,8 @@ def _scalar(owner: str, field: FieldSchema, slot: int, enum: type[IntEnum] | Non
 
 
 def _string(owner: str, field: FieldSchema, slot: int) -> tuple[Getter, Setter]:
-    """Return the accessors for text; the last byte stays for the NUL, unless it is a single ``char``."""
-    room = 1 if field.length is None else field.length - 1
+    """Return the accessors for text."""
+    room = field.text_room
     layout = Struct(f"={room}s{field.size - room}x")
 
     def adapt(value: object) -> bytes:

@@ -78,6 +78,11 @@ class FieldSchema(Struct, frozen=True):
         return self.type == "string"
 
     @property
+    def text_room(self) -> int:
+        """The bytes that a text may have: the last byte stays for the NUL, unless it is a single ``char``."""
+        return 1 if self.length is None else self.length - 1
+
+    @property
     def is_array(self) -> bool:
         """Whether the field was declared with a length and is not a string; so its value is a tuple.
 

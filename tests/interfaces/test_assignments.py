@@ -1,0 +1,97 @@
+"""``NAME=VALUE`` for fields of every type: what is shown reads back, and what does not fit is refused."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.errors import InterfaceError
+from cxbridge.interfaces.assignments import assign, shown
+from cxbridge.interfaces.fieldtypes import TYPES
+from tests.interfaces.samples import block_of
+
+_ENUM = (
+    '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
+)
+_VALUES: dict[str, st.SearchStrategy[Any]] = {
+    **{name: st.integers(each.low, each.high) for name, each in TYPES.items() if each.low is not None},
+    "bool": st.booleans(),
+    "float": st.floats(width=32, allow_nan=False),
+    "double": st.floats(allow_nan=False),
+    "string": st.text(st.sampled_from("aä\"',[]=\\ \n\x1b\udcff"), max_size=5),
+    "Mode": st.sampled_from(["OFF", "ON"]),
+}
+"""Values of each type that a field can have, a new type fails the test until it is here."""
+
+
+def _fields() -> list[str]:
+    fields = []
+    for name in (*TYPES, "Mode"):
+        length = ' length="12"' if name == "string" else ""
+        fields.append(f'<field type="{name}"{length} name="a_{name}">what it is for</field>')
+        if name != "string":
+            fields.append(f'<field type="{name}" length="3" name="some_{name}">what it is for</field>')
+    return fields
+
+
+def _block() -> Any:
+    return block_of(*_fields(), enums=_ENUM)
+
+
+@given(st.data())
+def test_what_is_shown_is_read(data: st.DataObject):
+    block, other = _block(), _block()
+    for field in block.fields():
+        value = _VALUES[field.type]
+        block.set(field.name, data.draw(st.tuples(value, value, value) if field.is_array else value))
+    assign(other, [f"{name}={shown(value)}" for name, value in block.as_dict().items()])
+    assert other.as_dict() == block.as_dict()
+
+
+@pytest.mark.parametrize(
+    ("given", "name", "value"),
+    [
+        ("a_uint32=007", "a_uint32", 7),
+        ("a_int8=-010", "a_int8", -10),
+        ("a_uint8=0xff", "a_uint8", 255),
+        ("some_int8=01,2,0b11", "some_int8", (1, 2, 3)),
+        ("a_Mode=5", "a_Mode", 5),
+        ("a_Mode=005", "a_Mode", 5),
+        ("a_string=plain", "a_string", "plain"),
+        ('a_string="quoted"', "a_string", "quoted"),
+        ('a_string="', "a_string", '"'),
+        ('a_string="a" b"', "a_string", '"a" b"'),
+        ("a_string=elevenbytes", "a_string", "elevenbytes"),
+    ],
+)
+def test_what_people_type(given: str, name: str, value: object):
+    block = _block()
+    assert assign(block, [given])
+    assert block.get(name) == value
+
+
+@pytest.mark.parametrize(
+    ("given", "complaint"),
+    [
+        ("a_Mode=9", "it holds one of OFF, ON"),
+        ("a_Mode=MAYBE", "it holds one of OFF, ON"),
+        ("some_Mode=OFF,9,ON", "it holds one of OFF, ON"),
+        ("some_Mode[1]=9", "it holds one of OFF, ON"),
+        ("a_string=twelve bytes", "a_string holds 11 bytes"),
+        ("a_string=öööööö", "12 bytes"),
+        ('a_string="a\\u0000b"', "has a NUL"),
+        ('a_string="\\ud800"', "is not a value for a_string"),
+        ("a_uint8=256", "an integer from 0 to 255"),
+        ("a_uint8=0o9", "an integer from 0 to 255"),
+        ("a_bool=maybe", "True or False"),
+    ],
+)
+def test_what_does_not_fit_is_refused(given: str, complaint: str):
+    block = _block()
+    with pytest.raises(InterfaceError) as caught:
+        assign(block, [given])
+    assert complaint in str(caught.value)
+    assert not any(block.to_bytes())
