@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Final
 
 from cxbridge.clipstext.facts import parse_values
+from cxbridge.clipstext.terms import constants_of
 from cxbridge.clipstext.values import show_alone
 from cxbridge.suggestions import LIKE, likeness
 
@@ -14,7 +15,6 @@ FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
 
 _DEEPEST: Final = 50
 _EQUALITY: Final = "EQUALITY"
-_NO_CONSTANTS: Final = ("nil", "missing", "")
 
 Atom = tuple[str, ...]
 """A predicate and its arguments."""
@@ -112,11 +112,12 @@ class Preconditions:
 def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:
     """Return an atom with the values of parameters in it; ``?NAME`` for one that has no value."""
     name = predicate.get("predicate", "")
-    constants = fields(predicate.get("param-constants", ""))
-    terms = []
-    for place, parameter in enumerate(fields(predicate.get("param-names", ""))):
-        constant = constants[place] if place < len(constants) else ""
-        terms.append(arguments.get(parameter, f"?{parameter}") if constant in _NO_CONSTANTS else constant)
+    names = fields(predicate.get("param-names", ""))
+    constants = constants_of(names, fields(predicate.get("param-constants", "")))
+    terms = [
+        arguments.get(name, f"?{name}") if constant is None else constant
+        for name, constant in zip(names, constants, strict=True)
+    ]
     return ("=" if name == _EQUALITY else name, *terms)
 
 

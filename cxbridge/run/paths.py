@@ -21,8 +21,8 @@ from cxbridge.run.specs import check_files
 
 SCENARIO_FILE = "scenario.yaml"
 _OVERLAYS = "ros2cx"
-_MOST_NAMED = 3  # scenarios, in a hint
 """Below the shipped scenarios: configurations for the executive for ROS 2, to be laid over its own."""
+_MOST_NAMED = 3  # scenarios, in a hint
 
 _FAWKES_LIBRARY = "src/plugins/clips/clips"
 _FAWKES_CX = "src/plugins/clips-executive/clips"

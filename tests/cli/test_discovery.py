@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pkgutil
 import subprocess
 import sys
 
@@ -37,6 +38,11 @@ def test_a_command_is_one_file(greet, capsys):
 def test_a_command_without_its_file_is_gone(capsys):
     assert invoke(["greet", "Robin"]) == 2
     assert "No such command 'greet'" in capsys.readouterr().err
+
+
+def test_the_help_lists_each_command_once():
+    there = sorted(module.name.replace("_", "-") for module in pkgutil.iter_modules(commands.__path__))
+    assert sorted(commands.HELP_ORDER) == there
 
 
 def test_a_command_imports_no_other():

@@ -7,7 +7,7 @@ which is a group of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("new", "run", "check", "daemon", "plan", "gateway", "game"),
+    "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
     "Explore": ("explore",),
     "Look": ("view", "monitor", "why", "dap", "env"),
     "Record and compare": ("trace", "coverage"),

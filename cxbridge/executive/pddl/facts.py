@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 
 from msgspec import Struct
 
+from cxbridge.clipstext.terms import NO_CONSTANT
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     ActionSchema,
@@ -44,8 +45,6 @@ EQUALITY = "EQUALITY"
 """The predicate that stands for ``=``."""
 CONSTANT_NAME = "c"
 """The name of a parameter that is a constant."""
-NO_CONSTANT = "nil"
-"""The constant of a parameter that is a variable."""
 
 
 class FactToAssert(Struct, frozen=True):

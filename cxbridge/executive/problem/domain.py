@@ -7,6 +7,7 @@ from typing import Final
 
 from msgspec.structs import replace
 
+from cxbridge.clipstext.terms import constants_of
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.pddl.ast import (
@@ -32,7 +33,6 @@ UNNAMED: Final = "domain"
 """What a domain is called that nobody has parsed."""
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
-_UNSAID: Final = ("nil", "")
 _PAIR: Final = 2
 
 Slots = Mapping[str, Value]
@@ -119,10 +119,10 @@ class _Operators:
 
 def _atom(slots: Slots) -> Formula:
     names, constants = _list(slots, "param-names"), _list(slots, "param-constants")
-    terms: list[Term] = []
-    for index, name in enumerate(names):
-        constant = constants[index] if index < len(constants) else _UNSAID[0]
-        terms.append(Variable(name) if constant in _UNSAID else Constant(constant))
+    terms: list[Term] = [
+        Variable(name) if constant is None else Constant(constant)
+        for name, constant in zip(names, constants_of(names, constants), strict=True)
+    ]
     predicate = _text(slots, "predicate")
     if predicate == EQUALITY and len(terms) == _PAIR:
         return TermComparison("=", terms[0], terms[1])

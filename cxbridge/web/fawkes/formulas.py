@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
+from cxbridge.clipstext.terms import constants_of
 from cxbridge.web.endpoint import API_VERSION, ApiCall
 from cxbridge.web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
 
@@ -90,10 +91,9 @@ def _node(
             values = [given[name] for name in names if name in given]
             names, constants = [], []
         else:
-            fixed = [*constants, *["nil"] * len(names)]
             values = [
-                given.get(name, "") if constant in ("nil", "FALSE", "") else constant
-                for name, constant in zip(names, fixed, strict=False)
+                given.get(name, "") if constant is None else constant
+                for name, constant in zip(names, constants_of(names, constants), strict=True)
             ]
     return {
         "kind": "GroundedPredicate" if atom else "GroundedFormula",
