@@ -26,7 +26,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
         "extras",
         "file_access",
     },
-    {"events", "mainloop"},
+    {"events", "mainloop", "plugins"},
     {"history", "interfaces"},
     {"blackboard"},
     {"navgraph", "tf", "gateway", "process"},

@@ -2,43 +2,47 @@
 
 from __future__ import annotations
 
-from importlib import import_module
 from typing import Any, Final
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
+from cxbridge.plugins import Row, Table
 
 __all__ = ["TRANSPORTS", "BadUrlError", "open_blackboard", "transport_of"]
 
-TRANSPORTS: Final = {
-    "local": "cxbridge.blackboard.local:LocalTransport",
-    "tcp": "cxbridge.blackboard.zmq.transport:ZmqTransport",
-    "ipc": "cxbridge.blackboard.zmq.transport:ZmqTransport",
-    "inproc": "cxbridge.blackboard.zmq.transport:ZmqTransport",
-    "fawkes": "cxbridge.blackboard.fawkesnet.transport:FawkesTransport",
-}
-"""``module:Class`` of the :class:`~cxbridge.blackboard.kit.transport.Transport` for each scheme.
+_ZMQ = "cxbridge.blackboard.zmq.transport:ZmqTransport"
 
-Imported when it is asked for.
-"""
+
+def _is_transport(loaded: object) -> bool:
+    return isinstance(loaded, type) and issubclass(loaded, Transport)
+
+
+TRANSPORTS: Final[Table[type[Transport]]] = Table(
+    "TRANSPORTS",
+    _is_transport,
+    "a subclass of cxbridge.blackboard.kit.transport.Transport",
+    Row("local", "cxbridge.blackboard.local:LocalTransport"),
+    Row("tcp", _ZMQ),
+    Row("ipc", _ZMQ),
+    Row("inproc", _ZMQ),
+    Row("fawkes", "cxbridge.blackboard.fawkesnet.transport:FawkesTransport"),
+)
+"""The transports by the schemes of their URLs."""
 
 
 def transport_of(url: str) -> Transport:
     """Return the transport for a URL.
 
-    :raises BadUrlError: when there is none of this scheme.
+    :raises BadUrlError: when no transport has the URL's scheme.
     """
     scheme, colon, _ = url.partition(":")
-    target = TRANSPORTS.get(scheme.lower())
-    if not colon or target is None:
-        known = ", ".join(f"{name}:" if name == "local" else f"{name}://" for name in TRANSPORTS)
+    row = next((row for row in TRANSPORTS.rows if row.name == scheme.lower()), None)
+    if not colon or row is None:
+        known = ", ".join("local:" if row.name == "local" else f"{row.name}://" for row in TRANSPORTS.rows)
         raise BadUrlError(f"'{url}' names no blackboard", hint=f"it starts with one of {known}")
-    module, _, name = target.partition(":")
-    transport = getattr(import_module(module), name)()
-    assert isinstance(transport, Transport), f"{target} is not a transport"
-    return transport
+    return TRANSPORTS.load(row)()
 
 
 def open_blackboard(

@@ -1,35 +1,55 @@
-"""Finds commands as modules of a package, and imports each one when somebody uses it."""
+"""The table of commands: the modules of a package and the rows of plug-ins, each imported when it is used."""
 
 from __future__ import annotations
 
-import pkgutil
-from collections.abc import Iterator, Mapping, MutableMapping, Sequence
-from importlib import import_module
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping, MutableMapping, Sequence
+from types import ModuleType
+from typing import Any, Final
 
 import typer
+from msgspec.structs import replace
 from typer.core import TyperGroup
 
+import cxbridge.cli.commands
 from cxbridge.cli.styling import StyledCommand, style
+from cxbridge.plugins import Row, Table, is_module, rows_of_modules
+
+COMMANDS: Final[Table[Any]] = Table(
+    "COMMANDS",
+    lambda loaded: callable(loaded) or is_module(loaded) or isinstance(loaded, typer.Typer),
+    "a function, a typer.Typer, or a module of either",
+    *rows_of_modules(cxbridge.cli.commands),
+)
+"""The commands of ``cxbridge``; a plug-in's row ``trace report`` is a command of the group ``trace``."""
+
+
+def top_rows() -> list[Row]:
+    """Return the commands and groups at the top."""
+    return [row for row in COMMANDS.rows if " " not in row.name]
+
+
+def rows_of_group(group: str, package: ModuleType) -> list[Row]:
+    """Return the commands of a group: the modules of its package, and the rows of plug-ins."""
+    prefix = f"{group} "
+    rows = [row for row in COMMANDS.rows if row.name.startswith(prefix)]
+    return [*rows_of_modules(package), *(replace(row, name=row.name.removeprefix(prefix)) for row in rows)]
 
 
 class CommandModules(MutableMapping[str, Any]):
-    """The commands that the modules of a package define, by name.
+    """The commands of a table, by name.
 
-    The names come from the files. A module is imported by the first look at its command, so that one command
-    does not wait for the imports of all others.
+    A command is imported when it is used: a command does not wait for the imports of all others.
 
-    :param package: whose modules they are. ``HELP_ORDER`` in it says which names come first.
+    :param rows: the commands; a row's object is a function, a group, or a module with the function or group.
+    :param order: the names that come first.
     :param commands: further commands, made already.
     """
 
-    def __init__(self, package: str, commands: MutableMapping[str, Any]) -> None:
-        self._package = package
+    def __init__(self, rows: Sequence[Row], order: Sequence[str], commands: MutableMapping[str, Any]) -> None:
         self._made = dict(commands)
-        folder = import_module(package)
-        found = {module.name.replace("_", "-") for module in pkgutil.iter_modules(folder.__path__)}
-        self._names = [name for name in folder.HELP_ORDER if name in found]
-        self._names += sorted(found - {*self._names})
+        self._rows = {row.name: row for row in rows}
+        self._names = [name for name in order if name in self._rows]
+        self._names += sorted(self._rows.keys() - {*self._names})
 
     def __getitem__(self, name: str) -> Any:
         """Return the command of this name; imports its module."""
@@ -40,14 +60,15 @@ class CommandModules(MutableMapping[str, Any]):
         return self._made[name]
 
     def _load(self, name: str) -> Any:
-        identifier = name.replace("-", "_")
-        module = import_module(f"{self._package}.{identifier}")
+        loaded = COMMANDS.load(self._rows[name])
+        if isinstance(loaded, ModuleType):
+            loaded = getattr(loaded, "app", None) or getattr(loaded, name.replace("-", "_"))
         # a group of its own makes of a function what typer makes of it anywhere else
         parent = typer.Typer(add_completion=False, rich_markup_mode=None)
-        if hasattr(module, "app"):
-            parent.add_typer(module.app, name=name)
+        if isinstance(loaded, typer.Typer):
+            parent.add_typer(loaded, name=name)
         else:
-            parent.command(name, cls=StyledCommand)(getattr(module, identifier))
+            parent.command(name, cls=StyledCommand)(loaded)
         return style(typer.main.get_group(parent).commands[name])
 
     def __setitem__(self, name: str, command: Any) -> None:
@@ -70,23 +91,26 @@ class CommandModules(MutableMapping[str, Any]):
         return sum(1 for _ in self)
 
 
-def group_of_modules(package: str) -> type[TyperGroup]:
-    """Return the class of a group whose commands are the modules of a package."""
+def group_of_commands(
+    rows: Callable[[], Sequence[Row]], sections: Mapping[str, Sequence[str]]
+) -> type[TyperGroup]:
+    """Return the class of a group with the commands of a table.
 
-    class ModuleGroup(TyperGroup):
+    :param rows: returns the table's rows.
+    :param sections: the headings of the group's help, and the names of the commands below each, in order.
+    """
+    order = [name for names in sections.values() for name in names]
+
+    class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             super().__init__(**attributes)
-            self.commands = CommandModules(package, commands or {})
+            self.commands = CommandModules(rows(), order, commands or {})
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - click's signature
-            """Write the list of commands, in sections if the package has some."""
-            sections: Mapping[str, Sequence[str]] = getattr(import_module(package), "HELP_SECTIONS", {})
-            named = {name for names in sections.values() for name in names}
-            others = {
-                "Others" if sections else "Commands": [name for name in self.commands if name not in named]
-            }
+            """Write the list of commands, in sections."""
+            others = [name for name in self.commands if name not in order]
             width = max(map(len, self.commands))
-            for title, names in {**sections, **others}.items():
+            for title, names in {**sections, "Others": others}.items():
                 found = [name for name in names if name in self.commands]
                 if found:
                     with formatter.section(title):
@@ -98,4 +122,4 @@ def group_of_modules(package: str) -> type[TyperGroup]:
                             [(name.ljust(width), text) for name, text in zip(found, texts, strict=True)]
                         )
 
-    return ModuleGroup
+    return CommandGroup

@@ -12,6 +12,7 @@ from typing import Any
 
 from cxbridge import __version__
 from cxbridge.extras import extras, install_command, missing
+from cxbridge.plugins import Plugin, installed_plugins
 
 _PACKAGES = (
     "clipspy",
@@ -67,6 +68,7 @@ def examine() -> list[HealthCheck]:
         ),
         *(_package(name) for name in _PACKAGES),
         *(_extra(name) for name in extras()),
+        *map(_plugin, installed_plugins()),
         _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
         _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
         _try("shipped files", _shipped, "install cxbridge again"),
@@ -94,6 +96,17 @@ def _extra(name: str) -> HealthCheck:
         required=False,
         detail=f"not installed: {', '.join(absent)}" if absent else "installed",
         remedy=install_command(name),
+    )
+
+
+def _plugin(plugin: Plugin) -> HealthCheck:
+    error = plugin.error
+    return HealthCheck(
+        f"plug-in {plugin.name}",
+        fine=error is None,
+        required=False,
+        detail=plugin.package if error is None else error.message,
+        remedy=(error.hint or "") if error is not None else "",
     )
 
 

@@ -11,10 +11,12 @@ from collections.abc import Sequence
 import typer
 
 from cxbridge import __version__
+from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
-from cxbridge.cli.discovery import group_of_modules
+from cxbridge.cli.discovery import group_of_commands, top_rows
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.extras import missing_package
+from cxbridge.plugins import installed_plugins
 from cxbridge.printing import indented
 
 USAGE = 2
@@ -41,7 +43,7 @@ _UsageProblem: type[Exception] = next(
 
 app = typer.Typer(
     name="cxbridge",
-    cls=group_of_modules("cxbridge.cli.commands"),
+    cls=group_of_commands(top_rows, HELP_SECTIONS),
     help="The CLIPS Executive with an emulated Fawkes blackboard, without Fawkes.",
     no_args_is_help=True,
     add_completion=True,
@@ -54,6 +56,8 @@ app = typer.Typer(
 def _print_version(wanted: bool) -> None:
     if wanted:
         say(f"cxbridge {__version__}")
+        for plugin in installed_plugins():
+            say(f"{plugin.name}: {plugin.error or plugin.package}")
         raise typer.Exit
 
 

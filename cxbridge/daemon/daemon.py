@@ -20,11 +20,11 @@ from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
+from cxbridge.plugins import Row
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.process.systemd import Notifier
 from cxbridge.rights import Right
-from cxbridge.run.components.component import ComponentEntry, InstalledComponent
-from cxbridge.run.components.table import EXECUTIVE, needed_components
+from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ class Daemon:
         """The executive; None: there shall be none."""
         self.plugins: DaemonPlugins | None = None
         """The components for Fawkes' plugin tool; None without a server for that."""
-        nodes = [self._node(entry) for entry in needed_components(self.context, *DAEMON_COMPONENTS)]
+        nodes = [self._node(row) for row in needed_components(self.context, *DAEMON_COMPONENTS)]
         self.manager = LifecycleManager(
             nodes, self.clock, self.log, policy=settings.on_failure, on_change=self._publish
         )
@@ -105,16 +105,16 @@ class Daemon:
         """What operations on the daemon work on."""
         return self._requests.context
 
-    def _node(self, entry: ComponentEntry | InstalledComponent) -> ComponentNode[Any]:
+    def _node(self, row: Row) -> ComponentNode[Any]:
         """Make the node of a component."""
-        component_class: type[Any] = entry.load()
+        component_class = COMPONENTS.load(row)
 
         def make() -> Any:
             return component_class(self.context)
 
-        if entry is not EXECUTIVE:
-            return ComponentNode(entry.name, component_class, make)
-        self.executive = ExecutiveNode(entry.name, component_class, make)
+        if row.name != EXECUTIVE:
+            return ComponentNode(row.name, component_class, make)
+        self.executive = ExecutiveNode(row.name, component_class, make)
         return self.executive
 
     def _make_explainer(self) -> DaemonExplainer | None:

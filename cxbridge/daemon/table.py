@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.run.components.component import ComponentEntry
+from cxbridge.plugins import Row
 
 if TYPE_CHECKING:
     from cxbridge.daemon.context import DaemonContext
@@ -38,11 +38,11 @@ def _is_node(context: DaemonContext) -> bool:
 
 
 DAEMON_COMPONENTS: Final = (
-    ComponentEntry("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
-    ComponentEntry("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
-    ComponentEntry("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
-    ComponentEntry("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
-    ComponentEntry("foxglove", f"{_PACKAGE}.servers.foxglove:FoxgloveComponent", _serves_foxglove),
-    ComponentEntry("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
-    ComponentEntry("ros2-node", f"{_PACKAGE}.servers.ros2:Ros2NodeComponent", _is_node),
+    Row("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
+    Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
+    Row("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
+    Row("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
+    Row("foxglove", f"{_PACKAGE}.servers.foxglove:FoxgloveComponent", _serves_foxglove),
+    Row("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
+    Row("ros2-node", f"{_PACKAGE}.servers.ros2:Ros2NodeComponent", _is_node),
 )

@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger
-from cxbridge.executive.feature import Feature, LazyFeature, Plugin
+from cxbridge.executive.feature import Feature, LazyFeature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 
@@ -63,7 +63,7 @@ class EnvironmentManager:
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
-        self._plugins: dict[str, Plugin | LazyFeature] = {}
+        self._lazy: dict[str, LazyFeature] = {}
         self._withdrawn: set[str] = set()
         self._entries: dict[str, _Entry] = {}
         for feature in features:
@@ -72,20 +72,19 @@ class EnvironmentManager:
     @property
     def features(self) -> tuple[str, ...]:
         """The names of the features that environments may request, sorted."""
-        return tuple(sorted({*self._features, *self._plugins} - self._withdrawn))
+        return tuple(sorted({*self._features, *self._lazy} - self._withdrawn))
 
     @property
     def catalogue(self) -> tuple[FeatureInfo, ...]:
         """All features, sorted by name; those that were withdrawn, too."""
-        return tuple(self._info(name) for name in sorted({*self._features, *self._plugins}))
+        return tuple(self._info(name) for name in sorted({*self._features, *self._lazy}))
 
     def _info(self, name: str) -> FeatureInfo:
         feature = self._features.get(name)
         if feature is not None:
             origin = f"{type(feature).__module__}:{type(feature).__qualname__}"
         else:
-            plugin = self._plugins[name]
-            origin = "" if isinstance(plugin, LazyFeature) else str(plugin)
+            origin = self._lazy[name].origin
         users = tuple(env for env, entry in self._entries.items() if name in entry.loaded)
         return FeatureInfo(name, origin, name not in self._withdrawn, users)
 
@@ -99,23 +98,15 @@ class EnvironmentManager:
 
         :raises ClipsError: when there is one of that name.
         """
-        if feature.name in self._features or feature.name in self._plugins:
+        if feature.name in self._features or feature.name in self._lazy:
             raise ClipsError(f"there is a CLIPS feature '{feature.name}' already")
-        self.log.info(f"Adding feature {feature.name}")
         if isinstance(feature, LazyFeature):
-            self._plugins[feature.name] = feature
+            self.log.info(f"Adding feature {feature.name}{feature.origin and f' ({feature.origin})'}")
+            self._lazy[feature.name] = feature
         else:
+            self.log.info(f"Adding feature {feature.name}")
             self._features[feature.name] = feature
         self._announce_offer(feature.name)
-
-    def add_plugin(self, plugin: Plugin) -> None:
-        """Offer a plug-in to all environments; one whose name is taken is logged."""
-        if plugin.name in self._features or plugin.name in self._plugins:
-            self.log.warn(f"There is a CLIPS feature '{plugin.name}' already, {plugin} is not used")
-            return
-        self.log.info(f"Adding feature {plugin.name} ({plugin})")
-        self._plugins[plugin.name] = plugin
-        self._announce_offer(plugin.name)
 
     def offer(self, name: str) -> None:
         """Offer a feature again that was withdrawn; no error when it is offered.
@@ -157,7 +148,7 @@ class EnvironmentManager:
             )
 
     def _check_known(self, name: str) -> None:
-        known = sorted({*self._features, *self._plugins})
+        known = sorted({*self._features, *self._lazy})
         if name not in known:
             raise ClipsError(f"there is no CLIPS feature '{name}'", hint=f"there are: {', '.join(known)}")
 
@@ -171,12 +162,12 @@ class EnvironmentManager:
     def _find(self, name: str) -> Feature | None:
         """Return a feature, None when there is none, or it was withdrawn.
 
-        :raises ClipsError: when it is a plug-in that cannot be loaded.
+        :raises CxbridgeError: when the feature cannot be loaded.
         """
         if name in self._withdrawn:
             return None
-        if name not in self._features and name in self._plugins:
-            self._features[name] = self._plugins[name].load()
+        if name not in self._features and name in self._lazy:
+            self._features[name] = self._lazy[name].load()
         return self._features.get(name)
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:

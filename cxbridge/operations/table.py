@@ -1,35 +1,41 @@
-"""The table of all operations: those of each module beside this one that has ``OPERATIONS``."""
+"""The table of all operations: those of each module beside this one, and of plug-ins."""
 
 from __future__ import annotations
 
-import pkgutil
-from collections.abc import Iterator, Mapping
-from functools import cache
-from importlib import import_module
+from collections.abc import Mapping
+from functools import lru_cache
 from types import MappingProxyType, ModuleType
-from typing import Any
+from typing import Any, Final
 
 import cxbridge.operations
 from cxbridge.operations.operation import Operation, OperationContext, plain
+from cxbridge.plugins import PluginError, Row, Table, is_module, rows_of_modules
 from cxbridge.rights import Right
 
+OPERATION_MODULES: Final[Table[ModuleType]] = Table(
+    "OPERATIONS", is_module, "a module with OPERATIONS", *rows_of_modules(cxbridge.operations)
+)
+"""The modules of operations."""
 
-def submodules(package: ModuleType) -> Iterator[ModuleType]:
-    """Import the modules of a package, and yield them by name."""
-    for info in pkgutil.iter_modules(package.__path__):
-        yield import_module(f"{package.__name__}.{info.name}")
 
-
-@cache
 def operations() -> Mapping[str, Operation[Any]]:
-    """Return all operations by name."""
-    found: dict[str, Operation[Any]] = {}
-    for module in submodules(cxbridge.operations):
-        for operation in getattr(module, "OPERATIONS", ()):
+    """Return all operations by name.
+
+    :raises PluginError: when two operations have the same name.
+    """
+    return _loaded(OPERATION_MODULES.rows)
+
+
+@lru_cache(maxsize=4)
+def _loaded(rows: tuple[Row, ...]) -> Mapping[str, Operation[Any]]:
+    found: dict[str, tuple[Operation[Any], Row]] = {}
+    for row in rows:
+        for operation in getattr(OPERATION_MODULES.load(row), "OPERATIONS", ()):
             if operation.name in found:
-                raise ValueError(f"two operations are called '{operation.name}'")
-            found[operation.name] = operation
-    return MappingProxyType(found)
+                first = found[operation.name][1]
+                raise PluginError(f"two operations are called '{operation.name}': of {first}, and of {row}")
+            found[operation.name] = operation, row
+    return MappingProxyType({name: operation for name, (operation, _) in found.items()})
 
 
 def verbs() -> Mapping[str, Right]:

@@ -13,7 +13,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.executive import ExecutiveComponent
-from cxbridge.run.components.table import EXECUTIVE, needed_components
+from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.context import RunContext
 from cxbridge.run.goal_history import GoalHistory
 from cxbridge.run.options import RunOptions
@@ -89,9 +89,9 @@ class Assembly(Closing):
                 self._start(component)
         for make in self._more:
             self._start(make(self.context))
-        for entry in needed_components(self.context, replayed=self._replay is not None):
-            if entry is not EXECUTIVE:
-                self._start(entry.load()(self.context))
+        for row in needed_components(self.context, replayed=self._replay is not None):
+            if row.name != EXECUTIVE:
+                self._start(COMPONENTS.load(row)(self.context))
         self._thinking.configure()
         self._join(self._thinking)
 

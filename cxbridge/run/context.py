@@ -17,6 +17,7 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
+from cxbridge.plugins import installed_plugins
 from cxbridge.rights import EVERYTHING, Rights
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
@@ -114,7 +115,8 @@ class RunContext:
         mistaken = mistaken_keys(config, spec) if spec else []
         if mistaken and not options.is_lenient:
             raise mistaken[0]
-        warnings = [*map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
+        broken = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
+        warnings = [*broken, *map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
         known = "\n".join(warnings)
         warnings += [str(each) for each in mistaken if each.location not in known]
         paths = find_paths(options, config, agent.config_file)

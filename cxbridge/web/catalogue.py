@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import pkgutil
+from importlib import import_module
 from typing import TYPE_CHECKING
 
 import cxbridge.web.fawkes
-from cxbridge.operations.table import submodules
 from cxbridge.web import extensions, operations
 from cxbridge.web.endpoint import Directory
 
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 def directory(figures: Figures) -> Directory:
     """Return all endpoints."""
-    views = submodules(cxbridge.web.fawkes)
+    modules = pkgutil.iter_modules(cxbridge.web.fawkes.__path__)
+    views = [import_module(f"{cxbridge.web.fawkes.__name__}.{module.name}") for module in modules]
     of_fawkes = [endpoint for view in views for endpoint in getattr(view, "ENDPOINTS", ())]
     return Directory([*of_fawkes, *operations.endpoints(), *extensions.endpoints(figures)])

@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from cxbridge.blackboard import Listener
-from cxbridge.blackboard.urls import TRANSPORTS, BadUrlError, open_blackboard
+from cxbridge.blackboard.urls import BadUrlError, open_blackboard
 from cxbridge.clock import VirtualClock
 from tests.blackboard.samples import SampleInterface, SampleRegistry
 from tests.forked import nursery
+from tests.plugins import forget, install
 
 PACKAGE = '''
 """A transport that was made up: boards of this process by name, each client with a way of its own."""
@@ -69,15 +70,12 @@ class ShelfBlackBoard(BlackBoard):
 CONTRACT = """
 from contextlib import contextmanager
 
-from cxbridge.blackboard.urls import TRANSPORTS, open_blackboard
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from tests.blackboard.contract import BoardPair
 from tests.blackboard.contract.suite import ContractEntry, contract_tests
 from tests.blackboard.samples import SampleRegistry
-
-TRANSPORTS["shelf"] = "shelf_transport:ShelfTransport"
-
 
 @contextmanager
 def shelf_pair(folder):
@@ -92,36 +90,43 @@ globals().update(contract_tests(ContractEntry("Shelf", shelf_pair)))
 """
 
 
+PLUGIN = """
+from cxbridge.plugins import Row
+
+API = 1
+TRANSPORTS = (Row("shelf", "shelf_transport.transport:ShelfTransport"),)
+"""
+
+
 @pytest.fixture
-def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A folder from which the made-up transport can be imported."""
-    (tmp_path / "shelf_transport").mkdir()
-    (tmp_path / "shelf_transport" / "__init__.py").write_text(PACKAGE)
-    monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "shelf_transport", raising=False)
-    return tmp_path
+def package(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A folder with the made-up transport as a plug-in."""
+    install(tmp_path, monkeypatch, "shelf_transport", {"transport.py": PACKAGE, "plugin.py": PLUGIN})
+    yield tmp_path
+    forget("shelf_transport")
 
 
-def test_a_package_and_a_line_add_a_transport_and_without_the_line_it_is_gone(package, monkeypatch):
-    with monkeypatch.context() as patch:
-        patch.setitem(TRANSPORTS, "shelf", "shelf_transport:ShelfTransport")
-        near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
-        seen = []
+def test_a_plug_in_adds_a_transport(package):
+    near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
+    seen = []
 
-        class Sees(Listener):
-            def data_changed(self, interface):
-                interface.read()
-                seen.append(interface.count)
+    class Sees(Listener):
+        def data_changed(self, interface):
+            interface.read()
+            seen.append(interface.count)
 
-        with near, far:
-            near.register_listener(Sees(), near.open_for_reading(SampleInterface, "a"))
-            writer = far.open_for_writing(SampleInterface, "a")
-            writer.count = 7
-            writer.write()
-        assert seen == [7]
-        with pytest.raises(BadUrlError) as caught:
-            open_blackboard("shelves://one", SampleRegistry(), VirtualClock())
-        assert "shelf://" in str(caught.value.hint)
+    with near, far:
+        near.register_listener(Sees(), near.open_for_reading(SampleInterface, "a"))
+        writer = far.open_for_writing(SampleInterface, "a")
+        writer.count = 7
+        writer.write()
+    assert seen == [7]
+    with pytest.raises(BadUrlError) as caught:
+        open_blackboard("shelves://one", SampleRegistry(), VirtualClock())
+    assert "shelf://" in str(caught.value.hint)
+
+
+def test_without_the_plug_in_the_transport_is_gone():
     with pytest.raises(BadUrlError, match="names no blackboard"):
         open_blackboard("shelf://one", SampleRegistry(), VirtualClock())
 
@@ -138,7 +143,6 @@ def test_an_entry_holds_it_to_the_contract(package):
     assert "failed" not in out
 
 
-def test_a_query_is_refused_unless_the_transport_reads_it(package, monkeypatch):
-    monkeypatch.setitem(TRANSPORTS, "shelf", "shelf_transport:ShelfTransport")
+def test_a_query_is_refused_unless_the_transport_reads_it(package):
     with pytest.raises(Exception, match=r"takes no '\?key=a'"):
         open_blackboard("shelf://one?key=a", SampleRegistry(), VirtualClock())

@@ -10,6 +10,7 @@ import typer
 from typer.core import TyperGroup
 
 from cxbridge.cli import commands
+from cxbridge.cli.discovery import top_rows
 from cxbridge.cli.main import app, invoke
 
 ROOT_COMMAND = typer.main.get_command(app)
@@ -81,3 +82,9 @@ def test_every_command_is_in_a_section(capsys):
     assert places == sorted(places)
     for name in named:
         assert re.search(rf"^  {name} ", text, re.MULTILINE), name
+
+
+def test_a_command_is_listed_once():
+    named = [name for names in commands.HELP_SECTIONS.values() for name in names]
+    assert sorted(named) == sorted(set(named))
+    assert set(named) == {row.name for row in top_rows()}

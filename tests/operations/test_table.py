@@ -1,4 +1,4 @@
-"""A new operation is one file: then every way in has it."""
+"""An operation of a plug-in: every way in has it."""
 
 from __future__ import annotations
 
@@ -9,52 +9,26 @@ from typing import Any
 
 import pytest
 
-import cxbridge.operations
 import cxbridge.web.fawkes
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
 from cxbridge.operations.operation import Operation, OperationContext, ParameterError
 from cxbridge.operations.table import operations, verbs
+from cxbridge.plugins import PluginError
 from cxbridge.rights import EVERYTHING, Right
 from tests.cli.test_run_break import _folder, _run  # noqa: F401 - fixtures
 from tests.daemon.test_daemon import WAIT_S, connected
+from tests.plugins import example, forget, install
 from tests.run.mini import write_scenario
 from tests.web.support import Client, serving
-
-MODULE = '''
-"""The operation that counts words."""
-from msgspec import Struct
-from cxbridge.operations.operation import OperationContext, Operations, Route
-from cxbridge.rights import Right
-
-OPERATIONS = Operations()
-
-class _Words(Struct):
-    text: str
-    least: int = 1
-
-@OPERATIONS.add(
-    "count-words", Right.CONTROL, _Words,
-    Route("POST", "/cxbridge/words", "Count words.", "WordCount", body="Words", errors={400: "No text"}),
-    at_prompt=True,
-)
-def _count(context: OperationContext, given: _Words) -> dict[str, int]:
-    return {"count": sum(len(word) >= given.least for word in given.text.split())}
-'''
 
 
 @pytest.fixture(name="added")
 def _added(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]:
-    """A file beside the modules of operations, while the test runs."""
-    folder = tmp_path / "more"
-    folder.mkdir()
-    (folder / "words.py").write_text(MODULE)
-    with monkeypatch.context() as patch:
-        patch.setattr(cxbridge.operations, "__path__", [*cxbridge.operations.__path__, str(folder)])
-        operations.cache_clear()
-        yield
-    sys.modules.pop("cxbridge.operations.words", None)
-    operations.cache_clear()
+    """A plug-in with an operation."""
+    install(tmp_path / "site", monkeypatch, "greeter", example())
+    yield
+    forget("greeter")
 
 
 def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
@@ -77,7 +51,7 @@ def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
 
 
 @pytest.mark.usefixtures("added")
-def test_a_new_operation_is_one_file(tmp_path: Path) -> None:
+def test_a_new_operation_is_one_row(tmp_path: Path) -> None:
     assert verbs()["count-words"] is Right.CONTROL
     found = ways(write_scenario(tmp_path / "mini"), tmp_path)
     assert found["verb"] == {"count": 2}
@@ -121,7 +95,7 @@ def test_a_new_operation_can_be_typed_at_the_prompt(run: Any) -> None:
     assert "there is no command 'env-list'" in out  # not all are for a prompt
 
 
-def test_without_its_file_it_is_gone(tmp_path: Path) -> None:
+def test_without_its_plug_in_it_is_gone(tmp_path: Path) -> None:
     assert "count-words" not in operations()
     found = ways(write_scenario(tmp_path / "mini"), tmp_path)
     assert "knows no request 'count-words'" in found["verb"]
@@ -129,12 +103,13 @@ def test_without_its_file_it_is_gone(tmp_path: Path) -> None:
     assert (found["path"], found["body"]) == (None, None)
 
 
-def test_two_operations_of_one_name_are_an_error(added: None, monkeypatch: pytest.MonkeyPatch) -> None:
-    from cxbridge.operations import state
-
-    monkeypatch.setattr(state, "OPERATIONS", [*state.OPERATIONS, *state.OPERATIONS])
-    with pytest.raises(ValueError, match="two operations are called 'state'"):
+def test_two_operations_of_one_name_are_an_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    tables = "from cxbridge.plugins import Row\nAPI = 1\nOPERATIONS = (Row('again', 'second.again'),)"
+    files = {"plugin.py": tables, "again.py": "from cxbridge.operations.state import OPERATIONS"}
+    install(tmp_path, monkeypatch, "second", files)
+    with pytest.raises(PluginError, match=r"two operations are called 'state': .* of second"):
         operations()
+    forget("second")
 
 
 # -- parameters

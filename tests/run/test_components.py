@@ -1,9 +1,7 @@
-"""A component in one file, brought along by an installed package; the example of docs/daemon.md is one."""
+"""A component of a plug-in in a daemon; the example of docs/plugins.md has one."""
 
 from __future__ import annotations
 
-import re
-import sys
 from typing import Any
 
 import pytest
@@ -12,43 +10,43 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.lifecycle import State
 from cxbridge.daemon.nodes import ComponentNode
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.run import Assembly, RunOptions
-from cxbridge.run.components.component import GROUP, ComponentError
+from cxbridge.plugins import PluginError
 from tests.daemon.test_daemon import QUIET, running
 from tests.executive.planning.test_plugins import CONFIG, DOMAIN, TEMPLATE
+from tests.plugins import example, forget, install
 from tests.run.mini import write_scenario
-from tests.support import ROOT
 
 SILENT = (*QUIET, ("skiller", "none"))
 UID = ("SwitchInterface", "Heartbeat")
 
 
-@pytest.fixture
-def install(tmp_path, monkeypatch):
-    """Installs a package with the example, and what else is given."""
-    folder = tmp_path / "site"
-    information = folder / "heartbeat-1.0.dist-info"
-    information.mkdir(parents=True)
-    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: heartbeat\nVersion: 1.0\n")
-    section = (ROOT / "docs" / "daemon.md").read_text().partition("### A component of your own")[2]
-    python, toml = (re.findall(rf"```{kind}\n(.*?)```", section, re.DOTALL)[0] for kind in ("python", "toml"))
-    (folder / "heartbeat.py").write_text(python)
-    monkeypatch.syspath_prepend(str(folder))
+TABLES = """
+from cxbridge.plugins import Row
 
-    def write(entries=""):
-        line = toml.splitlines()[1].replace('"', "")
-        (information / "entry_points.txt").write_text(f"[{GROUP}]\n{line}\n{entries}\n")
+API = 1
+COMPONENTS = (Row("heartbeat", "greeter.component:Heartbeat"){more})
+"""
+
+
+@pytest.fixture
+def plugin(tmp_path, monkeypatch):
+    """Installs the component of docs/plugins.md, and other rows."""
+
+    def write(*rows):
+        more = "".join(f", Row({name!r}, {target!r})" for name, target in rows)
+        files = {"component.py": example()["component.py"], "plugin.py": TABLES.format(more=more or ",")}
+        install(tmp_path / "site", monkeypatch, "greeter", files)
 
     yield write
-    sys.modules.pop("heartbeat", None)
+    forget("greeter")
 
 
 def components(daemon):
     return {status.name: status.state for status in daemon.components()}
 
 
-def test_a_daemon_manages_it(install):
-    install()
+def test_a_daemon_manages_it(plugin):
+    plugin()
     with running(settings=SILENT) as (daemon, _, outcome):
         assert components(daemon)["heartbeat"] is State.ACTIVE
         assert daemon.board.list(*UID)[0].has_writer
@@ -64,16 +62,6 @@ def test_a_daemon_manages_it(install):
     daemon.manager.shutdown()
 
 
-def test_a_run_has_it(install, tmp_path):
-    install()
-    with Assembly(RunOptions(scenario=write_scenario(tmp_path / "s"))) as assembly:
-        assembly.start()
-        reader = assembly.board.open_for_reading(*UID, owner="test")
-        assembly.loop.run(lambda: assembly.loop.loops >= 3)
-        reader.read()
-        assert reader.as_dict()["value"] == 3.0
-
-
 def test_it_is_gone_with_its_package():
     daemon = Daemon(DaemonOptions(settings=SILENT))
     assert "heartbeat" not in components(daemon)
@@ -81,20 +69,20 @@ def test_it_is_gone_with_its_package():
 
 
 @pytest.mark.parametrize(
-    ("entry", "message"),
+    ("row", "message"),
     [
-        ("broken = nowhere:Nothing", "ModuleNotFoundError"),
-        ("broken = heartbeat:Hook", "is not a subclass"),
-        ("web = heartbeat:Heartbeat", None),
-        ("blackboard = heartbeat:Heartbeat", "two components are called 'blackboard'"),
+        (("broken", "nowhere:Nothing"), "ModuleNotFoundError"),
+        (("broken", "greeter.component:Hook"), "is not a subclass"),
+        (("web", "greeter.component:Heartbeat"), None),
+        (("blackboard", "greeter.component:Heartbeat"), "two components are called 'blackboard'"),
     ],
 )
-def test_a_component_that_cannot_be_used_is_an_error_at_the_start(install, entry, message):
-    install(entry)
+def test_a_component_that_cannot_be_used_is_an_error_at_the_start(plugin, row, message):
+    plugin(row)
     if message is None:  # the name of a component that this daemon does not have
         assert "web" in components(Daemon(DaemonOptions(settings=SILENT)))
         return
-    with pytest.raises(ComponentError, match=message):
+    with pytest.raises(PluginError, match=message):
         Daemon(DaemonOptions(settings=SILENT))
 
 

@@ -18,6 +18,3 @@ HELP_SECTIONS: Final = {
     "Set up": ("doctor", "keys"),
 }
 """The parts of the help, and what is in each, in order; a command that is nowhere comes last."""
-
-HELP_ORDER: Final = tuple(name for names in HELP_SECTIONS.values() for name in names)
-"""In which order the help names commands."""

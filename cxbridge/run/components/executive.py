@@ -9,15 +9,13 @@ from msgspec.structs import replace
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
 from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive, action_mapping
-from cxbridge.executive.feature import FeatureContext
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.plugins import find_plugins
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, init_mentions, needs_memory
 from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
-from cxbridge.run.features import package_features
+from cxbridge.run.features import run_features
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
 from cxbridge.run.think_rate import think
@@ -118,11 +116,8 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
     :raises CxbridgeError: when the configuration or the library is wrong.
     """
     config, spec, paths = context.config, context.spec, context.paths
-    manager = EnvironmentManager(context.bus, package_features(context), paths.library)
+    manager = EnvironmentManager(context.bus, run_features(context), paths.library)
     try:
-        seen = FeatureContext(config, context.board, context.bus, paths.substitutions, paths.confdir)
-        for plugin in find_plugins(seen):
-            manager.add_plugin(plugin)
         for feature in context.additions.features:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from itertools import combinations
+from typing import TYPE_CHECKING, Any, Final
 
+from cxbridge.plugins import Row, Table, configured, two_of_a_name
 from cxbridge.ros2.fawkes_keys import has_ours
-from cxbridge.run.components.component import (
-    ComponentEntry,
-    ComponentError,
-    InstalledComponent,
-    installed_components,
-)
+from cxbridge.run.components.component import is_component
 from cxbridge.run.context import init_mentions
 from cxbridge.run.remote_skiller import is_url
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
@@ -18,6 +15,8 @@ from cxbridge.run.skillers import SkillerSettings, skiller_settings
 if TYPE_CHECKING:
     from cxbridge.run.context import RunContext
 
+EXECUTIVE: Final = "executive"
+PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
@@ -46,74 +45,54 @@ def _plans_by_blackboard(context: RunContext) -> bool:
     )
 
 
-ENVIRONMENT: Final = (
-    ComponentEntry(
+COMPONENTS: Final[Table[type[Any]]] = Table(
+    "COMPONENTS",
+    is_component,
+    "a subclass of cxbridge.run.components.component.Component",
+    Row(
         "skiller",
         f"{_PACKAGE}.remote_skiller:RemoteSkillers",
         lambda context: is_url(context.options.skiller),
     ),
-    ComponentEntry("speech", f"{_PACKAGE}.speech:Speech", _speaks),
-    ComponentEntry("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
-    ComponentEntry(
+    Row("speech", f"{_PACKAGE}.speech:Speech", _speaks),
+    Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
+    Row(
         "skill-board",
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda context: context.skill_board is not None,
     ),
-    ComponentEntry(
-        "ros2-performers",
-        f"{_PACKAGE}.ros2_performers:Ros2Performers",
-        lambda context: bool(context.config.keys("/ros2/performers")),
-    ),
-    ComponentEntry(
+    Row("ros2-performers", f"{_PACKAGE}.ros2_performers:Ros2Performers", configured("/ros2/performers")),
+    Row(
         "ros2-experts",
         f"{_PACKAGE}.ros2_experts:Ros2Experts",
         lambda context: bool(context.config.keys(context.experts.section)),
     ),
-    ComponentEntry(
-        "ros2-interfaces",
-        f"{_PACKAGE}.ros2_interfaces:Ros2Interfaces",
-        lambda context: bool(context.config.keys("/ros2/interfaces")),
-    ),
-    ComponentEntry(
-        "ros2-skiller",
-        f"{_PACKAGE}.ros2_skiller:Ros2Skiller",
-        lambda context: bool(context.config.keys("/ros2/skiller")),
-    ),
-    ComponentEntry(
+    Row("ros2-interfaces", f"{_PACKAGE}.ros2_interfaces:Ros2Interfaces", configured("/ros2/interfaces")),
+    Row("ros2-skiller", f"{_PACKAGE}.ros2_skiller:Ros2Skiller", configured("/ros2/skiller")),
+    Row(
         "ros2-tf",
         f"{_PACKAGE}.ros2_transforms:Ros2Transforms",
         lambda context: has_ours(context.config, "/ros2/tf"),
     ),
+    Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
+    Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda context: bool(context.spec)),
 )
-"""The executive's environment; the recording has its place in a replay."""
-
-PLANNING: Final = ComponentEntry("planning", f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard)
-EXECUTIVE: Final = ComponentEntry(
-    "executive", f"{_PACKAGE}.executive:ExecutiveComponent", lambda context: bool(context.spec)
-)
+"""The components of runs and daemons, in the order of their start; the executive starts after all others."""
 
 
-def needed_components(
-    context: RunContext,
-    *more: ComponentEntry,
-    replayed: bool = False,
-) -> list[ComponentEntry | InstalledComponent]:
-    """Return what a run or daemon needs, in the order of the start.
+def needed_components(context: RunContext, *daemon: Row, replayed: bool = False) -> list[Row]:
+    """Return the components that a run or daemon needs, in the order of their start.
 
-    :param more: what begins before the others.
-    :param replayed: whether a recording stands for the environment, and for what installed components do.
-    :raises CxbridgeError: when the configuration makes no sense, or an installed component cannot be used.
+    :param daemon: components that only daemons have; they start before the others.
+    :param replayed: whether a recording replaces the environment and the components of plug-ins.
+    :raises CxbridgeError: when the configuration is wrong, or two components have the same name.
     """
-    entries: list[ComponentEntry | InstalledComponent] = [*more]
-    entries += () if replayed else ENVIRONMENT
-    entries.append(PLANNING)
-    entries += () if replayed else installed_components()
-    entries.append(EXECUTIVE)
-    needed = [entry for entry in entries if entry.is_needed(context)]
-    names = [entry.name for entry in needed]
-    for name in names:
-        if names.count(name) > 1:
-            raise ComponentError(
-                f"two components are called '{name}'", hint="remove the package that brings the second one"
-            )
+    executive = COMPONENTS.find(EXECUTIVE)
+    others = [
+        row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
+    ]
+    needed = [row for row in (*daemon, *others, executive) if row.needed(context)]
+    for first, second in combinations(needed, 2):
+        if first.name == second.name:
+            raise two_of_a_name(COMPONENTS.hook, first, second)
     return needed

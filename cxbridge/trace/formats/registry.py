@@ -8,36 +8,44 @@ from __future__ import annotations
 
 import os
 import stat
-from functools import cache
-from importlib import import_module
+from functools import lru_cache
 from pathlib import Path
-from pkgutil import iter_modules, resolve_name
-from typing import Any
+from pkgutil import resolve_name
+from types import ModuleType
+from typing import Any, Final
 
 import cxbridge.trace.formats
 from cxbridge.errors import TraceError
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.plugins import Row, Table, is_module, rows_of_modules
 from cxbridge.trace.formats.base import HEAD_SIZE, CopyFormat, Format, Run
 from cxbridge.trace.formats.files import reading
 
+FORMAT_MODULES: Final[Table[ModuleType]] = Table(
+    "FORMATS",
+    is_module,
+    "a module with FORMATS or COPIES",
+    *rows_of_modules(cxbridge.trace.formats),
+)
+"""The modules of formats."""
 
-@cache
+
 def formats() -> tuple[Format, ...]:
     """Return the formats that can be read, the surest to recognise first."""
-    return tuple(sorted(_found("FORMATS"), key=lambda each: each.rank))
+    return _found(FORMAT_MODULES.rows, "FORMATS")
 
 
-@cache
 def copy_formats() -> dict[str, CopyFormat]:
     """Return the formats that runs can be copied to, by name."""
-    return {each.name: each for each in sorted(_found("COPIES"), key=lambda each: each.rank)}
+    return {each.name: each for each in _found(FORMAT_MODULES.rows, "COPIES")}
 
 
-def _found(table: str) -> list[Any]:
-    """Return what the modules of this folder have in a table."""
-    package = cxbridge.trace.formats
-    modules = (import_module(f"{package.__name__}.{each.name}") for each in iter_modules(package.__path__))
-    return [each for module in modules for each in getattr(module, table, ())]
+@lru_cache(maxsize=8)
+def _found(rows: tuple[Row, ...], table: str) -> tuple[Any, ...]:
+    """Return the entries of the modules' tables of a name, sorted by rank."""
+    modules = [FORMAT_MODULES.load(row) for row in rows]
+    found = [each for module in modules for each in getattr(module, table, ())]
+    return tuple(sorted(found, key=lambda each: each.rank))
 
 
 def open_run(path: str | Path, registry: InterfaceRegistry | None = None) -> Run:

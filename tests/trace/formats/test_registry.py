@@ -13,11 +13,8 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-import cxbridge.trace.formats
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.events import Level, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.files import MAX_LINE
 from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap.writer import McapWriter
@@ -138,36 +135,6 @@ def test_what_may_not_be_read(tmp_path: Path) -> None:
         with unprivileged(), pytest.raises(TraceError, match="cannot be read: Permission denied"):
             open_run(folder)
     folder.chmod(0o755)
-
-
-def test_a_format_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A module in the folder of formats is all that it takes, to read it and to copy runs to it."""
-    (tmp_path / "shouted.py").write_text(
-        "from cxbridge.events import Level, LogLine\n"
-        "from cxbridge.trace.formats.base import CopyFormat, Format, Run\n"
-        "from cxbridge.trace.formats.transitions_text import TransitionsWriter\n"
-        "class Shouted(Run):\n"
-        "    format = 'shouted'\n"
-        "    def __iter__(self):\n"
-        "        yield LogLine(0, Level.INFO, 'shout', self.path.read_text())\n"
-        "def open_copy(path, registry):\n"
-        "    return TransitionsWriter(path)\n"
-        "FORMATS = (Format('shouted', 1, lambda _, head: head.isupper(), f'{__name__}:Shouted'),)\n"
-        "COPIES = (CopyFormat('shouted', 99, f'{__name__}:open_copy'),)\n"
-    )
-    package = cxbridge.trace.formats
-    monkeypatch.setattr(package, "__path__", [*package.__path__, str(tmp_path)])
-    for table in (registry.formats, registry.copy_formats):
-        table.cache_clear()
-    try:
-        (tmp_path / "run").write_bytes(b"HELLO")
-        run = open_run(tmp_path / "run")
-        assert run.format == "shouted"
-        assert list(run.select(LogLine)) == [LogLine(0, Level.INFO, "shout", "HELLO")]
-        assert list(registry.copy_formats())[-1] == "shouted"
-    finally:
-        for table in (registry.formats, registry.copy_formats):
-            table.cache_clear()
 
 
 def test_a_reader_is_imported_when_a_file_needs_it(tmp_path: Path) -> None:

@@ -1,17 +1,21 @@
 """``cxbridge trace``: look at recorded runs and compare them. Each module here is one of its commands."""
 
-from typing import Final
+import sys
 
 import typer
 
-from cxbridge.cli.discovery import group_of_modules
+from cxbridge.cli.discovery import group_of_commands, rows_of_group
 
-HELP_ORDER: Final = (
+_ORDER = (
     *("diff", "extract", "record", "repair", "replay", "report", "timeline"),
     *("transitions", "rules", "exchange", "planning", "info", "cat", "convert"),
 )
 
-app = typer.Typer(name="trace", cls=group_of_modules(__name__), no_args_is_help=True)
+app = typer.Typer(
+    name="trace",
+    cls=group_of_commands(lambda: rows_of_group("trace", sys.modules[__name__]), {"Commands": _ORDER}),
+    no_args_is_help=True,
+)
 
 
 @app.callback()

@@ -1,0 +1,286 @@
+"""Plug-ins, and the tables to which plug-ins add rows. How to write a plug-in: docs/plugins.md."""
+
+from __future__ import annotations
+
+import os
+import re
+import sys
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
+from functools import lru_cache
+from importlib import import_module
+from pkgutil import iter_modules, resolve_name
+from types import MappingProxyType, ModuleType
+from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.extras import missing_package
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from importlib.metadata import EntryPoint
+
+API: Final = 1
+"""The version of the hooks. A plug-in for another version is refused."""
+
+GROUP: Final = "cxbridge"
+"""The group of entry points. Each entry point names a module with the tables of a plug-in."""
+
+HOOKS: Final = frozenset({"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "TRANSPORTS"})
+"""The tables that a plug-in's module may have."""
+
+_GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
+
+T = TypeVar("T")
+
+
+class PluginError(CxbridgeError):
+    """A plug-in that cannot be used."""
+
+
+def always(_context: Any) -> bool:
+    """Return True: the row's object is needed in every run."""
+    return True
+
+
+def never(_context: Any) -> bool:
+    """Return False: no run makes the row's object before the object is requested."""
+    return False
+
+
+def configured(*sections: str) -> Callable[[Any], bool]:
+    """Return a test whether the configuration of a run has one of these sections.
+
+    :param sections: paths as in ``/ros2/performers``.
+    """
+
+    def has_section(context: Any) -> bool:
+        return any(context.config.keys(section) for section in sections)
+
+    return has_section
+
+
+class Row(Struct, frozen=True):
+    """A row of a table: an object with a name, imported when the object is needed.
+
+    :param target: ``module:object``.
+    :param needed: whether the run or daemon with this context needs the object.
+    :param early: of a feature: whether the run with this context makes the feature at its start, not when an
+        environment requests the feature; a mistake in its configuration is reported before a rule fires.
+    :param origin: the plug-in that has the row; empty for rows of cxbridge. The table sets it.
+    """
+
+    name: str
+    target: str
+    needed: Callable[[Any], bool] = always
+    early: Callable[[Any], bool] = never
+    origin: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.target} of {self.origin or 'cxbridge'}"
+
+
+def rows_of_modules(package: ModuleType) -> tuple[Row, ...]:
+    """Return a row for each module of a package, sorted by name: a new file is a new row."""
+    names = sorted(module.name for module in iter_modules(package.__path__))
+    return tuple(Row(name.replace("_", "-"), f"{package.__name__}.{name}") for name in names)
+
+
+def is_module(loaded: object) -> bool:
+    """Return whether an object is a module, for tables whose rows are modules."""
+    return isinstance(loaded, ModuleType)
+
+
+class Plugin(Struct, frozen=True, eq=False):
+    """An installed plug-in.
+
+    :param name: of the entry point.
+    :param package: the distribution and its version, as in ``cxbridge-ros2 0.2.0``.
+    :param rows: the rows of each table, by the table's name.
+    :param error: why the plug-in cannot be used; None when it can.
+    """
+
+    name: str
+    package: str
+    rows: Mapping[str, tuple[Row, ...]] = MappingProxyType({})
+    error: PluginError | None = None
+
+
+class Table(Generic[T]):
+    """Named objects of one kind: those of cxbridge, then those of plug-ins, sorted by the plug-ins' names.
+
+    :param hook: the table's name in the modules of plug-ins.
+    :param accepts: whether an object is of the table's kind.
+    :param kind: the table's kind in words, for errors.
+    :param rows: the rows of cxbridge.
+    """
+
+    def __init__(self, hook: str, accepts: Callable[[Any], bool], kind: str, *rows: Row) -> None:
+        assert hook in HOOKS, hook
+        self.hook = hook
+        self._accepts = accepts
+        self._kind = kind
+        self._own = rows
+
+    @property
+    def rows(self) -> tuple[Row, ...]:
+        """The rows: two of cxbridge may have the same name when no run needs both.
+
+        :raises PluginError: when a plug-in's row has the name of another row.
+        """
+        return _merged(self.hook, self._own, installed_plugins())
+
+    def find(self, name: str) -> Row:
+        """Return the row of a name.
+
+        :raises PluginError: when no row has the name.
+        """
+        found = next((row for row in self.rows if row.name == name), None)
+        if found is not None:
+            return found
+        thing, names = self.hook.lower().removesuffix("s"), [row.name for row in self.rows]
+        hint = did_you_mean(name, names, f"known: {', '.join(names)}")
+        raise PluginError(f"there is no {thing} '{name}'", hint=hint)
+
+    def load(self, row: Row) -> T:
+        """Import the object of a row.
+
+        :raises PluginError: when the import fails, or the object is of another kind.
+        """
+        thing = f"the {self.hook.lower().removesuffix('s')} '{row.name}' ({row})"
+        try:
+            loaded: T = resolve_name(row.target)
+        except Exception as error:
+            if not row.origin:
+                absent = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
+                raise absent or error from None
+            reason = f"{type(error).__name__}: {error}"
+            raise PluginError(f"{thing} cannot be loaded: {reason}", hint=_hint(row.origin)) from error
+        if not self._accepts(loaded):
+            raise PluginError(f"{thing} is not {self._kind}", hint="see docs/plugins.md")
+        return loaded
+
+
+def _hint(origin: str) -> str:
+    return f"mend or uninstall the package of the plug-in {origin}; docs/plugins.md describes the hooks"
+
+
+@lru_cache(maxsize=64)
+def _merged(hook: str, own: tuple[Row, ...], plugins: tuple[Plugin, ...]) -> tuple[Row, ...]:
+    merged = [*own]
+    for plugin in plugins:
+        for row in plugin.rows.get(hook, ()):
+            same = next((other for other in merged if other.name == row.name), None)
+            if same is not None:
+                raise two_of_a_name(hook, same, row)
+            merged.append(row)
+    return tuple(merged)
+
+
+def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
+    """Return the error for two rows of the same name that cannot be used together."""
+    thing = hook.lower().removesuffix("s")
+    return PluginError(
+        f"two {thing}s are called '{second.name}': {first}, and {second}",
+        hint=f"uninstall the package of one {thing}, or rename the {thing}",
+    )
+
+
+def installed_plugins() -> tuple[Plugin, ...]:
+    """Return the plug-ins of the installed packages, sorted by name; broken ones have an ``error``."""
+    return _read_plugins(tuple(_folders_with_plugins()))
+
+
+@lru_cache(maxsize=16)
+def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
+    if not folders:
+        return ()
+    from importlib.metadata import distributions  # noqa: PLC0415 - slow to import, and seldom needed
+
+    found: dict[str, list[tuple[EntryPoint, str]]] = {}
+    for package in distributions(path=[folder for folder, _ in folders]):
+        for entry in package.entry_points.select(group=GROUP):
+            found.setdefault(entry.name, []).append((entry, f"{package.name} {package.version}"))
+    return tuple(_read(name, found[name]) for name in sorted(found))
+
+
+def _read(name: str, entries: list[tuple[EntryPoint, str]]) -> Plugin:
+    entry, package = entries[0]
+    packages = sorted({each for _, each in entries})
+    if len(packages) > 1:
+        of = " and ".join(packages)
+        error = PluginError(f"two plug-ins are called '{name}': of {of}", hint="uninstall one of them")
+        return Plugin(name, of, error=error)
+    try:
+        rows = _tables(name, package, import_module(entry.value))
+    except PluginError as error:
+        return Plugin(name, package, error=error)
+    except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
+        reason = f"{type(error).__name__}: {error}"
+        broken = PluginError(
+            f"the plug-in '{name}' of {package} cannot be loaded: {reason}", hint=_hint(name)
+        )
+        return Plugin(name, package, error=broken)
+    return Plugin(name, package, rows)
+
+
+def _tables(name: str, package: str, module: Any) -> Mapping[str, tuple[Row, ...]]:
+    """Return the tables of a plug-in's module."""
+    api = getattr(module, "API", None)
+    if api != API:
+        raise PluginError(
+            f"the plug-in '{name}' of {package} is for version {api} of the hooks, "
+            f"this cxbridge has version {API}",
+            hint=f"install a version of {package.partition(' ')[0]} that goes with this cxbridge",
+        )
+    tables = {hook: value for hook, value in vars(module).items() if hook.isupper() and hook != "API"}
+    for hook, rows in tables.items():
+        if hook.startswith("_"):
+            continue
+        if hook not in HOOKS:
+            raise PluginError(
+                f"the plug-in '{name}' of {package} has a table {hook}, but no hook has that name",
+                hint=did_you_mean(hook, HOOKS, f"the hooks: {', '.join(sorted(HOOKS))}"),
+            )
+        if not isinstance(rows, tuple) or not all(isinstance(row, Row) for row in rows):
+            raise PluginError(
+                f"{hook} of the plug-in '{name}' of {package} is not a tuple of rows",
+                hint=f"write {hook} = (Row(NAME, 'module:object'),)",
+            )
+    return MappingProxyType(
+        {
+            hook: tuple(replace(row, origin=f"{name} ({package})") for row in rows)
+            for hook, rows in tables.items()
+            if hook in HOOKS
+        }
+    )
+
+
+def _folders_with_plugins() -> Iterator[tuple[str, int]]:
+    """Yield the folders of ``sys.path`` that have packages with plug-ins, each with its time of change."""
+    for folder in sys.path:
+        with suppress(OSError):
+            changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - in each run; pathlib takes long
+            path = os.path.abspath(folder)  # noqa: PTH100
+            if GROUP in _groups_in(path, changed_ns):
+                yield path, changed_ns
+
+
+@lru_cache(maxsize=64)
+def _groups_in(folder: str, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - a part of the key
+    """Return the groups of entry points in a folder.
+
+    ``importlib.metadata`` reads hundreds of files; this reads each ``entry_points.txt``. An installation
+    changes the folder, and with it the key of the cache.
+    """
+    groups: set[str] = set()
+    with suppress(OSError):
+        for name in os.listdir(folder):  # noqa: PTH208
+            if name.endswith("-info") and "." in name:
+                file = os.path.join(folder, name, "entry_points.txt")  # noqa: PTH118
+                with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
+                    groups.update(_GROUP.findall(text.read()))
+    return frozenset(groups)

@@ -1,0 +1,151 @@
+"""The table of features for CLIPS environments, and the functions that make cxbridge's own features."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.feature import Feature, LazyFeature
+from cxbridge.executive.features.blackboard import BlackBoardFeature
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.plugins import PluginError, Row, Table, always, configured
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cxbridge.run.context import RunContext
+    from cxbridge.skiller.board.local_calls import LocalSkillCalls
+
+_MOTOR_SWITCH = "/clips-motor-switch"
+_PLANNER = "/planner"
+_PROTOBUF = "/clips-protobuf"
+
+
+def _blackboard(context: RunContext) -> Feature:
+    retract_early = context.config.get_bool("/clips/retract-early", default=False)
+    return BlackBoardFeature(context.board, retract_early=retract_early)
+
+
+def _config(context: RunContext) -> Feature:
+    return ConfigFeature(context.config)
+
+
+def _redefine_warning(_context: RunContext) -> Feature:
+    return RedefineWarningFeature()
+
+
+def _pddl_parser(context: RunContext) -> Feature:
+    return context.pddl_parser
+
+
+def _robot_memory(context: RunContext) -> Feature:
+    from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
+
+    library = context.paths.robot_memory or LIBRARY
+    return RobotMemoryFeature(context.memory, library, context.paths.placeholders)
+
+
+def _tf(context: RunContext) -> Feature:
+    from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
+
+    return TfFeature(context.board)
+
+
+def _navgraph(context: RunContext) -> Feature:
+    from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
+
+    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths, context.bus))
+
+
+def _planner(context: RunContext) -> Feature:
+    from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
+    from cxbridge.executive.planning.settings import PlannerSettings  # noqa: PLC0415
+
+    settings = PlannerSettings.from_config(context.config)
+    return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
+
+
+def _protobuf(context: RunContext) -> Feature:
+    from cxbridge.executive.features.protobuf import ProtobufFeature  # noqa: PLC0415
+    from cxbridge.executive.protobuf.settings import ProtobufSettings  # noqa: PLC0415
+
+    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
+    return ProtobufFeature(settings, context.additions.connections)
+
+
+def _motor_switch(context: RunContext) -> Feature:
+    from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
+
+    motor = context.config.get_str(f"{_MOTOR_SWITCH}/interface-id", default="Robotino")
+    return MotorSwitchFeature(context.board, motor)
+
+
+def _skill_board(context: RunContext) -> Feature:
+    from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
+
+    def local_calls() -> LocalSkillCalls | None:
+        service = context.skills.service
+        return None if service is None else service.local_calls
+
+    return SkillBoardFeature(local_calls)
+
+
+def _problem_expert(context: RunContext) -> Feature:
+    return context.experts.feature(context.pddl_parser.domain_of)
+
+
+FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
+    "FEATURES",
+    callable,
+    "a function that makes a feature from the context of a run",
+    Row("blackboard", f"{__name__}:_blackboard", early=always),
+    Row("config", f"{__name__}:_config", early=always),
+    Row("redefine-warning", f"{__name__}:_redefine_warning", early=always),
+    Row("pddl-parser", f"{__name__}:_pddl_parser", early=always),
+    Row("robot_memory", f"{__name__}:_robot_memory"),
+    Row("tf", f"{__name__}:_tf"),
+    Row("navgraph", f"{__name__}:_navgraph"),
+    Row("planner", f"{__name__}:_planner", early=configured(_PLANNER)),
+    Row("protobuf", f"{__name__}:_protobuf", early=configured(_PROTOBUF)),
+    Row("motor-switch", f"{__name__}:_motor_switch", early=configured(_MOTOR_SWITCH)),
+    Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
+    Row("problem-expert", f"{__name__}:_problem_expert"),
+)
+"""The features, in the order of Fawkes' facts about features; those that most agents use are made early."""
+
+
+def run_features(context: RunContext) -> list[Feature | LazyFeature]:
+    """Return the features of a run; features that are not early are made when an environment requests them.
+
+    :raises CxbridgeError: when two features have the same name, or an early feature's configuration is wrong.
+    """
+    if context.paths.ros2cx is not None:
+        from cxbridge.run.ros2cx_features import ros2cx_features  # noqa: PLC0415 - start-up time is a feature
+
+        own: list[Feature | LazyFeature] = [*ros2cx_features(context, context.paths.ros2cx)]
+        return own + [_lazy(row, context) for row in FEATURES.rows if row.origin]
+    needed = [row for row in FEATURES.rows if row.needed(context)]
+    return [_make(row, context) if row.early(context) else _lazy(row, context) for row in needed]
+
+
+def _lazy(row: Row, context: RunContext) -> LazyFeature:
+    return LazyFeature(row.name, partial(_make, row, context), str(row) if row.origin else "")
+
+
+def _make(row: Row, context: RunContext) -> Feature:
+    make = FEATURES.load(row)
+    if not row.origin:
+        return make(context)
+    try:
+        feature = make(context)
+    except CxbridgeError:
+        raise
+    except Exception as error:
+        raise PluginError(
+            f"the feature '{row.name}' ({row}) cannot be made: {type(error).__name__}: {error}"
+        ) from error
+    if not isinstance(feature, Feature):
+        raise PluginError(f"the feature '{row.name}' ({row}) made {feature!r}, not a Feature")
+    return feature

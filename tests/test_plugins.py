@@ -1,0 +1,180 @@
+"""Plug-ins: the example of docs/plugins.md has each hook; broken plug-ins are left out.
+
+Its operation: tests/operations/test_table.py.
+"""
+
+from __future__ import annotations
+
+import sys
+
+import pytest
+
+from cxbridge import plugins
+from cxbridge.blackboard.urls import open_blackboard
+from cxbridge.cli.main import invoke
+from cxbridge.clock import VirtualClock
+from cxbridge.events import Event, Level, LogLine
+from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
+from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.trace.formats.registry import copy_formats, open_run
+from tests.blackboard.samples import SampleRegistry
+from tests.plugins import example, forget, install
+from tests.run.mini import AGENT, write_scenario
+from tests.support import ROOT
+
+
+@pytest.fixture
+def greeter(tmp_path, monkeypatch):
+    install(tmp_path / "site", monkeypatch, "greeter", example())
+    yield
+    forget("greeter")
+
+
+@pytest.fixture
+def broken(tmp_path, monkeypatch):
+    """Installs a plug-in whose module of tables has a text."""
+    names = []
+
+    def write(text, name="broken", entry=""):
+        install(tmp_path / f"site-{name}", monkeypatch, name, {"plugin.py": text}, entry)
+        names.append(name)
+
+    yield write
+    for name in names:
+        forget(name)
+
+
+def test_the_example_has_each_hook(greeter):
+    (plugin,) = (each for each in installed_plugins() if each.name == "greeter")
+    assert (plugin.error, plugin.package) == (None, "greeter 1.0")
+    assert plugin.rows.keys() == HOOKS
+    assert {row.origin for rows in plugin.rows.values() for row in rows} == {"greeter (greeter 1.0)"}
+
+
+def test_the_page_describes_each_hook():
+    page = (ROOT / "docs" / "plugins.md").read_text()
+    assert [hook for hook in sorted(HOOKS) if hook not in page] == []
+
+
+def said(folder) -> list[str]:
+    events: list[Event] = []
+    run_scenario(RunOptions(scenario=folder), events.append)
+    return [event.text for event in events if isinstance(event, LogLine)]
+
+
+def test_its_feature(greeter, tmp_path):
+    rules = (
+        '(defrule greeting (executive-initialized) => (printout t (greet "Robin") crlf))'
+        "(defrule guest (guest (name ?n) (mood happy)) => (printout t ?n crlf))"
+    )
+    folder = write_scenario(tmp_path / "s", agent=AGENT, feature="greeting")
+    (folder / "mini.clp").write_text(AGENT + rules)
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write("greeting: Welcome\n")
+    lines = said(folder)
+    assert "Welcome Robin" in lines
+    assert "Robin" in lines
+
+
+def test_its_component(greeter, tmp_path):
+    folder = write_scenario(tmp_path / "s")
+    uid = ("SwitchInterface", "Heartbeat")
+    with Assembly(RunOptions(scenario=folder)) as assembly:
+        assembly.start()
+        assert not assembly.board.list(*uid)  # its section is missing
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write("heartbeat: {on: true}\n")
+    with Assembly(RunOptions(scenario=folder)) as assembly:
+        assembly.start()
+        reader = assembly.board.open_for_reading(*uid, owner="test")
+        assembly.loop.run(lambda: assembly.loop.loops >= 3)
+        reader.read()
+        assert reader.as_dict()["value"] == 3.0
+
+
+def test_its_command(greeter, capsys):
+    assert invoke(["greet", "Robin"]) == 7
+    assert capsys.readouterr().out == "Good morning, Robin.\n"
+    assert invoke(["--help"]) == 0
+    assert "Greet a person." in capsys.readouterr().out
+
+
+def test_its_transport(greeter):
+    near, far = (open_blackboard("shelf://one", SampleRegistry(), VirtualClock()) for _ in "ab")
+    assert near is far
+
+
+def test_its_format(greeter, tmp_path):
+    (tmp_path / "run").write_bytes(b"HELLO")
+    assert list(open_run(tmp_path / "run")) == [LogLine(0, Level.INFO, "shout", "HELLO")]
+    assert list(copy_formats())[-1] == "shouted"
+
+
+def test_a_run_imports_only_the_tables(greeter, tmp_path):
+    said(write_scenario(tmp_path / "s"))
+    assert [name for name in sys.modules if name.startswith("greeter")] == ["greeter", "greeter.plugin"]
+
+
+@pytest.mark.parametrize(
+    ("tables", "message"),
+    [
+        ("API = 1\nimport nothing_of_this_name", "the plug-in 'broken' of broken 1.0 cannot be loaded"),
+        ("raise SystemError('x')", "cannot be loaded: SystemError: x"),
+        ("", "is for version None of the hooks"),
+        ("API = 2", "is for version 2 of the hooks, this cxbridge has version 1"),
+        ("API = 1\nFEATURE = ()", "has a table FEATURE, but no hook has that name"),
+        (
+            "API = 1\nFEATURES = ['a']",
+            "FEATURES of the plug-in 'broken' of broken 1.0 is not a tuple of rows",
+        ),
+    ],
+)
+def test_a_broken_plug_in_is_reported_and_left_out(broken, tables, message, tmp_path, capsys):
+    broken(tables)
+    (plugin,) = (each for each in installed_plugins() if each.name == "broken")
+    assert message in str(plugin.error)
+    assert not plugin.rows
+    assert any(message in line for line in said(write_scenario(tmp_path / "s")))
+    assert invoke(["doctor"]) == 0
+    assert message in capsys.readouterr().out
+
+
+def test_two_plug_ins_of_a_name_are_an_error_with_both_packages(broken):
+    broken("API = 1")
+    broken("API = 1", "other", "broken = other.plugin")
+    (plugin,) = (each for each in installed_plugins() if each.name == "broken")
+    assert "of broken 1.0 and other 1.0" in str(plugin.error)
+
+
+@pytest.mark.parametrize(
+    ("table", "use"),
+    [
+        ("COMMANDS = (Row('run', 'x:y'),)", lambda folder: invoke(["run", str(folder)])),
+        ("FEATURES = (Row('tf', 'x:y'),)", said),
+        ("COMPONENTS = (Row('speech', 'x:y'),)", said),
+    ],
+)
+def test_two_rows_of_a_name_are_an_error_with_both_packages(broken, table, use, tmp_path, capsys):
+    broken(f"from cxbridge.plugins import Row\nAPI = 1\n{table}\n")
+    try:
+        assert use(write_scenario(tmp_path / "s")) == 2
+        text = capsys.readouterr().err
+    except PluginError as error:
+        text = str(error)
+    assert "of cxbridge, and x:y of broken (broken 1.0)" in text
+
+
+@pytest.mark.parametrize("target", ["no_such_module:X", "broken.plugin:NOTHING", "broken.plugin:API"])
+def test_an_object_that_cannot_be_used_is_an_error_with_its_package(broken, target, monkeypatch):
+    broken(f"from cxbridge.plugins import Row\nAPI = 1\nFORMATS = (Row('bad', '{target}'),)\n")
+    monkeypatch.setattr(plugins, "HOOKS", HOOKS)
+    table: Table[object] = Table("FORMATS", is_module, "a module")
+    (row,) = table.rows
+    with pytest.raises(PluginError, match=r"the format 'bad' \(\S+ of broken \(broken 1.0\)\)"):
+        table.load(row)
+
+
+def test_a_name_that_no_row_has_is_an_error_with_the_nearest():
+    with pytest.raises(PluginError, match="there is no format 'mcapp'") as caught:
+        Table("FORMATS", is_module, "a module", Row("mcap", "json")).find("mcapp")
+    assert caught.value.hint == "did you mean mcap?"
