@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING, Final, Protocol
 
 from msgspec import Struct, field
 
@@ -32,6 +32,9 @@ BUILTIN_CX = CORE_DIR / "cx"
 """Our own CX core."""
 
 _SKILL = re.compile(r"\s*[\w-]+\s*[{(]")
+
+ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
+"""The states of plan-actions that are over."""
 
 MOST_FINAL_FIRINGS = 10_000
 """Rules that may fire at the end: those of the RCLL agent `rcll` close and open a peer forever."""
@@ -228,11 +231,40 @@ class Executive:
 
     @property
     def is_over(self) -> bool:
-        """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty."""
+        """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty.
+
+        MAINTAIN goals at rest are no open root goals here, once another root goal has ended. An agent with
+        MAINTAIN goals alone has no end of its own: what it maintains may need it at any time.
+        """
         self.goals.settle()
-        return self.env.quit_requested or (
-            self.goals.all_over and not self.env.agenda_size_at_least(1) and not self.skills.running
-        )
+        if self.env.quit_requested:
+            return True
+        if not self.goals.outcomes:
+            return False
+        return bool(self.maintained) if self.goals.open_roots else self._is_at_rest
+
+    @property
+    def _is_at_rest(self) -> bool:
+        """Whether no skill runs and the agenda is empty."""
+        return not self.env.agenda_size_at_least(1) and not self.skills.running
+
+    @property
+    def maintained(self) -> list[str]:
+        """The ids of the open root goals, when all of them are MAINTAIN goals at rest; else none.
+
+        At rest: no open goal is below them but further MAINTAIN goals, no action of their plans is left, no
+        planner is at work for them, no skill runs and the agenda is empty, or the agent has quit.
+        """
+        roots = self.goals.maintaining
+        if not roots or not (self._is_at_rest or self.env.quit_requested):
+            return []
+        if any(slots["status"] == "RUNNING" for _, _, slots in self.env.facts("planner-call")):
+            return []
+        pursued = {state.goal for state in self.goals.open.values() if state.is_maintaining}
+        for _, _, slots in self.env.facts("plan-action"):
+            if slots["state"] not in ACTIONS_OVER and str(slots["goal-id"]) in pursued:
+                return []
+        return [root.goal for root in roots]
 
     @property
     def initialized(self) -> bool:

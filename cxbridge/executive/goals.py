@@ -14,7 +14,10 @@ KEPT = 1000
 
 _FIRST = "FORMULATED"
 _OVER = "RETRACTED"
-_SLOTS = ("id", "class", "parent", "mode", "outcome", "error")
+_SLOTS = ("id", "class", "parent", "mode", "outcome", "error", "type")
+_MAINTAIN = "MAINTAIN"
+_MAINTAINING_MODES = frozenset({"SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED"})
+"""A FORMULATED goal is not pursued yet, a FINISHED or EVALUATED goal is about to end."""
 
 
 class GoalState(Struct, frozen=True):
@@ -26,6 +29,12 @@ class GoalState(Struct, frozen=True):
     mode: str
     outcome: str
     error: str
+    goal_type: str
+
+    @property
+    def is_maintaining(self) -> bool:
+        """Whether the goal maintains its condition, as far as the goal's own slots show."""
+        return self.goal_type == _MAINTAIN and self.mode in _MAINTAINING_MODES
 
     @property
     def is_root(self) -> bool:
@@ -62,6 +71,7 @@ class GoalWatch:
             slots.get("mode", ""),
             slots.get("outcome", ""),
             slots.get("error", ""),
+            slots.get("type", ""),
         )
 
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:
@@ -101,6 +111,23 @@ class GoalWatch:
         return [root for root in self.roots if root.goal not in self._over]
 
     @property
-    def all_over(self) -> bool:
-        """Whether there have been root goals and none is open."""
-        return bool(self.outcomes) and not self.open_roots
+    def maintaining(self) -> list[GoalState]:
+        """The open root goals, when each of them and each open goal below them maintains; else none.
+
+        A MAINTAIN goal one of whose sub-goals is pursued does something, and the run is not at its end.
+        """
+        roots = self.open_roots
+        if not all(root.is_maintaining for root in roots):
+            return []
+        children: dict[str, list[GoalState]] = {}
+        for state in self.open.values():
+            children.setdefault(state.parent, []).append(state)
+        left = list(roots)
+        while left:
+            state = left.pop()
+            if state.mode == _OVER:
+                continue  # the goals below it go with it
+            if not state.is_maintaining:
+                return []
+            left += children.get(state.goal, ())
+        return roots

@@ -10,7 +10,7 @@ from cxbridge.explore.use import Used, UseWatch
 from cxbridge.properties.monitor import Ending, Property, RunEnd
 from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.options import RunOptions
-from cxbridge.run.result import RunResult
+from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.judged import JudgedRun
 from cxbridge.worlds.points import Chooser, DivergedError
@@ -55,8 +55,9 @@ class ExploredRun(JudgedRun):
     def play(self) -> tuple[RunResult, WorldResult]:
         """Play it to its end, and let the properties see it; see :class:`JudgedRun`."""
         ended, result = super().play()
-        ending = Ending.OVER if result.is_over else Ending.STUCK if self._is_stuck else Ending.CUT
-        self.properties.end(RunEnd(ending, "" if result.is_over else ended.reason))
+        is_over = ended.status in (COMPLETED, UNSUCCESSFUL)
+        ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
+        self.properties.end(RunEnd(ending, "" if is_over else ended.reason))
         self.world.assembly.stop()
         self.properties.released()
         return ended, result

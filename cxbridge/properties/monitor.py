@@ -19,7 +19,7 @@ NOTHING: Final[tuple[Hashable, ...]] = ()
 class Ending(Enum):
     """How a run came to its end, as far as properties ask for it."""
 
-    OVER = "over"  # all root goals are over, no skill runs, the agenda is empty
+    OVER = "over"  # all root goals are over or maintain, no skill runs, the agenda is empty
     STUCK = "stuck"  # nothing can ever happen again
     CUT = "cut"  # it was given up: the time was up, or a component was lost
 

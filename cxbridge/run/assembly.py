@@ -112,7 +112,7 @@ class Assembly(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is retracted or gone, no skill runs and the agenda is empty.
+        """Whether every root goal is retracted or gone or maintains, no skill runs and the agenda is empty.
 
         Of a replay: whether the recorded run has been played.
         """

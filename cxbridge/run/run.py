@@ -26,7 +26,7 @@ from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable
 
-    from cxbridge.executive.goals import GoalState
+    from cxbridge.executive.goals import GoalState, GoalWatch
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.replay.replay import Replay
     from cxbridge.run.team import Team
@@ -308,27 +308,37 @@ def _verdict(
     :param rule_errors: in which rules there were errors, of a run that is stuck; None when it is not.
     """
     env, goals = assembly.executive.env, assembly.executive.goals
-    if env.faults:
-        return FAULT, env.faults[0]
-    if loss:
-        return FAULT, loss
-    if not over:
+    maintaining = ", ".join(assembly.executive.maintained)
+    if fault := next(iter(env.faults), loss):
+        return FAULT, fault
+    if not over and not maintaining:
         why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
             why = f"nothing can happen any more: {waits_for(assembly, rule_errors)}"
         return TIMED_OUT, why
+    bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
+    if bad:
+        return UNSUCCESSFUL, ", ".join(bad)
+    if maintaining:
+        return COMPLETED, f"maintaining {maintaining}"
+    if not goals.outcomes:
+        return UNSUCCESSFUL, "the agent quit before any goal was over"
+    return COMPLETED, "every root goal ended COMPLETED"
+
+
+def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
+    """Return why a run that is over was not successful; empty when it was.
+
+    :param quit_early: whether the agent has quit, and open root goals count.
+    """
     bad = []
     if goals.outcomes.total() > goals.outcomes["COMPLETED"]:
         # those that are remembered; in a very long run the first are not
         bad = [f"{goal.goal} ended {goal.outcome}" for goal in goals.ended if goal.outcome != "COMPLETED"]
         bad = bad or ["some root goals did not end COMPLETED"]
-    if goals.open_roots and env.quit_requested:
+    if goals.open_roots and quit_early:
         bad.append(f"the agent quit before its root goals were over: {_modes(goals.open_roots)}")
-    if bad:
-        return UNSUCCESSFUL, ", ".join(bad)
-    if not goals.outcomes:
-        return UNSUCCESSFUL, "the agent quit before any goal was over"
-    return COMPLETED, "every root goal ended COMPLETED"
+    return bad
 
 
 def _what_is_open(assembly: Assembly) -> str:

@@ -157,17 +157,19 @@ class AgentRun(Closing):
             raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
 
     def to_end(self, timeout: float = 600.0) -> None:
-        """Run until every root goal is over, no skill runs and the agenda is empty.
+        """Run until every root goal is over, no skill runs and the agenda is empty; see :attr:`is_over`.
+
+        An agent with MAINTAIN goals alone, which has no other end, runs for ``timeout``.
 
         :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
             before.
         """
         end = self.seconds + timeout
         self._run(lambda: self.is_over or self.seconds >= end)
-        if not self.is_over:
-            raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
         executive = self._assembly.executive
-        if executive.env.quit_requested and executive.goals.open_roots:
+        if not self.is_over and not executive.maintained:
+            raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
+        if executive.env.quit_requested and executive.goals.open_roots and not executive.maintained:
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
     def assert_properties(self, *properties: str | Property, timeout: float = 600.0) -> None:
@@ -194,7 +196,10 @@ class AgentRun(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is over, no skill runs and the agenda is empty."""
+        """Whether every root goal is over, no skill runs and the agenda is empty.
+
+        MAINTAIN goals at rest do not count as open once another root goal has ended.
+        """
         return self._assembly.is_over and not (self._skills is not None and self._skills.running)
 
     def at(self, seconds: float, action: Callable[[], object]) -> None:

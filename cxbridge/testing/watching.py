@@ -38,7 +38,8 @@ def violations_of(
         return is_stuck or is_over()
 
     run_until(done, timeout)
-    ending = Ending.OVER if is_over() else Ending.STUCK if is_stuck else Ending.CUT
+    is_at_end = is_over() or agent.executive.maintained
+    ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
     agent.stop()
     watch.released()

@@ -17,22 +17,17 @@ def goals(env):
     return GoalWatch(env)
 
 
-def test_nothing_is_over_before_there_was_a_goal(goals):
-    goals.settle()
-    assert not goals.all_over
-
-
 def test_a_root_is_over_when_it_is_retracted_or_gone(env, goals):
     first = env.assert_string("(goal (id a) (class A))")
     second = env.assert_string("(goal (id b) (class B))")
     goals.settle()
-    assert not goals.all_over
+    assert [root.goal for root in goals.open_roots] == ["a", "b"]
     env.eval(f"(modify {first} (mode RETRACTED) (outcome COMPLETED))")
     goals.settle()
-    assert not goals.all_over
+    assert [root.goal for root in goals.open_roots] == ["b"]
     env.retract(second)
     goals.settle()
-    assert goals.all_over
+    assert not goals.open_roots
     assert goals.outcomes == {"COMPLETED": 1, "UNKNOWN": 1}
 
 

@@ -54,7 +54,7 @@ def run(
 ) -> int:
     """Run a scenario to its end; with --web, watch it in the browser.
 
-    Exit status: 0 every root goal ended COMPLETED; 1 some ended FAILED or REJECTED; 2 bad input;
+    Exit status: 0 every root goal ended COMPLETED or maintains; 1 some ended FAILED or REJECTED; 2 bad input;
     3 the timeout passed; 4 a fault of the run itself; 130 interrupted. With --replay: 0 it decided the same;
     1 something else. See docs/replay.md. With --break: docs/debugging.md.
 

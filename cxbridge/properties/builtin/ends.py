@@ -14,7 +14,7 @@ _SKILLER: Final = "SkillerInterface"
 
 
 class RunEnds(Monitor):
-    """The run comes to its end: all root goals are over."""
+    """The run comes to its end: all root goals are over, or maintain."""
 
     def end(self, end: RunEnd) -> None:
         """Report an end of another kind."""

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.syntax import definitions
+from cxbridge.executive.executive import ACTIONS_OVER
 from cxbridge.executive.host.constructs import allowed_values
 from cxbridge.run.ending.places import AgentPlaces
 
@@ -34,7 +35,6 @@ _QUIET_FEATURES: Final = frozenset(
 
 _TIME: Final = "/clips-executive/assert-time-each-loop"
 _HALTED: Final = "[PRCCODE4]"
-_ACTIONS_OVER: Final = frozenset({"FINAL", "FAILED"})
 
 
 class StuckWatch:
@@ -188,7 +188,7 @@ def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
         yield f"{goal.goal} is {goal.mode}{place}" + ("" if is_mode else ", which is not a mode of goals")
     known = goals.open
     for _, _, slots in env.facts("plan-action"):
-        if str(slots["goal-id"]) in known and slots["state"] not in _ACTIONS_OVER:
+        if str(slots["goal-id"]) in known and slots["state"] not in ACTIONS_OVER:
             values = slots["param-values"]
             words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
             place = _at(places.of_action(str(slots["action-name"])))

@@ -1,0 +1,167 @@
+"""Runs whose rest is a MAINTAIN goal: each way to run an agent comes to the same verdict."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.explore.playing import ExploredRun
+from cxbridge.properties.reading import find_property
+from cxbridge.run.options import RunOptions
+from cxbridge.run.result import COMPLETED, TIMED_OUT, UNSUCCESSFUL
+from cxbridge.run.run import run_scenario
+from cxbridge.sweep.playing import play
+from cxbridge.sweep.rows import SweepJob
+from cxbridge.testing.agent_run import AgentRun
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.worlds.points import UsualChooser
+from tests.run.mini import write_scenario
+
+TIMEOUT_S = 5.0
+KEEP = "(goal (id KEEP-CHARGED) (class KEEP) (type MAINTAIN) (mode {}))"
+TOUR = "(goal (id TOUR) (class TOUR) (mode RETRACTED) (outcome {}))"
+GOAL = "(goal (id {}) (class SOME) (parent {}) (mode {}) {})"
+ACTION = """(plan (id P) (goal-id KEEP-CHARGED))
+ (plan-action (id 1) (plan-id P) (goal-id KEEP-CHARGED) (action-name charge) (state {}))"""
+
+KEEPING = KEEP.format("DISPATCHED")
+DONE = TOUR.format("COMPLETED")
+MAINTAINED = COMPLETED, "maintaining KEEP-CHARGED"
+
+CASES = {
+    **{f"{mode} and maintains": (KEEP.format(mode) + DONE, MAINTAINED) for mode in ("SELECTED", "EXPANDED")},
+    **{
+        f"{mode} and maintains": (KEEP.format(mode) + DONE, MAINTAINED)
+        for mode in ("COMMITTED", "DISPATCHED")
+    },
+    "is never selected": (KEEP.format("FORMULATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FORMULATED")),
+    "is finished": (KEEP.format("FINISHED") + DONE, (TIMED_OUT, "KEEP-CHARGED is FINISHED")),
+    "is evaluated": (KEEP.format("EVALUATED") + DONE, (TIMED_OUT, "KEEP-CHARGED is EVALUATED")),
+    "was given up": (
+        GOAL.format("KEEP-CHARGED", "nil", "RETRACTED", "(type MAINTAIN) (outcome FAILED)") + DONE,
+        (UNSUCCESSFUL, "KEEP-CHARGED ended FAILED"),
+    ),
+    "another goal failed": (KEEPING + TOUR.format("FAILED"), (UNSUCCESSFUL, "TOUR ended FAILED")),
+    "another goal is open": (
+        KEEPING + GOAL.format("A", "nil", "DISPATCHED", ""),
+        (TIMED_OUT, "A is DISPATCHED"),
+    ),
+    "a sub-goal is pursued": (
+        KEEPING + DONE + GOAL.format("CHARGE", "KEEP-CHARGED", "DISPATCHED", ""),
+        (TIMED_OUT, "KEEP-CHARGED is DISPATCHED"),
+    ),
+    "a sub-goal is over, and one below it": (
+        KEEPING
+        + DONE
+        + GOAL.format("CHARGE", "KEEP-CHARGED", "RETRACTED", "(acquired-resources dock)")
+        + GOAL.format("DOCK", "CHARGE", "FORMULATED", "")
+        + GOAL.format("TURN", "DOCK", "FORMULATED", ""),
+        MAINTAINED,
+    ),
+    "a sub-goal maintains, too": (
+        KEEPING + DONE + GOAL.format("WARM", "KEEP-CHARGED", "SELECTED", "(type MAINTAIN)"),
+        MAINTAINED,
+    ),
+    "below a sub-goal that maintains something is pursued": (
+        KEEPING
+        + DONE
+        + GOAL.format("WARM", "KEEP-CHARGED", "SELECTED", "(type MAINTAIN)")
+        + GOAL.format("HEAT", "WARM", "DISPATCHED", ""),
+        (TIMED_OUT, "KEEP-CHARGED is DISPATCHED"),
+    ),
+    "an action is left": (KEEPING + DONE + ACTION.format("PENDING"), (TIMED_OUT, "action charge is PENDING")),
+    "its actions are over": (KEEPING + DONE + ACTION.format("FINAL"), MAINTAINED),
+    "two maintain": (
+        KEEPING + GOAL.format("WARM", "nil", "SELECTED", "(type MAINTAIN)") + DONE,
+        (COMPLETED, "maintaining KEEP-CHARGED, WARM"),
+    ),
+    "it is the only goal": (KEEPING, MAINTAINED),
+}
+
+
+def options(tmp_path: Path, facts: str, **more: object) -> RunOptions:
+    """Write an agent that asserts these facts in its first loop."""
+    agent = f"(defrule begin (executive-initialized) => (assert {facts}))"
+    scenario = write_scenario(tmp_path / "mini", agent=agent)
+    return RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none", **more)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize(("facts", "expected"), CASES.values(), ids=CASES)
+def test_every_way_to_run_it_agrees(tmp_path: Path, facts: str, expected: tuple[int, str]) -> None:
+    status, reason = expected
+    is_over = status != TIMED_OUT
+    given = options(tmp_path, facts, trace=tmp_path / "run.mcap")
+
+    result = run_scenario(given)
+    assert (result.status, result.as_dict()["status"]) == (status, status)
+    assert reason in result.reason
+    metadata = open_run(tmp_path / "run.mcap").metadata()
+    assert (metadata["status"], metadata["reason"]) == (str(status), result.reason)
+
+    given = options(tmp_path, facts)
+    with AgentRun(given, scripted=True) as run:
+        if is_over:
+            run.to_end(TIMEOUT_S)
+        else:
+            with pytest.raises(AssertionError, match="was not over within"):
+                run.to_end(TIMEOUT_S)
+    with AgentRun(given, scripted=True) as run:
+        if is_over:
+            run.assert_properties("run-ends", timeout=TIMEOUT_S)
+        else:
+            with pytest.raises(AssertionError, match="run-ends is violated"):
+                run.assert_properties("run-ends", timeout=TIMEOUT_S)
+
+    with ExploredRun(given, [find_property("run-ends")], UsualChooser()) as explored:
+        leaf = explored.leaf()
+    assert (leaf.outcome, not leaf.violations) == (result.word, is_over)
+    row = play(SweepJob(given), 1, UsualChooser())
+    assert (row.outcome, reason in row.reason) == (result.word, True)
+
+
+CHARGES = """
+(defrule begin (executive-initialized) => (assert (battery 3) (now 0) {keep} {tour}))
+(defrule tick (time ? ?usec) ?now <- (now ?before&~?usec) => (retract ?now) (assert (now ?usec) (tick)))
+(defrule drain ?t <- (tick) ?b <- (battery ?left&:(> ?left 0)) =>
+  (retract ?t ?b) (assert (battery (- ?left 1))))
+(defrule low (battery 0) (not (goal (class CHARGE) (mode DISPATCHED))) =>
+  (assert (goal (id (gensym*)) (class CHARGE) (parent KEEP-CHARGED) (mode DISPATCHED)) (charging 0)))
+(defrule charge ?t <- (tick) ?c <- (charging ?n&:(< ?n 2)) => (retract ?t ?c) (assert (charging (+ ?n 1))))
+(defrule full ?b <- (battery 0) ?c <- (charging 2) ?g <- (goal (class CHARGE) (mode DISPATCHED)) =>
+  (retract ?b ?c) (assert (battery 3)) (modify ?g (mode RETRACTED) (outcome COMPLETED)))
+(defrule end ?g <- (goal (class TOUR) (mode DISPATCHED)) (charging 1) =>
+  (modify ?g (mode RETRACTED) (outcome COMPLETED)))
+"""
+
+
+def test_a_run_goes_on_while_it_charges_and_ends_when_it_has(tmp_path: Path) -> None:
+    begun = GOAL.format("TOUR", "nil", "DISPATCHED", "").replace("SOME", "TOUR")
+    scenario = write_scenario(tmp_path / "mini", agent=CHARGES.format(keep=KEEPING, tour=begun))
+    result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
+    assert (result.status, result.reason) == MAINTAINED
+    ended = {goal.goal_class: goal.outcome for goal in result.goals}
+    assert ended == {"KEEP": "UNKNOWN", "TOUR": "COMPLETED", "CHARGE": "COMPLETED"}
+
+
+def test_an_agent_that_only_maintains_runs_for_its_time(tmp_path: Path) -> None:
+    scenario = write_scenario(tmp_path / "mini", agent=CHARGES.format(keep=KEEPING, tour=""))
+    result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
+    assert result.run_seconds >= TIMEOUT_S
+    assert sum(goal.goal_class == "CHARGE" for goal in result.goals) > 1
+    assert result.status in (COMPLETED, TIMED_OUT)
+
+
+@pytest.mark.parametrize(
+    ("facts", "expected"),
+    [(KEEPING + DONE, MAINTAINED), (KEEPING, MAINTAINED), (KEEP.format("FINISHED"), None)],
+)
+def test_an_agent_that_quits(tmp_path: Path, facts: str, expected: tuple[int, str] | None) -> None:
+    scenario = write_scenario(
+        tmp_path / "mini", agent=f"(defrule begin (executive-initialized) => (assert {facts}) (quit))"
+    )
+    result = run_scenario(RunOptions(scenario=scenario, timeout=TIMEOUT_S, skiller="none"))
+    found = result.status, result.reason
+    assert found == (
+        expected or (UNSUCCESSFUL, "the agent quit before its root goals were over: KEEP-CHARGED is FINISHED")
+    )
