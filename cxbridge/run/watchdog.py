@@ -153,7 +153,8 @@ class Watchdog:
     def _what(self, frames: list[FrameType], function: str, *, firing: bool) -> str:
         rules = [rule for rule, _ in Counter(self._seen).most_common(_MOST_NAMES)]
         if not firing:
-            return f"a loop does not end, at {_place(frames)}"
+            skill = next(filter(None, map(_skill, frames)), "")
+            return f"skill {skill} does not end" if skill else f"a loop does not end, at {_place(frames)}"
         if function:
             by = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
             return f"function {function}{by}, does not end, at {_place(frames)}"
@@ -176,6 +177,14 @@ def _component(frame: FrameType) -> str:
     """Return the name of the component whose step a frame is (``LifecycleManager.guarded``)."""
     if frame.f_code.co_qualname == "LifecycleManager.guarded.<locals>.run":
         return str(frame.f_locals["node"].name)
+    return ""
+
+
+def _skill(frame: FrameType) -> str:
+    """Return the skill string of the Lua Skiller whose step a frame is."""
+    # The budget of the engine counts instructions of Lua, and none inside a function of C such as string.find.
+    if frame.f_code.co_qualname == "Skiller.loop":
+        return str(frame.f_locals["self"].skill_string)
     return ""
 
 

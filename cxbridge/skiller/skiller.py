@@ -105,6 +105,11 @@ class Skiller(SkillerBackend):
         return self._active or not self._interface.msgq_empty()
 
     @property
+    def skill_string(self) -> str:
+        """The skill string of the last ExecSkillMessage."""
+        return str(self._interface.skill_string)
+
+    @property
     def skills(self) -> tuple[str, ...]:
         """The names of the skills, in the order of the skill space."""
         return self.engine.skills

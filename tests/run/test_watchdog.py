@@ -25,7 +25,8 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.run.watchdog import Stall, Watchdog
 from tests.daemon.test_daemon import WAIT_S, connected, running, start
-from tests.run.mini import write_scenario
+from tests.run.mini import write_scenario, write_skill_space
+from tests.skiller.rig import Rig
 
 SPIN = """
 (defrule arm (executive-initialized) (time ? ?) (not (go)) => (assert (go)))
@@ -253,6 +254,35 @@ def test_systemd_hears_of_it_and_its_watchdog_is_not_fed(tmp_path):
         process.send_signal(signal.SIGTERM)
         _, errors = process.communicate(timeout=WAIT_S)
         assert process.returncode == 0, errors
+
+
+# -- a skill
+
+STUCK = """
+function execute()
+    local found = ("a"):rep(220):find("^a-a-a-a-b")
+    while not found do end
+end
+function reset() end
+"""
+
+
+def test_a_skill_string_inside_a_function_of_c_is_named_and_fails_once_the_function_returns(tmp_path):
+    folder = write_skill_space(tmp_path / "lua", "stuck", say=STUCK)
+    rig = Rig()
+    skiller = rig.lua([folder], space="stuck")
+    told: list[str] = []
+    reader = rig.board.open_for_reading("SkillerInterface", "Skiller", owner="test")
+    reader.msgq_enqueue(reader.ExecSkillMessage("say{}"))  # type: ignore[attr-defined]
+    loop = MainLoop(RealClock(), 10_000)
+    loop.add(Hook.SKILL, skiller.loop)
+    watchdog = Watchdog(loop, dict, lambda stall: told.append(str(stall)) if stall else None, LIMIT_S)
+    watchdog.start()
+    loop.run(lambda: rig.status == "S_FAILED")
+    watchdog.stop()
+    assert told
+    assert told[0].startswith("skill say{} does not end")
+    assert "endless loop?" in rig.state.error
 
 
 # -- a run

@@ -8,25 +8,20 @@ import pytest
 
 from cxbridge.skiller import luacalls
 from fuzz import skills
-from fuzz.skills import SKILL_STRINGS, made_of, skill_strings, text_of
+from fuzz.skills import SKILL_STRINGS, skill_strings
 
 CORPUS = sorted((Path(__file__).parent / "corpus").iterdir())
 
 
 def test_whatever_the_skill_string_the_skiller_takes_the_next_one():
-    assert len(CORPUS) > 40
+    assert len(CORPUS) > 20
     for file in CORPUS:
         skill_strings(file.read_bytes())
 
 
 def test_the_seeds_do_no_harm():
-    for seed in SKILL_STRINGS[::10]:
+    for seed in SKILL_STRINGS:
         skill_strings(seed)
-
-
-def test_lua_is_made_of_choices():
-    assert text_of(b"\2") == "" == made_of(b"")
-    assert "count{ to = nil }" in {made_of(bytes((number, 1))) for number in range(30)}
 
 
 def test_what_lua_reads_otherwise_is_found_out(monkeypatch: pytest.MonkeyPatch):

@@ -4,7 +4,7 @@
 
 local core = ...
 local sethook, getinfo, collectgarbage = core.sethook, core.getinfo, core.collectgarbage
-local limits, kit = core.limits, core.kit
+local limits = core.limits
 
 -- Instructions between two looks at the budget, and such steps between two looks at the clock
 local STEP, STEPS_TO_CLOCK = 100, 10
@@ -20,7 +20,7 @@ local DEEP, TOP = 200, 12
 local processor_time, match, sub, format = core.native.os.clock, core.native.string.match, core.native.string.sub,
                                            core.native.string.format
 local remaining, deadline, step, ticks, heap, much = 0, 0, STEP, 0, 0, 0
-local exhausted, armed, began = false, false, nil
+local exhausted, began = false, nil
 
 local budget = {}
 
@@ -80,21 +80,18 @@ local function count()
 end
 
 --- Pay for work that the host does; its instructions are not counted.
-function budget.charge(instructions)
+function core.charge(instructions)
     remaining = remaining - instructions
 end
-kit.charge = budget.charge
 
---- Pay in advance for what a C function may come to do; called by a function that a skill calls.
-function budget.spend(instructions)
-    remaining = remaining - instructions
-    if armed and not exhausted and (remaining < 0 or instructions > STEP and is_late()) then
-        exhaust()
-    end
+--- As Lua's xpcall. Lua calls the handler where the error is raised. The error of an exhausted budget is raised in a
+-- hook, where no hook is called: a handler that loops would never be stopped. So handlers do not see this error.
+function core.xpcall(fn, handler)
+    return xpcall(fn, function(problem)
+        if exhausted then return problem end
+        return handler(problem)
+    end)
 end
-
---- Whether the error that is under way says that the budget is used up.
-function budget.is_exhausted() return exhausted ~= false end
 
 --- What an error says. A value that is not a text is not converted to one: a skill's code would run, or a table go to the host.
 local function text_of(problem)
@@ -116,7 +113,7 @@ local function traceback(message, level)
     lines[#lines + 1] = "\t..."
     return table.concat(lines, "\n")
 end
-kit.traceback = traceback
+core.bounded_traceback = traceback
 
 local function with_traceback(problem)
     return traceback(text_of(problem), 2)
@@ -137,7 +134,7 @@ end
 
 local function arm(instructions, seconds, fn, a, b, c, d)
     pending[1], pending[2], pending[3], pending[4], pending[5] = fn, a, b, c, d
-    remaining, exhausted, armed, step, ticks = instructions, false, true, STEP, STEPS_TO_CLOCK
+    remaining, exhausted, step, ticks = instructions, false, STEP, STEPS_TO_CLOCK
     heap = collectgarbage("count")
     much = heap + MUCH_KIB
     deadline, began = seconds, nil
@@ -152,7 +149,6 @@ function budget.run(fn, a, b, c, d)
     sethook(count, "", STEP)
     local ok, first, second, third = xpcall(call_pending, with_traceback)
     sethook()
-    armed = false
     left_instructions = left_instructions - (instructions - remaining)
     if began then left_seconds = left_seconds - (processor_time() - began) end
     if not ok then first = text_of(first) end

@@ -156,13 +156,21 @@ local function make_class(type_name)
     return class
 end
 
+-- A function that makes userdata with an index that nothing can be put into, as with tolua
+local function new_userdata_of(class)
+    local prototype = core.newproxy(true)
+    local metatable = getmetatable(prototype)
+    metatable.__index, metatable.__metatable = class, "interface"
+    return function() return core.newproxy(prototype) end
+end
+
 local classes = {}
 
 --- Return the class of an interface type: its constants, messages and methods.
 function interfaces.class(type_name)
     if not classes[type_name] then
         local class = make_class(type_name)
-        classes[type_name] = {class = class, new_userdata = core.proxies(class)}
+        classes[type_name] = {class = class, new_userdata = new_userdata_of(class)}
     end
     return classes[type_name].class
 end

@@ -15,10 +15,6 @@ end
 
 library.string, library.table, library.math = copy(native.string), copy(native.table), copy(native.math)
 
-for _, part in ipairs {"string", "table"} do
-    for name, guarded in pairs(core.guard[part]) do library[part][name] = guarded end
-end
-
 -- Random numbers are the run's own: a run with the same seed repeats.
 function library.math.random(low, high)
     if low == nil then return host.random() end
@@ -33,8 +29,8 @@ function library.math.randomseed(seed) host.randomseed(seed) end
 local function now_or(value) return value or time.now_sec() end
 
 library.os = {
-    date = function(format, at) return core.guard.os.date(format, now_or(at)) end,
-    time = function(fields) return fields and core.guard.os.time(fields) or time.now_sec() end,
+    date = function(format, at) return native.os.date(format, now_or(at)) end,
+    time = function(fields) return fields and native.os.time(fields) or time.now_sec() end,
     clock = function() return host.elapsed_usec() / 1000000 end,
     difftime = native.os.difftime,
     getenv = function(name) return core.include("checked")(host.getenv(name)) end,
@@ -113,7 +109,7 @@ end
 
 library.sandbox_functions = {
     assert = assert, error = error, ipairs = ipairs, next = next, pairs = pairs, select = select,
-    tostring = tostring, type = type, unpack = core.guard.base.unpack, xpcall = core.guard.base.xpcall,
+    tostring = tostring, type = type, unpack = unpack, xpcall = core.xpcall,
 }
 library.module_functions = copy(library.sandbox_functions)
 for name, value in pairs {

@@ -5,7 +5,6 @@ local core = ...
 local log, library, host = core.include("log"), core.include("library"), core.host
 local interfaces, time = core.include("interfaces"), core.include("time")
 local geometry, tf, features = core.include("geometry"), core.include("transforms"), core.include("features")
-local kit = core.kit
 
 -- What ("text"):name() finds: no skill can change these, but it can add functions to its string table.
 local methods = {}
@@ -18,7 +17,7 @@ local loaded = {}
 -- The globals of skill files
 local world = {
     string = library.string, table = library.table, math = library.math, os = library.os,
-    debug = {traceback = core.kit.traceback}, _VERSION = _VERSION,
+    debug = {traceback = core.bounded_traceback}, _VERSION = _VERSION,
     logger = log.logger, config = core.include("config"), clock = time.Clock, blackboard = interfaces.blackboard,
     tf = tf, navgraph = features.navgraph, tolua = {type = geometry.type_of},
     fawkes = setmetatable({Time = time.Time, Clock = time.Clock, tf = geometry}, {
@@ -40,7 +39,7 @@ function modules.import_globals(module)
     module.Time, module.Clock = time.Time, time.Clock
 end
 
-kit.import_globals = modules.import_globals
+core.import_globals = modules.import_globals
 
 --- Put all globals into a module.
 local function import_everything(module)
@@ -88,7 +87,7 @@ function modules.require(name)
     end
     return loaded[name]
 end
-world.require, kit.require = modules.require, modules.require
+world.require, core.require = modules.require, modules.require
 
 --- Make the calling file a module: its globals from here on are the module's fields.
 function world.module(name, ...)
@@ -109,14 +108,14 @@ function world.module(name, ...)
 end
 
 --- The module of the file that called the function some levels above the caller of this; nil when it is not a module.
-function kit.calling_module(level)
+function core.calling_module(level)
     local at = core.getinfo(level + 1, "f")
     local environment = at and at.func and core.getfenv(at.func)
     return environment and made[environment] and environment or nil
 end
 
 --- Where the skill file that led here does so: "LABEL:LINE: ", empty when none did.
-function kit.place_in_skill()
+function core.place_in_skill()
     local level, at = 2, core.getinfo(2, "Sl")
     while at and level < 40 do  -- those who recurse as deep as they can shall not wait for it
         if at.currentline > 0 and at.source:sub(1, 1) == "@" and at.source:sub(1, 10) ~= "@cxbridge/" then
@@ -130,7 +129,7 @@ end
 
 --- Compile the text of a condition, which sees an environment and nothing else.
 -- @return the function, or nil and what is wrong
-function kit.compile_condition(text, environment)
+function core.compile_condition(text, environment)
     assert(type(text) == "string" and type(environment) == "table", "a text and its environment expected")
     local condition, problem = core.loadstring("return " .. text, "=condition '" .. text .. "'")
     if not condition then return nil, problem end

@@ -14,9 +14,8 @@ import pytest
 from cxbridge.events import Level
 from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
 from cxbridge.skiller.luacalls import ONLY_FAWKES
-from tests.skiller.lua.walker import spy, spying
 from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.support import ROOT, many
+from tests.support import ROOT
 
 LIMITS = Limits(instructions_per_loop=200_000, seconds_per_loop=10, memory=64 * MEBIBYTE)
 
@@ -36,12 +35,6 @@ TRICKS = [
     "dofile('x')",
     "rawset(math, 'x', 1)", "collectgarbage()", "python.eval('1')", "io.open('x')", "os.execute('true')",
     "tf:lookup_transform('a', 'b', {})", "count{f = function() end}", "tf:can_transform(function() end)",
-    # C functions that believe their arguments
-    "unpack({}, -2^31, 2^31-1)", "unpack({}, 1, 1e9)", "unpack({}, 0/0, 1)", "table.insert({}, -2^31, 1)",
-    "table.insert({}, 0/0, 1)", "string.rep('x', 1e9)", "string.rep('x', 2^53)", "('x'):rep(0/0)",
-    "string.format('%99999d', 1)", "os.date(('%c'):rep(1e4))", "os.date('%c', 1e300)", "os.date('*t', 0/0)",
-    "os.time({year = 1e300, month = 1, day = 1})", "math.random(0/0)", "math.random(2, 1)", "select(0)",
-    "string.char(-1)", "setmetatable({}, {})", "table.concat({}, 'x', 1, 2^31-1)", "table.setn({}, 1)",
     # errors that are no texts
     "error(count)", "error({})", "error(nil)", "error(function() end)", "xpcall(error, error) error()",
     # texts that are no Lua
@@ -57,7 +50,7 @@ ENDLESS = [
     "table.sort({3, 2, 1, 4}, function() while true do end end)",
     "('x'):gsub('x', function() while true do end end)",
     "table.foreach({1}, function() while true do end end)",
-    "('a'):rep(1e4):find(('.-'):rep(50) .. 'b')", "for i = 1, 1e9 do config:exists('/x' .. i) end",
+    "for i = 1, 1e9 do config:exists('/x' .. i) end",
     "for i = 1, 1e9 do blackboard:open_for_reading('SpeechSynthInterface', 'x' .. i) end",
 ]  # fmt: skip
 
@@ -171,79 +164,6 @@ def test_a_skill_that_hangs_holds_up_nothing(tmp_path: Path, name: str):
     rig.exec("done{}")
     assert rig.status in ("S_FINAL", "S_FAILED")  # failed where its own callbacks hang
     rig.backends.pop().close()
-
-
-def test_module_is_for_the_main_part_of_a_file(tmp_path: Path):
-    """Engine functions that were made to call it got another environment, and passed things on."""
-    for text in (
-        "pcall(module, 'x') local ok, why = pcall(module, 'x') error(why)",
-        "local function f() module('x') end f()",
-        "table.sort({2, 1}, function() module('x') end)",
-        """local fsm = SkillHSM:new{name = 'x', start = 'A'} fsm:define_states{'A'}
-        fsm.states.A.transitions = {{post = true, jumpcond = function() return module('x') end}}
-        fsm.states.A:try_transitions()""",
-    ):
-        write_skills(tmp_path, {"space": f"module(..., skillenv.module_init)\n{text}"})
-        with pytest.raises(Exception, match="for the main part of a skill file"):
-            Rig().lua([tmp_path], space="space")
-
-
-def test_the_old_style_exports_states_to_modules_of_skills_only(tmp_path: Path):
-    """Called by pcall, it got the first globals of Lua, and rawget was what somebody had put there."""
-    text = """
-module(..., skillenv.module_init)
-local fsm = SkillHSM:new{name = "x", start = "A"}
-pcall(fsm.new_jump_state, fsm, "A")
-assert(pcall(fsm.new_wait_state, fsm, "B", "A"))
-assert(A == nil and B == nil, "exported to where nobody asked")
-"""
-    write_skills(tmp_path, {"space": text})
-    Rig().lua([tmp_path], space="space")
-
-
-ODD = """
-    nil, true, false, 0, -1, 1, 2^31 - 1, -2^31, 2^31, 2^53, 0.5, 0/0, 1/0, -1/0, '', 'x', '%s%d%q', '-',
-    '*t', '10', {}, {1, 2, 3}
-"""
-
-
-def test_every_function_of_the_standard_library_survives_odd_arguments(tmp_path: Path):
-    """Each that skill files see, with each of these in three places: a result or an error."""
-    with spying():
-        rig = make(tmp_path)
-    count = spy(rig.backends[0].engine)(
-        """
-        local world, odd, tried = nil, {n = 22, ODD}, 0
-        for i = 1, 255 do
-            local name, upvalue = debug.getupvalue(runner.load, i)
-            if name == "modules" then
-                local _, globals = debug.getupvalue(upvalue.import_globals, 1)
-                world = globals
-            end
-        end
-        for _, library in ipairs {world, world.string, world.table, world.math, world.os} do
-            for name, value in next, library do
-                if type(value) == "function" and name ~= "require" and name ~= "error" then
-                    pcall(value)
-                    for a = 1, odd.n do
-                        pcall(value, odd[a])
-                        for b = 1, odd.n do
-                            pcall(value, odd[a], odd[b])
-                            for c = b % STEP + 1, odd.n, STEP do
-                                tried = tried + 1
-                                pcall(value, odd[a], odd[b], odd[c])
-                            end
-                        end
-                    end
-                end
-            end
-        end
-        return tried
-        """.replace("ODD", ODD).replace("STEP", str(many(1, 8)))
-    )
-    assert count > 60_000
-    rig.exec("count{}", loops=3)
-    assert rig.status == "S_FINAL"
 
 
 def test_strict_evaluates_nothing_and_fawkes_says_that_it_does(tmp_path: Path):
