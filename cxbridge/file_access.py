@@ -1,9 +1,12 @@
-"""Whether files can be read, asked of the system that would have to open them."""
+"""Whether files can be read, asked of the system that would have to open them; whole output files."""
 
 from __future__ import annotations
 
 import errno
+import os
+import shutil
 import stat
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -53,3 +56,91 @@ def why_unreadable(path: str | Path) -> str:
             return f"cannot be read: {getattr(error, 'strerror', None) or error}"
         return f"is a link to {path.readlink()}, which leads to no file" if path.is_symlink() else ABSENT
     return ""
+
+
+@contextmanager
+def replacing(path: str | Path) -> Iterator[Path]:
+    """Give another path to write a file or folder to, which takes the place of ``path`` at the end.
+
+    After an error nothing of it is left, and what was at ``path`` is as it was. The other path has the same
+    name, and what is there as a file or folder is an empty file or folder there; new files go into the old
+    folder. A device or a pipe is written to directly, and so is a file in a folder that takes no new files.
+
+    :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
+    """
+    path = Path(path)
+    real = path
+    try:
+        real = Path(os.path.realpath(path))
+        folder = _temporary_folder(real)
+        if folder is None:
+            yield path
+            return
+        fresh = folder / real.name
+        try:
+            _make_like(fresh, real)
+            yield fresh
+            _put_in_place(fresh, real)
+        except (CxbridgeError, OSError) as error:
+            _rename_in(error, fresh, path)
+            raise
+        finally:
+            shutil.rmtree(folder, ignore_errors=True)
+    except OSError as error:
+        if error.filename is not None and Path(error.filename) not in (path, real):
+            raise
+        raise CxbridgeError(f"cannot be written: {error.strerror}", file=path) from error
+
+
+def write_file(path: str | Path, content: str | bytes) -> None:
+    r"""Write a whole file; after an error what was there is as it was.
+
+    :param content: a text is written as UTF-8, with ``\n`` as the end of lines.
+    :raises CxbridgeError: when it cannot be written.
+    """
+    data = content.encode("utf-8", "backslashreplace") if isinstance(content, str) else content
+    with replacing(path) as fresh:
+        fresh.write_bytes(data)
+
+
+def _temporary_folder(real: Path) -> Path | None:
+    """Make a folder beside a file, or in a folder; None when the file must be written directly."""
+    if real.exists() and not real.is_file() and not real.is_dir():
+        return None
+    try:
+        return Path(tempfile.mkdtemp(prefix=".cxbridge-", dir=real if real.is_dir() else real.parent))
+    except OSError as error:
+        if real.is_file():
+            return None
+        raise OSError(error.errno, error.strerror, str(real)) from error
+
+
+def _make_like(fresh: Path, real: Path) -> None:
+    """Make an empty folder or file like the one that is there; nothing when there is none."""
+    if real.is_dir():
+        fresh.mkdir()
+    elif real.exists():
+        fresh.touch()
+        fresh.chmod(stat.S_IMODE(real.stat().st_mode) | stat.S_IWUSR)
+
+
+def _put_in_place(fresh: Path, real: Path) -> None:
+    """Move a file or folder to where it belongs."""
+    if real.is_dir():
+        for each in sorted(fresh.iterdir()):
+            each.replace(real / each.name)
+        return
+    fresh.replace(real)
+
+
+def _rename_in(error: CxbridgeError | OSError, fresh: Path, path: Path) -> None:
+    """Let an error name the path that the user knows."""
+    named = error.filename if isinstance(error, OSError) else error.file
+    if named is None or not Path(named).is_relative_to(fresh):
+        return
+    known = str(path / Path(named).relative_to(fresh))
+    if isinstance(error, OSError):
+        error.filename = known
+    else:
+        error.file, error.message = known, error.message.replace(str(fresh), str(path))
+        error.args = (error.message,)

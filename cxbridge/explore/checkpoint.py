@@ -16,6 +16,7 @@ from cxbridge import __version__
 from cxbridge.errors import CxbridgeError
 from cxbridge.explore.bounds import Bounds
 from cxbridge.explore.graph import Graph, SavedGraph
+from cxbridge.file_access import write_file
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.worldmodel.model import WorldModel
@@ -63,16 +64,9 @@ def write_checkpoint(file: Path, graph: Graph, known: About) -> None:
     """Write what was explored, and what is left.
 
     :param known: see :func:`about`.
-    :raises OSError: when the file cannot be written; one that was there before is as it was.
+    :raises CxbridgeError: when the file cannot be written; one that was there before is as it was.
     """
-    data = encode(_Checkpoint("cxbridge exploration", dict(known), graph.save()))
-    new = file.with_name(f"{file.name}.new")
-    try:
-        new.write_bytes(data)
-        new.replace(file)
-    except OSError:
-        new.unlink(missing_ok=True)
-        raise
+    write_file(file, encode(_Checkpoint("cxbridge exploration", dict(known), graph.save())))
 
 
 def read_checkpoint(file: Path, graph: Graph, known: About) -> None:

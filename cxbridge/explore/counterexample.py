@@ -13,6 +13,7 @@ from cxbridge.explore.counterexample_playing import Played, Wanted, WantedChoose
 from cxbridge.explore.counterexample_pytest import identifier, pytest_text
 from cxbridge.explore.counterexample_shrinking import shrunk
 from cxbridge.explore.counterexample_words import in_words
+from cxbridge.file_access import write_file
 from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.worldmodel.model import WorldModel
@@ -100,7 +101,7 @@ def _write_test(
         text = pytest_text(options, played, violated, words)
     except CxbridgeError:
         return None
-    _writing(file, partial(file.write_text, text, encoding="utf-8"))
+    write_file(file, text)
     return file
 
 

@@ -9,6 +9,8 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
+from cxbridge.file_access import replacing
 from cxbridge.sweep.rows import RunRow
 
 COLUMNS: Final = (
@@ -33,14 +35,11 @@ def write_csv(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
     :param tables: rows by the agent's name.
     :raises CxbridgeError: when the file cannot be written.
     """
-    try:
-        with file.open("w", encoding="utf-8", newline="") as output:
-            writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
-            writer.writeheader()
-            for agent, rows in tables.items():
-                writer.writerows(_plain(agent, row) for row in rows)
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+    with replacing(file) as fresh, fresh.open("w", encoding="utf-8", newline="") as output:
+        writer = csv.DictWriter(output, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        for agent, rows in tables.items():
+            writer.writerows(_plain(agent, row) for row in rows)
 
 
 def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
@@ -53,13 +52,11 @@ def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
         from pyarrow import parquet  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:
         raise CxbridgeError(
-            "Parquet needs the package 'pyarrow'", hint="pip install 'cxbridge[parquet]', or use --csv"
+            "Parquet needs the package 'pyarrow'", hint=f"{install_command('parquet')}, or use --csv"
         ) from None
     rows = [_plain(agent, row) for agent, found in tables.items() for row in found]
-    try:
-        parquet.write_table(pa.Table.from_pylist(rows), file)
-    except OSError as error:
-        raise CxbridgeError(f"cannot be written: {error.strerror or error}", file=file) from error
+    with replacing(file) as fresh:
+        parquet.write_table(pa.Table.from_pylist(rows), fresh)
 
 
 def _plain(agent: str, row: RunRow) -> dict[str, Any]:

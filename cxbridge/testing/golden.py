@@ -10,6 +10,7 @@ from pathlib import Path
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
+from cxbridge.file_access import replacing
 from cxbridge.history.transitions import Transition
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
@@ -83,10 +84,10 @@ def write_golden(file: Path, transitions: Sequence[Transition], start_us: int | 
     """Write a golden file, and the folders that it is in.
 
     :param start_us: when the run began, microseconds, to write times; None: without them.
-    :raises TraceError: when it cannot be written.
+    :raises CxbridgeError: when it cannot be written.
     """
     file.parent.mkdir(parents=True, exist_ok=True)
-    with TransitionsWriter(file, details=True, start_us=start_us) as writer:
+    with replacing(file) as fresh, TransitionsWriter(fresh, details=True, start_us=start_us) as writer:
         for each in transitions:
             writer.write(each)
 

@@ -7,8 +7,10 @@ from pkgutil import resolve_name
 
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import FactChange, SourceRead
+from cxbridge.file_access import replacing
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.trace.formats.base import Attachment, CopyFormat, Run, RunWriter
+from cxbridge.trace.formats.files import refuse_locked
 from cxbridge.trace.formats.registry import copy_formats
 from cxbridge.trace.sources import sources_of
 
@@ -18,8 +20,15 @@ def convert(run: Run, path: Path, to: str) -> list[str]:
 
     :param to: a name in :func:`copy_formats`.
     :returns: what the user should know about the copy.
-    :raises TraceError: when the run cannot be read, or the file not written.
+    :raises CxbridgeError: when the run cannot be read, or the file not written; what was there is as it was.
     """
+    refuse_locked(path)
+    with replacing(path) as fresh:
+        return _converted(run, fresh, to)
+
+
+def _converted(run: Run, path: Path, to: str) -> list[str]:
+    """Copy a run; see :func:`convert`. After an error a part of the file may be there."""
     target = copy_formats()[to]
     if target.exact and (notes := resolve_name(target.exact)(run, path)) is not None:
         return list(notes)

@@ -7,12 +7,12 @@ import shutil
 import stat
 import struct
 import sys
-import tempfile
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from cxbridge.errors import TraceError
+from cxbridge.file_access import replacing
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.bblogger.header import LAYOUTS, Header
 from cxbridge.trace.formats.bblogger.reader import BBLoggerFile
@@ -44,23 +44,15 @@ class Mending:
     def write_copy(self, target: Path) -> None:
         """Write the mended file to ``target``, all of it or nothing; what is there is replaced.
 
-        :raises TraceError: when it cannot be written.
+        :raises CxbridgeError: when it cannot be written.
         """
-        with writing(target):
-            number, name = tempfile.mkstemp(prefix=f".{target.name}.", dir=target.parent)
-            os.close(number)
-            temporary = Path(name)
-            try:
-                if self.rewrite is not None:
-                    self.rewrite(temporary)
-                else:
-                    shutil.copyfile(self.path, temporary)
-                    self._patch(temporary)
-                temporary.chmod(self.path.stat().st_mode | stat.S_IWUSR)
-                temporary.replace(target)
-            except BaseException:
-                temporary.unlink(missing_ok=True)
-                raise
+        with replacing(target) as fresh:
+            if self.rewrite is not None:
+                self.rewrite(fresh)
+            else:
+                shutil.copyfile(self.path, fresh)
+                self._patch(fresh)
+            fresh.chmod(self.path.stat().st_mode | stat.S_IWUSR)
 
     def write_over(self) -> None:
         """Mend the file itself, without a backup.

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.errors import TraceError
+from cxbridge.errors import CxbridgeError
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.support import needs_shared
@@ -35,7 +35,7 @@ def test_what_has_no_place_in_a_text_log_is_told(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("to", copy_formats())
 def test_a_file_that_cannot_be_made(to: str, tmp_path: Path) -> None:
-    with pytest.raises(TraceError, match="cannot be written"):
+    with pytest.raises(CxbridgeError, match="cannot be written"):
         convert(MemoryRun(family()), tmp_path / "missing" / "run", to)
 
 
@@ -45,5 +45,5 @@ def test_a_full_disk_is_our_error(to: str, tmp_path: Path) -> None:
     source = tmp_path / "run"
     source.write_text("I 01:00:00.000000 A: b\n")
     events = [*open_run(source), *family()]
-    with pytest.raises(TraceError, match="cannot be written"):
+    with pytest.raises(CxbridgeError, match="cannot be written"):
         convert(MemoryRun(events), Path("/dev/full"), to)

@@ -12,6 +12,7 @@ from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
@@ -135,7 +136,7 @@ def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, f
 
     if outputs.lcov is not None:
         text = "".join(f"{line}\n" for line in report.lcov(found))
-        outputs.lcov.write_text(text, encoding="utf-8", errors="surrogateescape")
+        write_file(outputs.lcov, text.encode("utf-8", "surrogateescape"))
     if outputs.page is not None:
         write_page(outputs.page, found, agent.texts, firings_known=firings_known)
     if outputs.as_json:

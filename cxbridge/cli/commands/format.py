@@ -10,6 +10,7 @@ import typer
 from cxbridge.cli.console import say
 from cxbridge.cli.orderly import orderly
 from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import write_file
 
 
 @orderly()
@@ -41,7 +42,7 @@ def format(  # noqa: A001 - the name of the command
         changed += 1
         say(f"{path}: {'would change' if check else 'changed'}")
         if not check:
-            path.write_bytes(new.encode("utf-8", "surrogateescape"))
+            write_file(path, new.encode("utf-8", "surrogateescape"))
     return int(check and changed > 0)
 
 

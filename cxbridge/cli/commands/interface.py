@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.file_access import write_file
 from cxbridge.printing import indented
 from cxbridge.resources import shipped_interfaces
 
@@ -161,7 +162,7 @@ def compile_types(
         path = output / f"{schema.name}{'.pyi' if stubs else '.py'}"
         try:
             output.mkdir(parents=True, exist_ok=True)
-            path.write_text(stub_source(schema) if stubs else module_source(schema), encoding="utf-8")
+            write_file(path, stub_source(schema) if stubs else module_source(schema))
         except OSError as error:
             raise InterfaceError(f"cannot write the module: {error.strerror}", file=path) from None
         say(path)

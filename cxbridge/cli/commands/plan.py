@@ -9,6 +9,7 @@ import typer
 
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanResult
@@ -46,7 +47,7 @@ def plan(
         say(f"cxbridge: {result.message}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
     if output is not None and result.status.value == "PLANNED":
-        output.write_text(steps, encoding="utf-8")
+        write_file(output, steps)
     if as_json:
         say_json(_as_json(result), indent=2)
     elif output is None:

@@ -8,9 +8,11 @@ from pathlib import Path
 
 import bson
 
+from cxbridge.errors import CxbridgeError
 from cxbridge.executive.robmem.errors import RobotMemoryError
 from cxbridge.executive.robmem.store import Store, split_name
 from cxbridge.executive.robmem.values import Document, decode, encode
+from cxbridge.file_access import replacing
 
 
 def dump_collection(store: Store, collection: str, folder: Path) -> Path:
@@ -29,6 +31,8 @@ def dump_collection(store: Store, collection: str, folder: Path) -> Path:
         _replace(file, b"".join(encode(document) for document in documents))
     except OSError as error:
         raise RobotMemoryError(f"cannot dump {collection}: {error.strerror}", file=file) from None
+    except CxbridgeError as error:
+        raise RobotMemoryError(f"cannot dump {collection}: {error.message}", file=file) from None
     return file
 
 
@@ -79,9 +83,7 @@ def _file(collection: str, folder: Path) -> Path:
 
 
 def _replace(file: Path, data: bytes) -> None:
-    fresh = file.with_name(f".{file.name}.new")
-    with fresh.open("wb") as stream:
+    with replacing(file) as fresh, fresh.open("wb") as stream:
         stream.write(data)
         stream.flush()
         os.fsync(stream.fileno())
-    fresh.replace(file)

@@ -6,9 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from cxbridge.errors import TraceError
 from cxbridge.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
 from cxbridge.explain.coverage.report import short_names
+from cxbridge.file_access import write_file
 from cxbridge.trace.html.look import MODES as MODE_LOOKS
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
@@ -22,12 +22,9 @@ def write_page(path: Path, coverage: Coverage, texts: Mapping[str, str], *, firi
 
     :param texts: of the files, by the names that they have in the coverage.
     :param firings_known: whether any run has firings.
-    :raises TraceError: when the file cannot be written.
+    :raises CxbridgeError: when the file cannot be written.
     """
-    try:
-        path.write_text(render(coverage, texts, firings_known=firings_known), encoding="utf-8")
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=path) from error
+    write_file(path, render(coverage, texts, firings_known=firings_known))
 
 
 def render(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool) -> str:

@@ -15,6 +15,7 @@ from typing import Final
 
 from cxbridge import __version__
 from cxbridge.errors import Ros2Error
+from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
 
@@ -132,6 +133,6 @@ def _version() -> str:
 def _write(file: Path, text: str) -> None:
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, "utf-8")
+        write_file(file, text)
     except OSError as error:
         raise Ros2Error(f"cannot write the package: {error.strerror}", file=file) from None

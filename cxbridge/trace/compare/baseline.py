@@ -11,9 +11,9 @@ from typing import Any, Final
 import yaml
 
 from cxbridge.errors import TraceError
+from cxbridge.file_access import write_file
 from cxbridge.trace.compare.model import AcceptedDifference, Comparison, Difference, DifferenceKind
 from cxbridge.trace.compare.names import anonymous_fact
-from cxbridge.trace.formats.files import writing
 
 TEXTS: Final = ("subject", "what", "a", "b")
 """What an entry can say of a difference, with ``*`` for any text."""
@@ -152,8 +152,7 @@ def write_baseline(path: Path, comparison: Comparison, reason: str) -> int:
         )
     entries = list(_plain(comparison, reason))
     text = yaml.safe_dump({"differences": entries}, sort_keys=False, allow_unicode=True, width=110)
-    with writing(path):
-        path.write_text(f"{_HEAD}{text}", encoding="utf-8")
+    write_file(path, f"{_HEAD}{text}")
     return len(entries)
 
 

@@ -99,11 +99,7 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except BlockingIOError:
         file.close()
-        raise TraceError(
-            "another process is writing this file",
-            file=path,
-            hint="does another daemon or run record into it?",
-        ) from None
+        raise _locked(path) from None
     except OSError:
         pass  # a file system without locks
     try:
@@ -112,6 +108,21 @@ def open_alone(path: Path, buffering: int = -1) -> BinaryIO:
         file.close()
         raise
     return file
+
+
+def refuse_locked(path: Path) -> None:
+    """Refuse a file that another process has opened by :func:`open_alone`.
+
+    :raises TraceError: when it has.
+    """
+    if path.is_file() and _is_locked(path):
+        raise _locked(path)
+
+
+def _locked(path: Path) -> TraceError:
+    return TraceError(
+        "another process is writing this file", file=path, hint="does another daemon or run record into it?"
+    )
 
 
 def keep_previous(path: Path) -> Path | None:

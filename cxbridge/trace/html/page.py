@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge import __version__
-from cxbridge.errors import CxbridgeError
+from cxbridge.file_access import write_file
 from cxbridge.trace.html.text import embed, html
 
 DATA = "data"
@@ -81,10 +81,7 @@ class Page:
 
         :raises CxbridgeError: when it cannot be written.
         """
-        try:
-            file.write_text(self.render(), encoding="utf-8")
-        except OSError as error:
-            raise CxbridgeError(f"cannot be written: {error.strerror}", file=file) from error
+        write_file(file, self.render())
 
 
 def asset(name: str, package: str = "cxbridge.trace.html") -> str:

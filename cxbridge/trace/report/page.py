@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import TraceError
+from cxbridge.file_access import write_file
 from cxbridge.history.keeping import cut
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.base import Attachment, Run
@@ -51,13 +51,10 @@ def report(run: Run, title: str = "", limits: ReportLimits | None = None) -> str
 def write_report(run: Run, output: Path, title: str = "") -> int:
     """Write a page about a run to a file, and return its size in bytes.
 
-    :raises TraceError: when the run cannot be read, or the file not written.
+    :raises CxbridgeError: when the run cannot be read, or the file not written.
     """
     text = report(run, title).encode("utf-8")
-    try:
-        output.write_bytes(text)
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=output) from error
+    write_file(output, text)
     return len(text)
 
 

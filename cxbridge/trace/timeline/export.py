@@ -8,7 +8,7 @@ from itertools import chain
 from pathlib import Path
 from typing import Any
 
-from cxbridge.errors import TraceError
+from cxbridge.file_access import replacing
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.base import Run
@@ -40,21 +40,18 @@ def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     """Write a run as trace events.
 
     :returns: how many events were written, and what the user should know about them.
-    :raises TraceError: when the run cannot be read, or the file not written.
+    :raises CxbridgeError: when the run cannot be read, or the file not written.
     """
     model = read(run, LIMITS)
     count = 0
-    try:
-        with output.open("w", encoding="utf-8", errors="backslashreplace") as file:
-            other = _dump({**run.metadata(), "run": run.path.name, "notes": model.notes})
-            file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
-            for event in trace_events(model):
-                file.write(",\n" if count else "")
-                file.write(_dump(event))
-                count += 1
-            file.write("\n]}\n")
-    except OSError as error:
-        raise TraceError(f"cannot be written: {error.strerror}", file=output) from error
+    with replacing(output) as fresh, fresh.open("w", encoding="utf-8", errors="backslashreplace") as file:
+        other = _dump({**run.metadata(), "run": run.path.name, "notes": model.notes})
+        file.write(f'{{"displayTimeUnit":"ms","otherData":{other},"traceEvents":[\n')
+        for event in trace_events(model):
+            file.write(",\n" if count else "")
+            file.write(_dump(event))
+            count += 1
+        file.write("\n]}\n")
     return count, model.notes
 
 

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.errors import TraceError
+from cxbridge.errors import CxbridgeError
 from cxbridge.events import (
     Event,
     FactChange,
@@ -310,5 +310,5 @@ def test_the_recordings_of_fawkes(tmp_path, name):
 
 
 def test_a_file_that_cannot_be_written_is_one_error(tmp_path):
-    with pytest.raises(TraceError, match="cannot be written"):
+    with pytest.raises(CxbridgeError, match="cannot be written"):
         write_timeline(MemoryRun([]), tmp_path / "no" / "x.json")

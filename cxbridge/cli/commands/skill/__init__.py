@@ -22,6 +22,7 @@ from cxbridge.cli.connect import (
 from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.file_access import write_file
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.process.options import INTERFACE_DIR
 from cxbridge.services.options import ExecutorOptions
@@ -299,7 +300,7 @@ def graph(
     if output is None:
         say_text(text, end="" if text.endswith("\n") else "\n")
     else:
-        output.write_bytes(text.encode() if output.suffix == ".dot" else render(text, output.suffix))
+        write_file(output, text if output.suffix == ".dot" else render(text, output.suffix))
     return 0
 
 

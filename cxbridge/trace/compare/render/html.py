@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Final
 
+from cxbridge.file_access import write_file
 from cxbridge.trace.compare.model import (
     AlignedRow,
     Comparison,
@@ -16,7 +17,6 @@ from cxbridge.trace.compare.model import (
     Side,
 )
 from cxbridge.trace.compare.render.text import ComparisonReport, short, summary
-from cxbridge.trace.formats.files import writing
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import GoalNode, goal_tree, legend, notes, rules_list, table
 from cxbridge.trace.html.text import html
@@ -42,10 +42,9 @@ def write_page(
 
     :param options: how it was compared, a line each.
     :param unused: entries of the baseline that no difference met.
-    :raises TraceError: when the file cannot be written.
+    :raises CxbridgeError: when the file cannot be written.
     """
-    with writing(path):
-        path.write_text(render(report, options, unused), encoding="utf-8")
+    write_file(path, render(report, options, unused))
 
 
 def render(report: ComparisonReport, options: Sequence[str] = (), unused: Sequence[str] = ()) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from pathlib import Path, PurePath
 from typing import IO, Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite
+from cxbridge.interfaces.accessors import fit_text
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.formats.base import Run, RunWriter
@@ -20,6 +21,9 @@ from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
 from cxbridge.trace.formats.files import writing
 
 _SUFFIX = ".csv"
+_SCENARIO_FILE = "scenario.yaml"
+_NAME_SIZE = 31
+"""The bytes of a scenario's name in names of files, as in the header of bblogger's files."""
 
 
 def convert_bblogger(run: Run, path: Path) -> list[str] | None:
@@ -81,7 +85,7 @@ class CsvWriter(RunWriter):
 
     def describe(self, metadata: Mapping[str, str]) -> None:
         """Take over the name of the run, for the names of files."""
-        self._scenario = metadata.get("scenario") or metadata.get("spec") or self._scenario
+        self._scenario = _scenario_name(metadata) or self._scenario
 
     def write(self, event: Event) -> None:
         """Write a row, into a new file when it is the interface's first."""
@@ -216,6 +220,15 @@ def _make_folder(path: Path) -> None:
         )
     with writing(path):
         path.mkdir(exist_ok=True)
+
+
+def _scenario_name(metadata: Mapping[str, str]) -> str:
+    """Return the name of a run's scenario: of a recording's configuration file the folder or the spec."""
+    text = metadata.get("scenario", "")
+    if len(file := PurePath(text).parts) > 1:
+        text = file[-2] if file[-1] == _SCENARIO_FILE else metadata.get("spec") or PurePath(text).stem
+    name = text or metadata.get("spec", "")
+    return fit_text(name, _NAME_SIZE).decode("utf-8", "surrogateescape")
 
 
 def _several(path: Path) -> TraceError:

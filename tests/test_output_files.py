@@ -1,0 +1,176 @@
+"""Files that commands write are whole, or as they were before: one helper, and who writes without it."""
+
+from __future__ import annotations
+
+import ast
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+from cxbridge.errors import CxbridgeError, TraceError
+from cxbridge.events import Event, InterfaceWrite, Level, LogLine
+from cxbridge.file_access import replacing, write_file
+from cxbridge.trace.convert import convert
+from cxbridge.trace.formats.files import open_alone
+from cxbridge.trace.formats.registry import copy_formats
+from tests.support import ROOT
+from tests.trace.runs import MemoryRun, family
+
+PACKAGE = ROOT / "cxbridge"
+WITHOUT_HELPER = {
+    "executive/planning/engines/command.py": "temporary files",
+    "executive/planning/plugins.py": "files for a planner that the agent names, beside each other",
+    "game/scenario.py": "a temporary file",
+    "skiller/speech_file.py": "sound that is written while it is spoken",
+    "testing/new_project.py": "refuses files that are there",
+    "trace/formats/bblogger/writer.py": "a recording, whole after each entry",
+    "trace/formats/csv/writer.py": "called with a path of the helper",
+    "trace/formats/files.py": "recordings, whole as far as they go",
+    "trace/formats/mcap/repair.py": "called with a path of the helper",
+    "trace/formats/transitions_text.py": "called with a path of the helper",
+    "trace/sources.py": "refuses files that are there",
+}
+"""Why a module opens files for writing by itself."""
+
+
+def writes(file: Path) -> bool:
+    """Whether a module opens files for writing that are not ``fresh``, the path that the helper gives."""
+    calls = [node for node in ast.walk(ast.parse(file.read_text())) if isinstance(node, ast.Call)]
+    for call in calls:
+        if isinstance(call.func, ast.Attribute) and getattr(call.func.value, "id", "") == "fresh":
+            continue
+        name = call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+        modes = [each.value for each in call.args if isinstance(each, ast.Constant)]
+        opens = any(isinstance(each, str) and each[:1] in ("w", "x") and len(each) <= 2 for each in modes)
+        if name in ("write_text", "write_bytes") or (name == "open" and opens):
+            return True
+    return False
+
+
+def test_who_writes_files():
+    found = {file.relative_to(PACKAGE).as_posix() for file in PACKAGE.rglob("*.py") if writes(file)}
+    assert found == set(WITHOUT_HELPER)
+
+
+class BrokenRun(MemoryRun):
+    """A run of a goal's family and two interfaces that cannot be read to its end."""
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield its events and fail."""
+        yield from super().__iter__()
+        raise TraceError("cannot be read any more")
+
+
+def events(*uids: str) -> list[Event]:
+    written = [InterfaceWrite(time_us=1, uid=uid, values={"x": 1.0}) for uid in uids]
+    return [*family(), LogLine(time_us=1, level=Level.INFO, component="c", text="t"), *written]
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Return all that is in a folder, files with their contents."""
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes() if path.is_file() else b""
+        for path in sorted(folder.rglob("*"))
+    }
+
+
+@pytest.mark.parametrize("name", ["out", "out.csv"])
+@pytest.mark.parametrize("there", ["nothing", "file", "folder"])
+@pytest.mark.parametrize("to", copy_formats())
+def test_a_conversion_that_fails_leaves_what_was_there(to: str, there: str, name: str, tmp_path: Path):
+    output = tmp_path / name
+    if there == "file":
+        output.write_text("something else")
+    elif there == "folder":
+        output.mkdir()
+        (output / "other").write_text("something else")
+    before = tree(tmp_path)
+    with pytest.raises(CxbridgeError) as caught:
+        convert(BrokenRun(events("Position3DInterface::a", "Position3DInterface::b")), output, to)
+    assert tree(tmp_path) == before
+    assert ".cxbridge-" not in str(caught.value)
+
+
+@pytest.mark.parametrize("to", copy_formats())
+def test_a_conversion_replaces_a_file_and_keeps_its_rights(to: str, tmp_path: Path):
+    output = tmp_path / "out.csv"
+    convert(MemoryRun(events("Position3DInterface::a")), output, to)
+    first = tree(tmp_path)
+    if output.is_file():
+        output.write_text("something else")
+        output.chmod(0o640)
+        convert(MemoryRun(events("Position3DInterface::a")), output, to)
+        assert output.stat().st_mode & 0o777 == 0o640
+    assert tree(tmp_path).keys() == first.keys()
+
+
+def test_files_are_named_by_the_scenario(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    run = MemoryRun(events("Position3DInterface::a", "Position3DInterface::b"))
+    deep = "/".join(["", *["a folder with a long name"] * 12])
+    for text, spec, name in (
+        (f"{deep}/courier/scenario.yaml", "other", "courier"),
+        (f"{deep}/cfg/config.yaml", "test", "test"),
+        (f"{deep}/cfg/config.yaml", "", "config"),
+        ("two words", "", "two%20words"),
+        ("ä" * 200, "", "%C3%A4" * 15),
+        ("", "test", "test"),
+        ("", "", "run"),
+    ):
+        monkeypatch.setattr(run, "metadata", lambda known={"scenario": text, "spec": spec}: known)
+        output = tmp_path / name
+        convert(run, output, "csv")
+        assert {file.name.split("-Position3D")[0] for file in output.iterdir()} == {name}
+
+
+def test_a_recording_that_is_being_written_is_not_replaced(tmp_path: Path):
+    output = tmp_path / "out.mcap"
+    with open_alone(output) as file:
+        with pytest.raises(TraceError, match="another process is writing"):
+            convert(MemoryRun(events()), output, "mcap")
+        file.write(b"its own")
+    assert output.read_bytes() == b"its own"
+
+
+def test_a_link_stays_and_leads_to_the_new_file(tmp_path: Path):
+    (tmp_path / "folder").mkdir()
+    link = tmp_path / "link"
+    link.symlink_to("folder/file")
+    write_file(link, "one")
+    write_file(link, "two")
+    assert link.is_symlink()
+    assert tree(tmp_path) == {"folder": b"", "folder/file": b"two", "link": b"two"}
+
+
+def test_a_pipe_is_written_to(tmp_path: Path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    try:
+        write_file(pipe, "text")
+        assert os.read(reader, 9) == b"text"
+    finally:
+        os.close(reader)
+
+
+@pytest.mark.parametrize("path", ["none/file", "file/file", "folder"])
+def test_an_error_names_the_file(tmp_path: Path, path: str):
+    (tmp_path / "file").write_text("text")
+    (tmp_path / "folder").mkdir()
+    before = tree(tmp_path)
+    with pytest.raises(CxbridgeError, match="cannot be written") as caught:
+        write_file(tmp_path / path, "text")
+    assert caught.value.file == str(tmp_path / path)
+    assert tree(tmp_path) == before
+
+
+def test_an_interrupt_leaves_nothing(tmp_path: Path):
+    def write() -> None:
+        with replacing(tmp_path / "file") as fresh:
+            fresh.write_text("half")
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write()
+    assert not tree(tmp_path)
