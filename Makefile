@@ -39,7 +39,7 @@ $(DEV): pyproject.toml | $(VENV)/bin/python locked
 	@touch $@ $(RUN)
 else
 $(RUN): pyproject.toml | $(VENV)/bin/python
-	$(PIP) -e .
+	$(PIP) -e '.[test]'
 	@touch $@
 
 $(DEV): pyproject.toml | $(VENV)/bin/python
@@ -127,7 +127,7 @@ LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --pyth
 
 lock:
 	$(LOCK) --extra dev pyproject.toml -o requirements/dev.txt
-	$(LOCK) pyproject.toml -o requirements/run.txt
+	$(LOCK) --extra test pyproject.toml -o requirements/run.txt
 	$(LOCK) --extra protobuf --extra zstd pyproject.toml -o requirements/container.txt
 	printf 'hatchling>=1.25,<2\neditables>=0.5,<1\n' | $(LOCK) - -o requirements/build.txt
 

@@ -8,10 +8,26 @@ import shlex
 import sys
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Final
 
 from cxbridge.errors import CxbridgeError
 
 _DEVELOPERS = "dev"
+PURPOSES: Final[Mapping[str, str]] = {
+    "test": "pytest, which the plug-in for tests needs; `make run` installs it",
+    "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
+    "monitor": "`cxbridge monitor`",
+    "lsp": "`cxbridge lsp`, for editors",
+    "protobuf": "the feature `protobuf` with .proto files and encrypted peers",
+    "ros2": "skills that are actions and services of ROS 2, or go to PlanSys2 and come from it",
+    "ros2-zenoh": "the same for robots with rmw_zenoh_cpp",
+    "foxglove": "live connections to Foxglove",
+    "dask": "`cxbridge sweep` on a cluster",
+    "parquet": "rows of `cxbridge sweep` as Parquet",
+    "zstd": "recordings that another program has packed with zstd; cxbridge writes none",
+    _DEVELOPERS: "everything that the tests and the manual need",
+}
+"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
 _MODULES = {"eclipse-zenoh": "zenoh"}

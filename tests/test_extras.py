@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 import sys
 import tomllib
@@ -81,9 +82,29 @@ def test_the_doctor_names_missing_extras_and_their_command(installed):
     assert found["extra planners"].remedy == extras.install_command("planners")
 
 
-def test_pyproject_has_the_extras_that_messages_name():
+def test_the_extras_are_those_of_the_project_and_of_the_manual():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert {"monitor", "protobuf", "planners", "zstd"} <= project["optional-dependencies"].keys()
+    assert extras.PURPOSES.keys() == project["optional-dependencies"].keys()
+    row = r"^\| `cxbridge\[([\w-]+)\]` \| (.*?)(?: \(\[.*\))? \|$"
+    rows = re.findall(row, _manual("installing"), re.MULTILINE)
+    assert dict(rows) == extras.PURPOSES
+    assert extras.extras().keys() == extras.PURPOSES.keys() - {"dev"}
+
+
+def test_commands_and_pages_name_extras_that_there_are():
+    named = {
+        name
+        for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("cxbridge/**/*.py")]
+        for name in re.findall(
+            r"(?:cxbridge|\.)\[([a-z0-9-]+)\]'|(?:install_command|missing)\(\"(\w+)\"\)|extra `([\w-]+)`",
+            file.read_text("utf-8"),
+        )
+    }
+    assert {name for names in named for name in names if name} <= extras.PURPOSES.keys()
+
+
+def _manual(page: str) -> str:
+    return (ROOT / "docs" / f"{page}.md").read_text("utf-8")
 
 
 def test_a_packed_recording_names_the_extra_that_reads_it(monkeypatch):

@@ -115,7 +115,7 @@ def allowed(requirement):
 
 @pytest.mark.parametrize(
     ("file", "extra"),
-    [("dev.txt", "dev"), ("run.txt", ""), ("container.txt", "protobuf"), ("container.txt", "zstd")],
+    [("dev.txt", "dev"), ("run.txt", "test"), ("container.txt", "protobuf"), ("container.txt", "zstd")],
 )
 def test_locked_versions_fit_the_project_and_have_hashes(file, extra):
     versions = locked(file)

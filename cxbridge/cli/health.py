@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge import __version__
-from cxbridge.extras import extras, install_command, missing
+from cxbridge.extras import PURPOSES, extras, install_command, missing
 from cxbridge.plugins import Plugin, installed_plugins
 
 _PACKAGES = (
@@ -94,7 +94,7 @@ def _extra(name: str) -> HealthCheck:
         f"extra {name}",
         fine=not absent,
         required=False,
-        detail=f"not installed: {', '.join(absent)}" if absent else "installed",
+        detail=f"{PURPOSES[name]}; not installed: {', '.join(absent)}" if absent else "installed",
         remedy=install_command(name),
     )
 

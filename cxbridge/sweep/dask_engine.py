@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
 from cxbridge.sweep.engine import MOST_DEATHS
 from cxbridge.sweep.parcel import pack
 from cxbridge.sweep.remote import modules, play_remotely
@@ -16,7 +17,6 @@ from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
 
 _CHUNK: Final = 32
 _TIMEOUT_S: Final = 30
-_MODULES: Final = "pip install 'cxbridge[dask]'"
 
 
 class DaskEngine(Closing):
@@ -33,7 +33,9 @@ class DaskEngine(Closing):
             cloudpickle: Any = import_module("cloudpickle")  # its types are not known
             self._dask: Any = import_module("distributed")
         except ModuleNotFoundError as error:
-            raise CxbridgeError(f"--engine dask:// needs the package '{error.name}'", hint=_MODULES) from None
+            raise CxbridgeError(
+                f"--engine dask:// needs the package '{error.name}'", hint=install_command("dask")
+            ) from None
         for module in modules():
             cloudpickle.register_pickle_by_value(module)
         try:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.extras import install_command
 from cxbridge.trace.foxglove.settings import FoxgloveSettings
 
 if TYPE_CHECKING:
@@ -22,6 +23,6 @@ def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveS
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"live connections to Foxglove need the package '{error.name}'",
-            hint="pip install 'cxbridge[foxglove]'",
+            hint=install_command("foxglove"),
         ) from None
     return FoxgloveServer(bus, settings)

@@ -16,6 +16,7 @@ from cxbridge.clock import RealClock
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
+from cxbridge.extras import install_command
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import schema_of
 from cxbridge.trace.foxglove.serving import make_foxglove_server
@@ -171,7 +172,7 @@ def test_without_the_package_the_error_names_the_extra(monkeypatch):
     monkeypatch.delitem(sys.modules, "cxbridge.trace.foxglove.live", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
-    assert caught.value.hint == "pip install 'cxbridge[foxglove]'"
+    assert caught.value.hint == install_command("foxglove")
 
 
 @pytest.mark.parametrize(("given", "port"), [(None, None), ("", 8765), ("0", 0), ("9001", 9001)])
