@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shlex
+from pkgutil import iter_modules
 
 import pytest
 import typer
@@ -88,3 +89,8 @@ def test_a_command_is_listed_once():
     named = [name for names in commands.HELP_SECTIONS.values() for name in names]
     assert sorted(named) == sorted(set(named))
     assert set(named) == {row.name for row in top_rows()}
+
+
+def test_the_help_has_each_command_once():
+    listed = sorted(name for names in commands.HELP_SECTIONS.values() for name in names)
+    assert listed == sorted(module.name for module in iter_modules(commands.__path__))
