@@ -29,7 +29,8 @@ class RefusedError(CxbridgeError):
     """Clients may not do that."""
 
 
-_EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
+EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
+"""The message that carries a skill string to a Skiller."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,14 +64,18 @@ class Rights:
         if not self.allow(right):
             raise RefusedError(f"refused: {what}", hint=self.why_not(right))
 
+    def of_message(self, interface_type: str, message_type: str) -> Right:
+        """Return the right that a message on the blackboard needs with these settings."""
+        if self.skills_are_programs and (interface_type, message_type) == EXEC_SKILL:
+            return Right.PROGRAMS
+        return right_of_message(interface_type, message_type)
+
     def check_message(self, interface_type: str, message_type: str) -> None:
         """Refuse a message that clients may not send.
 
         :raises RefusedError: when it is one.
         """
-        right = right_of_message(interface_type, message_type)
-        if self.skills_are_programs and (interface_type, message_type) == _EXEC_SKILL:
-            right = Right.PROGRAMS
+        right = self.of_message(interface_type, message_type)
         self.check(right, f"{message_type} to {interface_type}")
 
     def check_writer(self, uid: str) -> None:
@@ -119,10 +124,35 @@ FRAMES: Final = {
         **dict.fromkeys(("SET_DEFAULT_BOOL", "SET_DEFAULT_STRING", "ERASE_VALUE"), Right.PROGRAMS),
     },
     "fawkes-logger": dict.fromkeys(("SUBSCRIBE", "UNSUBSCRIBE"), Right.LOOK),
+    "ros2-lifecycle": {
+        **dict.fromkeys(("get_state", "get_available_states"), Right.LOOK),
+        **dict.fromkeys(("get_available_transitions", "get_transition_graph"), Right.LOOK),
+        "change_state": Right.CONTROL,
+    },
+    "ros2-parameters": {
+        **dict.fromkeys(("get_parameters", "get_parameter_types"), Right.LOOK),
+        **dict.fromkeys(("list_parameters", "describe_parameters"), Right.LOOK),
+        **dict.fromkeys(("set_parameters", "set_parameters_atomically"), Right.CONTROL),
+    },
+    "ros2-action": {
+        "get_result": Right.LOOK,
+        "cancel_goal": Right.CONTROL,
+        # send_goal: the server of the action names the right of its goals
+    },
+    "ros2-interfaces": {"write": Right.CONTROL},  # a message of an interface: Rights.of_message
+    "ros2-tf": dict.fromkeys(("/tf", "/tf_static"), Right.CONTROL),
+    "ros2-performers": {"word": Right.CONTROL},
+    "ros2-experts": {"read": Right.LOOK, **dict.fromkeys(("change", "plan"), Right.CONTROL)},
+    "foxglove": {},  # the server has no capability that takes anything from a client
 }
-"""What clients send, by protocol."""
+"""Frames, services and topics by which clients ask, by protocol."""
 
 
 def right_of_message(interface_type: str, message_type: str) -> Right:
     """Return what a message on the blackboard needs."""
     return MESSAGES.get((interface_type, message_type), Right.CONTROL)
+
+
+def right_of_frame(protocol: str, frame: str) -> Right:
+    """Return the right that a frame of a protocol needs; :attr:`Right.PROGRAMS` without an entry."""
+    return FRAMES.get(protocol, {}).get(frame, Right.PROGRAMS)

@@ -20,6 +20,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
         "clock",
         "printing",
         "rights",
+        "listening",
         "config",
         "clipstext",
         "event_kinds",
@@ -46,7 +47,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"__main__"},
 )
 MODULES_SIDE_BY_SIDE = 20  # beyond that, one begins to search
-IMPORTED_MODULES = 25  # about 20; the daemon and the replay of a run join the most
+IMPORTED_MODULES = 26  # about 20; the daemon and the replay of a run join the most
 
 MODULES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path

@@ -12,6 +12,7 @@ from cxbridge.cli.console import complain, say_text
 from cxbridge.clock import RealClock
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
+from cxbridge.rights import EVERYTHING
 from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.experts.client import ExpertClient, ExpertRefusedError
 from cxbridge.ros2.experts.definitions import TYPES
@@ -32,7 +33,7 @@ class Prompt(Closing):
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
         found = NodeSettings.of(settings, Path(), "the terminal")
-        self._node = found.join("cxbridge_terminal", found.definitions(TYPES), _report)
+        self._node = found.join("cxbridge_terminal", found.definitions(TYPES), _report, EVERYTHING)
         client = ExpertClient(self._node, RealClock(), found.namespace)
         self._terminal = Terminal(client, NodeCodec(found.distribution))
 

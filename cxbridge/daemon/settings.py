@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import ipaddress
 import math
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,14 +9,15 @@ from pathlib import Path
 from cxbridge.config import Configuration
 from cxbridge.daemon.lifecycle import Policy
 from cxbridge.errors import ConfigError
+from cxbridge.listening import LOOPBACK, is_loopback, is_private
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.run.rights import read_rights
 from cxbridge.run.watchdog import LIMIT_S
-from cxbridge.skiller.backend import INSTANCES
 from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge.trace.foxglove.settings import PAGES, FoxgloveSettings
 from cxbridge.web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
@@ -33,8 +33,10 @@ _KNOWN = (
     "fawkes/enable",
     "fawkes/host",
     "fawkes/port",
+    "foxglove/allow-origins",
     "foxglove/enable",
     "foxglove/host",
+    "foxglove/insecure",
     "foxglove/port",
     "on-failure",
     "record/bblog",
@@ -130,17 +132,19 @@ class DaemonSettings:
             return config.get_bool(f"{TREE}/{name}", default=default)
 
         fawkes = FawkesSettings(
-            host=text("fawkes/host", "127.0.0.1"),
+            host=text("fawkes/host", LOOPBACK),
             port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
         foxglove = FoxgloveSettings(
-            host=text("foxglove/host", "127.0.0.1"),
+            host=text("foxglove/host", LOOPBACK),
             port=config.get_uint(f"{TREE}/foxglove/port", default=FOXGLOVE_PORT),
+            allow_origins=tuple(config.get_strings(f"{TREE}/foxglove/allow-origins", default=list(PAGES))),
+            insecure=flag("foxglove/insecure", False),
         )
         foxglove_there = flag("foxglove/enable", bool(config.keys(f"{TREE}/foxglove")))
         web = WebSettings(
-            host=text("web/host", "127.0.0.1"),
+            host=text("web/host", LOOPBACK),
             port=config.get_uint(f"{TREE}/web/port", default=DEFAULT_PORT),
             token=text("web/token", ""),
             tls_cert=file("web/tls-cert"),
@@ -151,9 +155,9 @@ class DaemonSettings:
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
         fawkes_there = flag("fawkes/enable", True)
         web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
-        hosts = [fawkes.host] * fawkes_there + [web.host] * web_there
-        local = all(map(_is_loopback, hosts)) and _are_local(endpoints)
-        rights = _rights(config, flag("remote-control", True), local=local)
+        hosts = [fawkes.host] * fawkes_there + [web.host] * web_there + [foxglove.host] * foxglove_there
+        local = all(map(is_loopback, hosts)) and all(map(is_private, endpoints))
+        rights = read_rights(config, local=local)
         settings = cls(
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
@@ -182,6 +186,8 @@ class DaemonSettings:
         """Raise :class:`ConfigError` when settings do not go together."""
         if self.web is not None:
             self.web.check()
+        if self.foxglove is not None:
+            self.foxglove.check()
         if self.clock == "virtual":
             raise ConfigError(
                 "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
@@ -191,41 +197,6 @@ class DaemonSettings:
                 "CURVE needs both keys: cxbridge/zmq/secret-key and cxbridge/zmq/clients",
                 hint="make keys with cxbridge keys; see docs/security.md",
             )
-
-
-def _rights(config: Configuration, control: bool, *, local: bool) -> Rights:
-    """Return what clients may do.
-
-    :param local: whether all ways in are on this machine.
-    """
-    path = f"{TREE}/remote-programs"
-    programs = config.get_bool(path, default=control and local)
-    if programs and not control:
-        place = config.get(path)
-        raise ConfigError(
-            "clients that may change nothing may run no programs: remote-programs needs remote-control",
-            file=place.file or None,
-            line=place.line or None,
-        )
-    modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
-    evaluates = any(config.get_str(mode, default="") == "fawkes" for mode in modes)
-    return Rights(control, programs, skills_are_programs=evaluates)
-
-
-def _is_loopback(host: str) -> bool:
-    """Whether only this machine reaches a host. Names are not looked up."""
-    try:
-        return host == "localhost" or ipaddress.ip_address(host.partition("%")[0]).is_loopback
-    except ValueError:
-        return False
-
-
-def _are_local(endpoints: tuple[str, ...]) -> bool:
-    if not endpoints:
-        return True
-    from cxbridge.blackboard.zmq.security import is_local  # noqa: PLC0415 - for those who have endpoints
-
-    return all(map(is_local, endpoints))
 
 
 def _choice(

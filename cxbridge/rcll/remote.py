@@ -17,6 +17,7 @@ from cxbridge.executive.protobuf.settings import NetworkSettings
 from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
 from cxbridge.game.judge import Standing
 from cxbridge.game.score import Score
+from cxbridge.listening import is_loopback
 from cxbridge.mainloop import Hook
 from cxbridge.rcll.controller import PACKAGE, Controller, Phase, Script
 from cxbridge.rcll.reported import ReportedGame, ReportedMachine
@@ -27,7 +28,6 @@ _PATIENCE_S: Final = 5.0
 """Seconds in which a referee has to say how its game stands; it does several times a second."""
 
 _PAUSE_S: Final = 0.02
-_LOOPBACK: Final = ("localhost", "127.0.0.1", "::1")
 _SPECS: Final = "/clips-executive/specs"
 _PEER: Final = "parameters/rcll/peer-address"
 _MOST_PORT: Final = 65535
@@ -75,7 +75,7 @@ class RemoteReferee:
 
     def set_up(self, config: Configuration) -> None:
         """Set where the agent finds a referee of this host; between hosts the team's own address counts."""
-        if self._address.host not in _LOOPBACK:
+        if not is_loopback(self._address.host):
             return
         for spec in config.keys(_SPECS):
             path = f"{_SPECS}/{spec}/{_PEER}"

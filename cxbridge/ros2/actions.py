@@ -9,6 +9,7 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.closing import Closing
+from cxbridge.rights import Right, right_of_frame
 from cxbridge.ros2.builtin import CANCEL_GOAL
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.names import parse_type
@@ -103,9 +104,18 @@ class ActionClient(Closing):
         self._cancel = node.client(f"{name}/_action/cancel_goal", CANCEL_GOAL)
         self._ends = [
             node.subscribe(
-                f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")), self._take_feedback
+                f"{name}/_action/feedback",
+                str(kind.derived("FeedbackMessage")),
+                self._take_feedback,
+                needs=Right.LOOK,  # answers to our goals
             ),
-            node.subscribe(f"{name}/_action/status", _STATUS_TYPE, self._changed, PROFILES["action_status"]),
+            node.subscribe(
+                f"{name}/_action/status",
+                _STATUS_TYPE,
+                self._changed,
+                PROFILES["action_status"],
+                needs=Right.LOOK,
+            ),
         ]
 
     @property
@@ -254,6 +264,7 @@ class ActionServer(Closing):
     :param accept: whether a goal is accepted; all are by default.
     :param clock: for the goals' stamps.
     :param keep: results that are kept, for clients that ask late.
+    :param needs: the right that a goal needs.
     """
 
     def __init__(
@@ -265,6 +276,8 @@ class ActionServer(Closing):
         clock: Clock,
         accept: Callable[[Message], bool] = lambda _goal: True,
         keep: int = 100,
+        *,
+        needs: Right = Right.PROGRAMS,
     ) -> None:
         kind = parse_type(action_type, "action")
         self._execute, self._accept, self._clock, self._keep = execute, accept, clock, keep
@@ -275,9 +288,20 @@ class ActionServer(Closing):
         self._feedback = node.publisher(f"{name}/_action/feedback", str(kind.derived("FeedbackMessage")))
         self._status = node.publisher(f"{name}/_action/status", _STATUS_TYPE, PROFILES["action_status"])
         self._ends = [
-            node.serve(f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._sent),
-            node.serve_later(f"{name}/_action/get_result", str(kind.derived("GetResult")), self._wanted),
-            node.serve(f"{name}/_action/cancel_goal", CANCEL_GOAL, self._cancelled),
+            node.serve(f"{name}/_action/send_goal", str(kind.derived("SendGoal")), self._sent, needs=needs),
+            node.serve_later(
+                f"{name}/_action/get_result",
+                str(kind.derived("GetResult")),
+                self._wanted,
+                needs=right_of_frame("ros2-action", "get_result"),
+            ),
+            node.serve(
+                f"{name}/_action/cancel_goal",
+                CANCEL_GOAL,
+                self._cancelled,
+                needs=right_of_frame("ros2-action", "cancel_goal"),
+                refuse=lambda _request, _reason: {"return_code": CancelCode.REJECTED},
+            ),
         ]
 
     @property

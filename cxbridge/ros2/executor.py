@@ -14,10 +14,12 @@ from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
+from cxbridge.rights import EVERYTHING, Rights
 from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
 from cxbridge.ros2.node import Node, Report
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports import TRANSPORTS, has_rclpy
+from cxbridge.ros2.transports.environment import default_reach
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge.suggestions import did_you_mean
 
@@ -29,6 +31,9 @@ TIMEOUT_S: Final = 600.0
 
 _ONLY: Final = {"domain": ("dds", "rclpy", "zenoh"), "reach": ("dds",), "url": ("rosbridge", "zenoh")}
 """The transports that settings go with that not all have."""
+
+_UNSET_REACH: Final = {"dds": "localhost", "rclpy": "subnet"}
+"""How far the transports that the environment's range applies to look for nodes without it."""
 
 S = TypeVar("S")
 T = TypeVar("T")
@@ -86,6 +91,14 @@ class NodeSettings(Struct, frozen=True):
             namespace=check_topic(namespace) if namespace else "",
         )
 
+    @property
+    def stays_here(self) -> bool:
+        """Whether only nodes of this machine reach the node: over DDS that looks for no others."""
+        unset = _UNSET_REACH.get(self.transport)
+        if unset is None or os.environ.get("CYCLONEDDS_URI"):
+            return False
+        return (self.reach or default_reach(unset)) in ("localhost", "off")
+
     def definitions(self, texts: Mapping[str, str] | None = None) -> Definitions:
         """Read which types there are.
 
@@ -94,15 +107,17 @@ class NodeSettings(Struct, frozen=True):
         """
         return Definitions(self.packages, self.distribution, texts=texts)
 
-    def join(self, name: str, definitions: Definitions, report: Report | None) -> Node:
+    def join(self, name: str, definitions: Definitions, report: Report | None, rights: Rights) -> Node:
         """Join the domain.
 
         :param name: of the node; what ROS does not take in names is replaced.
         :param report: gets what is wrong with others; None: warnings of Python do.
+        :param rights: what other nodes may do over it.
         :raises Ros2Error: when that is not possible.
         """
         make = resolve_name(TRANSPORTS[self.transport])
         node: Node = make(re.sub(r"\W", "_", name), definitions, self, report)
+        node.rights = rights
         return node
 
 
@@ -137,7 +152,7 @@ class RosExecutor(SkillExecutor):
     def join(self) -> Node:
         """Join the domain; :meth:`close` leaves it."""
         self._node = node = self.node_settings.join(
-            f"cxbridge_{self.agent}", self._definitions, self.log.warn
+            f"cxbridge_{self.agent}", self._definitions, self.log.warn, EVERYTHING
         )
         return node
 

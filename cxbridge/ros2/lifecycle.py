@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from cxbridge.clock import Clock
 from cxbridge.closing import Closing
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import PROFILES
@@ -113,7 +114,12 @@ class Lifecycle(Closing):
             "get_transition_graph": ("GetAvailableTransitions", self._get_graph),
         }
         self._ends = [
-            node.serve(f"/{name}/{service}", f"{_PACKAGE}/srv/{kind}", answer)
+            node.serve(
+                f"/{name}/{service}",
+                f"{_PACKAGE}/srv/{kind}",
+                answer,
+                needs=right_of_frame("ros2-lifecycle", service),
+            )
             for service, (kind, answer) in services.items()
         ]
         self._events = node.publisher(

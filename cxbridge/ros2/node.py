@@ -14,6 +14,7 @@ from typing import Any
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
+from cxbridge.rights import EVERYTHING, Right, Rights
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.qos import PROFILES, QosProfile
 
@@ -34,6 +35,14 @@ Reply = Callable[[Mapping[str, Any]], None]
 
 AnswerLater = Callable[[Message, Reply], None]
 """Gets a request, and what sends the response, now or later."""
+
+Refuse = Callable[[Message, str], Mapping[str, Any]]
+"""Gets a request that clients may not send and the reason, and returns the response."""
+
+
+def _empty(_request: Message, _reason: str) -> Mapping[str, Any]:
+    """Return the response whose fields have their defaults: false, 0, empty."""
+    return {}
 
 
 class Ros2Warning(UserWarning):
@@ -103,7 +112,10 @@ class Node(Closing):
 
     :param report: gets what is wrong with others, each kind of it at most once a minute; by default it is a
         warning of Python, a :class:`Ros2Warning`.
+    :ivar rights: what clients may do over this node; a node of a program or of a terminal has everything.
     """
+
+    rights: Rights = EVERYTHING
 
     def __init__(self, report: Report | None = None) -> None:
         self._complaints = Complaints(report or _warn)
@@ -133,14 +145,32 @@ class Node(Closing):
         :raises Ros2Error: for a topic or a type that there is not.
         """
 
-    @abstractmethod
     def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+        self,
+        topic: str,
+        message_type: str,
+        receive: Receive,
+        qos: QosProfile = PROFILES["default"],
+        *,
+        needs: Right = Right.PROGRAMS,
     ) -> Callable[[], None]:
-        """Call ``receive`` for each message of a topic; return what ends that.
+        """Call ``receive`` for each message of a topic; return the function that ends the subscription.
 
+        :param needs: the right that the messages need; without it each message is reported and dropped.
         :raises Ros2Error: for a topic or a type that there is not.
         """
+        if not self.rights.allow(needs):
+
+            def receive(_message: Message) -> None:
+                self._refusal(topic, needs)
+
+        return self._subscribe(topic, message_type, receive, qos)
+
+    @abstractmethod
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+    ) -> Callable[[], None]:
+        """Subscribe without regard to rights; see :meth:`subscribe`."""
 
     @abstractmethod
     def client(self, service: str, service_type: str) -> Client:
@@ -149,19 +179,53 @@ class Node(Closing):
         :raises Ros2Error: for a name or a type that there is not.
         """
 
-    def serve(self, service: str, service_type: str, answer: Answer) -> Callable[[], None]:
-        """Answer the requests of a service at once; return what ends that.
+    def serve(
+        self,
+        service: str,
+        service_type: str,
+        answer: Answer,
+        *,
+        needs: Right = Right.PROGRAMS,
+        refuse: Refuse = _empty,
+    ) -> Callable[[], None]:
+        """Answer the requests of a service at once; see :meth:`serve_later`."""
 
+        def later(request: Message, reply: Reply) -> None:
+            reply(answer(request))
+
+        return self.serve_later(service, service_type, later, needs=needs, refuse=refuse)
+
+    def serve_later(
+        self,
+        service: str,
+        service_type: str,
+        answer: AnswerLater,
+        *,
+        needs: Right = Right.PROGRAMS,
+        refuse: Refuse = _empty,
+    ) -> Callable[[], None]:
+        """Answer the requests of a service when there is an answer; return the function that ends that.
+
+        :param needs: the right that the requests need.
+        :param refuse: makes the response to requests without that right.
         :raises Ros2Error: for a name or a type that there is not.
         """
-        return self.serve_later(service, service_type, lambda request, reply: reply(answer(request)))
+        if not self.rights.allow(needs):
+
+            def answer(request: Message, reply: Reply) -> None:
+                reply(refuse(request, self._refusal(service, needs)))
+
+        return self._serve_later(service, service_type, answer)
+
+    def _refusal(self, place: str, needs: Right) -> str:
+        """Report that a client asks for something without the right; return the reason."""
+        reason = f"refused: {place}: {self.rights.why_not(needs)}"
+        self.complain(f"refused {place}", reason)
+        return reason
 
     @abstractmethod
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
-        """Answer the requests of a service when there is an answer; return what ends that.
-
-        :raises Ros2Error: for a name or a type that there is not.
-        """
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        """Serve without regard to rights; see :meth:`serve_later`."""
 
     @abstractmethod
     def poll(self, timeout_s: float = 0.0) -> bool:

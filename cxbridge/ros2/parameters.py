@@ -11,6 +11,7 @@ from typing import Any, Final, TypeAlias
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import Client, Node
 from cxbridge.ros2.qos import PROFILES
@@ -161,7 +162,13 @@ class Parameters(Closing):
             "describe_parameters": self._describe,
         }
         self._ends = [
-            node.serve(f"/{name}/{service}", f"{_PACKAGE}/srv/{_camel(service)}", answer)
+            node.serve(
+                f"/{name}/{service}",
+                f"{_PACKAGE}/srv/{_camel(service)}",
+                answer,
+                needs=right_of_frame("ros2-parameters", service),
+                refuse=_refused if service == "set_parameters" else _refused_atomically,
+            )
             for service, answer in answers.items()
         ]
         self._events = node.publisher(EVENTS, f"{_PACKAGE}/msg/ParameterEvent", PROFILES["parameters"])
@@ -333,6 +340,14 @@ class ParameterClient(Closing):
 
 def _pass_names(done: Callable[[Sequence[str]], None], response: Message) -> None:
     done(list(response["result"]["names"]))
+
+
+def _refused(request: Message, reason: str) -> Mapping[str, Any]:
+    return {"results": [{"successful": False, "reason": reason} for _ in request["parameters"]]}
+
+
+def _refused_atomically(_request: Message, reason: str) -> Mapping[str, Any]:
+    return {"result": {"successful": False, "reason": reason}}
 
 
 def _camel(service: str) -> str:

@@ -8,6 +8,7 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.rights import Right
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import PROFILES
@@ -53,7 +54,9 @@ class Rosout(Closing):
 
 def listen(node: Node, take: Callable[[LogLine], None]) -> Callable[[], None]:
     """Call ``take`` for each line on /rosout, the last ones before too; return what ends that."""
-    return node.subscribe(TOPIC, _TYPE, lambda message: take(_line(message)), PROFILES["rosout"])
+    return node.subscribe(
+        TOPIC, _TYPE, lambda message: take(_line(message)), PROFILES["rosout"], needs=Right.LOOK
+    )
 
 
 def _line(message: Message) -> LogLine:

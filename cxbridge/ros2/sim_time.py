@@ -13,6 +13,7 @@ from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock, Wakeup
 from cxbridge.errors import Ros2Error
+from cxbridge.rights import Right
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import PROFILES
@@ -83,7 +84,7 @@ class SimTimeClock(Clock):
 
     def _begin(self) -> None:
         self._node = node = self._join()
-        node.subscribe(TOPIC, _TYPE, self._take, PROFILES["clock"])
+        node.subscribe(TOPIC, _TYPE, self._take, PROFILES["clock"], needs=Right.LOOK)
         self._thread = threading.Thread(target=self._follow, args=(node,), name="clock of ROS 2", daemon=True)
         self._thread.start()
         atexit.register(self.close)

@@ -5,16 +5,23 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.ros2.executor import OF_NODE, NodeSettings
-from cxbridge.ros2.fawkes_keys import is_ours
+from cxbridge.ros2.fawkes_keys import has_ours, is_ours
 from cxbridge.skiller.board.settings import value_of
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
+
+_ROS2: Final = "/ros2"
+_OF_SEVERAL: Final = ("interfaces", "performers")
+"""Sections with a node in each key."""
+
+_ASKS: Final = ("clock",)
+"""Sections whose node answers nothing."""
 
 
 def values_below(config: Configuration, tree: str) -> dict[str, Any]:
@@ -44,6 +51,32 @@ def node_settings(
             if key.split("/")[0] not in known:
                 raise ConfigError(f"{whose}: there is no setting '{key}'", hint=did_you_mean(key, known))
         return values, NodeSettings.of(values, folder, whose)
+
+
+def nodes_stay_here(config: Configuration) -> bool:
+    """Return whether only nodes of this machine reach the nodes of a configuration.
+
+    A section with mistakes counts as one that stays here: its component reports them.
+    """
+    return all(_stays_here(config, tree) for tree in _trees(config))
+
+
+def _trees(config: Configuration) -> Iterator[str]:
+    """Yield the sections of nodes that other nodes can ask."""
+    for name in config.keys(_ROS2):
+        tree = f"{_ROS2}/{name}"
+        if name in _OF_SEVERAL:
+            yield from (f"{tree}/{key}" for key in config.keys(tree))
+        elif name not in _ASKS and has_ours(config, tree):
+            yield tree
+
+
+def _stays_here(config: Configuration, tree: str) -> bool:
+    values = {key: value for key, value in values_below(config, tree).items() if key in OF_NODE}
+    try:
+        return NodeSettings.of(values, Path(), tree).stays_here
+    except CxbridgeError:
+        return True
 
 
 @contextmanager

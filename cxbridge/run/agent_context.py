@@ -14,6 +14,7 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
+from cxbridge.rights import EVERYTHING
 from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE, find_checkouts, find_config_file, find_overlays
@@ -91,7 +92,7 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     _, settings = node_settings(config, _ROS2_CLOCK_TREE, (), folder, "the clock of ROS 2")
 
     def join() -> Node:
-        return settings.join("cxbridge_clock", settings.definitions(), None)
+        return settings.join("cxbridge_clock", settings.definitions(), None, EVERYTHING)
 
     return SimTimeClock(join)
 

@@ -18,11 +18,12 @@ from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import installed_plugins
-from cxbridge.rights import EVERYTHING, Rights
+from cxbridge.rights import Rights
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
 from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.rights import read_rights
 from cxbridge.run.shared import SharedExperts, SharedNavGraph, SharedSkillBoard
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
 from cxbridge.run.think_rate import make_refresh
@@ -90,8 +91,8 @@ class RunContext:
 
     @property
     def rights(self) -> Rights:
-        """What clients may do: of a run everything."""
-        return EVERYTHING
+        """What clients may do."""
+        return read_rights(self.config)
 
     @classmethod
     def make(

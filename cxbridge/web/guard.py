@@ -11,12 +11,12 @@ from typing import TYPE_CHECKING, Any, Final
 from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, Response
 
+from cxbridge.listening import LOCAL_NAMES, is_allowed, is_named, is_own_page
 from cxbridge.web.settings import WebSettings
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send
 
-_LOCAL_NAMES: Final = frozenset({"localhost", "127.0.0.1", "::1"})
 _METHODS: Final = "GET, POST, PUT, PATCH, DELETE, OPTIONS"
 _REQUEST_HEADERS: Final = "Authorization, Content-Type, Last-Event-ID"
 _MAX_AGE_S: Final = "600"
@@ -39,7 +39,7 @@ class Guard:
         self._app = app
         self._token = settings.token
         self._origins = settings.allow_origins
-        self._hosts = _LOCAL_NAMES | {settings.host.lower()}
+        self._hosts = LOCAL_NAMES | {settings.host.lower()}
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check one request."""
@@ -47,7 +47,7 @@ class Guard:
             return  # no WebSocket here: the server answers with an error of its own
         headers = Headers(scope=scope)
         origin = headers.get("origin", "")
-        shared = bool(origin) and ("*" in self._origins or origin in self._origins)
+        shared = is_allowed(origin, self._origins)
 
         async def sender(message: MutableMapping[str, Any]) -> None:
             if message["type"] == "http.response.start":
@@ -57,16 +57,16 @@ class Guard:
                 message["headers"] = [*message.get("headers", ()), *_ALWAYS, (b"vary", b"Origin"), *more]
             await send(message)
 
-        refusal = self._refusal(scope, headers, shared=shared)
+        refusal = self._refusal(scope, headers)
         await (refusal or self._app)(scope, receive, sender)
 
-    def _refusal(self, scope: Scope, headers: Headers, *, shared: bool) -> Response | None:
+    def _refusal(self, scope: Scope, headers: Headers) -> Response | None:
         """Return what to answer to a request that may not come, or that asks whether it may."""
         host = headers.get("host", "")
-        if not self._token and _name_of(host) not in self._hosts:
+        if not self._token and not is_named(host, self._hosts):
             return PlainTextResponse("This server has no such name\n", 421)
         origin = headers.get("origin", "")
-        if origin and not shared and origin.lower() != f"{scope['scheme']}://{host}".lower():
+        if not is_own_page(origin, scope["scheme"], host, self._origins):
             return PlainTextResponse("Pages of other origins may not use this server\n", 403)
         if not origin and _is_of_another_site(scope, headers):
             return PlainTextResponse("Other sites may only lead to the page\n", 403)
@@ -103,10 +103,3 @@ def _is_of_another_site(scope: Scope, headers: Headers) -> bool:
     if headers.get("sec-fetch-site") not in {"cross-site", "same-site"}:
         return False
     return headers.get("sec-fetch-mode") != "navigate" or scope["path"].startswith("/api")
-
-
-def _name_of(host: str) -> str:
-    """Return a ``Host`` header without its port."""
-    if host.startswith("["):
-        return host[1:].partition("]")[0].lower()
-    return host.partition(":")[0].lower()

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import ConfigError
+from cxbridge.listening import LOOPBACK, check_place, is_loopback
 from cxbridge.web.tls import check_pair
 
 DEFAULT_PORT: Final = 8088
@@ -28,7 +28,7 @@ class WebSettings:
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 
-    host: str = "127.0.0.1"
+    host: str = LOOPBACK
     port: int = DEFAULT_PORT
     token: str = ""
     tls_cert: Path | None = None
@@ -39,12 +39,7 @@ class WebSettings:
     @property
     def local(self) -> bool:
         """Whether it can be reached from this machine only."""
-        if self.host == "localhost":
-            return True
-        try:
-            return ipaddress.ip_address(self.host).is_loopback
-        except ValueError:
-            return False
+        return is_loopback(self.host)
 
     def check(self) -> None:
         """Raise :class:`ConfigError` when settings do not go together, or are not safe."""
@@ -61,8 +56,10 @@ class WebSettings:
             raise ConfigError("TLS needs both: cxbridge/web/tls-cert and cxbridge/web/tls-key")
         if self.tls_cert is not None and self.tls_key is not None:
             check_pair(self.tls_cert, self.tls_key)
-        if not self.local and not (self.token and self.tls_cert):
-            raise ConfigError(
-                f"the web server at {self.host} could be reached from beyond this machine, by everybody",
-                hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
-            )
+        check_place(
+            "the web server",
+            self.host,
+            private=self.local,
+            admitted=bool(self.token and self.tls_cert),
+            hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
+        )

@@ -14,6 +14,7 @@ from cxbridge.clock import Clock, VirtualClock
 from cxbridge.config import Configuration
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.rights import EVERYTHING
 from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.hub.hub import Hub
 from cxbridge.ros2.hub.performer import HubPerformer
@@ -86,7 +87,7 @@ class Side:
         self.performers: list[HubPerformer] = []
         self.nodes: list[Node] = []
         for each in performer_settings(config, [agent.name for agent in settings.agents], Path()).values():
-            node = each.node.join(each.name, each.node.definitions(), self.lines.append)
+            node = each.node.join(each.name, each.node.definitions(), self.lines.append, EVERYTHING)
             self.nodes.append(node)
             log = self.bus.logger("performer")
             self.performers.append(HubPerformer(each, lambda: self.service.local_calls, node, clock, log))
@@ -196,8 +197,8 @@ class EtherNode(Node):
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         return EtherPublisher(self._ether, topic)
 
-    def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
         entry = (topic, self, receive)
         self._ether.readers.append(entry)
@@ -206,7 +207,7 @@ class EtherNode(Node):
     def client(self, service: str, service_type: str) -> Client:
         raise NotImplementedError
 
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         raise NotImplementedError
 
     def poll(self, timeout_s: float = 0.0) -> bool:
@@ -226,7 +227,9 @@ class EtherWorld(World):
         super().__init__(VirtualClock())
         self.ether = Ether()
         patch(
-            NodeSettings, "join", lambda _settings, name, _definitions, _report: EtherNode(self.ether, name)
+            NodeSettings,
+            "join",
+            lambda _settings, name, _definitions, _report, _rights: EtherNode(self.ether, name),
         )
 
     def stranger(self, protocol: str, name: str = "stranger") -> Stranger:

@@ -6,6 +6,7 @@ import sys
 from pathlib import Path
 
 from cxbridge.clock import RealClock
+from cxbridge.rights import EVERYTHING
 from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.executor import NodeSettings
@@ -30,7 +31,7 @@ def node_of(transport: str = "dds", url: str = "") -> Node:
     """Make the peer's node."""
     settings = {"transport": transport, **({"url": url} if url else {})}
     types = Definitions([PACKAGES], environment={})
-    return NodeSettings.of(settings, Path(), "peer").join("peer", types, None)
+    return NodeSettings.of(settings, Path(), "peer").join("peer", types, None, EVERYTHING)
 
 
 def main() -> None:

@@ -116,10 +116,19 @@ def test_two_skillers_that_want_to_write_the_same_are_one_error(tmp_path: Path):
         run_scenario(RunOptions(scenario=folder, skill_dirs=(skills,)))
 
 
-@pytest.mark.parametrize(("mode", "status"), [("strict", 0), ("fawkes", 1)])
-def test_the_mode_is_that_of_the_action_mapping_too(tmp_path: Path, mode: str, status: int):
+@pytest.mark.parametrize(
+    ("settings", "status"),
+    [
+        ("skiller/mode: strict", 0),
+        ("skiller/mode: fawkes", 0),
+        ("skiller/mode: fawkes\ncxbridge/remote-programs: false", 0),
+        ("skiller/mode: fawkes\ncxbridge/remote-programs: true", 1),
+        ("skiller/mode: strict\ncxbridge/remote-programs: true", 0),
+    ],
+)
+def test_a_value_is_pasted_only_where_data_may_be_programs(tmp_path: Path, settings: str, status: int):
     """A quote in an object's name ends the skill string's text in Fawkes, which then does not compile."""
     folder = write_scenario(tmp_path, agent=AGENT.replace('"hello"', r'"hel\"lo"'))
     with (folder / "scenario.yaml").open("a") as file:
-        file.write(f"skiller/mode: {mode}\n")
+        file.write(f"{settings}\n")
     assert run_scenario(RunOptions(scenario=folder)).status == status

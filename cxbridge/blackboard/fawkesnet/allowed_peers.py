@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.errors import BlackBoardError
+from cxbridge.listening import check_place, is_loopback
 
 _Network = ipaddress.IPv4Network | ipaddress.IPv6Network
 
@@ -31,9 +32,8 @@ class AllowedPeers:
             address = ipaddress.ip_address(host.partition("%")[0])
         except ValueError:
             return False
-        mapped = getattr(address, "ipv4_mapped", None)
-        address = mapped or address
-        return address.is_loopback or any(address in network for network in self._networks)
+        address = getattr(address, "ipv4_mapped", None) or address
+        return is_loopback(str(address)) or any(address in network for network in self._networks)
 
 
 def resolve_listening(
@@ -51,11 +51,15 @@ def resolve_listening(
     except OSError as error:
         raise BlackBoardError(f"cannot listen on {host}: {error.strerror}") from None
     numeric = str(address[0])
-    if not allowed and not ipaddress.ip_address(numeric.partition("%")[0]).is_loopback:
-        raise BlackBoardError(
-            f"refuse to listen on {host}: anybody could connect and do anything, the protocol has no login",
-            hint="say which peers are allowed, e.g. 192.168.0.0/24, or listen on 127.0.0.1",
-        )
+    check_place(
+        "the port for Fawkes' tools",
+        host,
+        private=is_loopback(numeric),
+        admitted=bool(allowed),
+        hint="the protocol has no login: say which peers are allowed, e.g. 192.168.0.0/24, "
+        "or listen on 127.0.0.1",
+        error=BlackBoardError,
+    )
     return family, (numeric, port)
 
 

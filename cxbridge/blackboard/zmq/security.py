@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-import ipaddress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
-from urllib.parse import urlsplit
 
 import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError, InsecureEndpointError
+from cxbridge.listening import check_place, is_abstract, is_private
 
 SCHEMES: Final = ("tcp", "ipc", "inproc")
 """Transports that the blackboard uses."""
@@ -87,19 +86,17 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
         raise EndpointError(
             f"'{endpoint}' is not an endpoint", hint="write tcp://host:port, ipc://path or inproc://name"
         )
-    if not (keys or insecure) and not is_local(endpoint):
-        raise InsecureEndpointError(
-            f"{endpoint} reaches beyond this machine and needs CURVE keys",
-            hint="make keys with cxbridge keys, see docs/security.md; or say that it shall be insecure",
-        )
+    check_place(
+        "a blackboard",
+        endpoint,
+        private=is_private(endpoint),
+        admitted=keys or insecure,
+        hint="it needs CURVE keys: make some with cxbridge keys, see docs/security.md; "
+        "or say that it shall be insecure",
+        error=InsecureEndpointError,
+    )
 
 
-def is_local(endpoint: str) -> bool:
-    """Return whether nobody outside of this machine is at an endpoint; names are not looked up."""
-    if not endpoint.startswith("tcp://"):
-        return True
-    try:
-        host = urlsplit(endpoint.replace(":*", ":0")).hostname or ""
-        return host == "localhost" or ipaddress.ip_address(host).is_loopback
-    except ValueError:
-        return False
+def takes_keys(endpoint: str) -> bool:
+    """Return whether CURVE keys apply to an endpoint: not where the mode of a file says who may come."""
+    return endpoint.startswith("tcp:") or is_abstract(endpoint)

@@ -46,7 +46,8 @@ class Ros2NodeComponent(Component):
         values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
         with placed(context.config, TREE):
             name, level = _name_and_level(values)
-        self._node = node = settings.join(name, settings.definitions(), context.bus.logger("Ros2Node").warn)
+        warn = context.bus.logger("Ros2Node").warn
+        self._node = node = settings.join(name, settings.definitions(), warn, context.rights)
         try:
             self._rosout = Rosout(node, name, level)
             context.bus.subscribe(self._rosout, *Rosout.events)

@@ -14,7 +14,6 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
-from cxbridge.rights import EVERYTHING
 from cxbridge.web.server import WebServer
 
 if TYPE_CHECKING:
@@ -59,8 +58,8 @@ class RunWeb(ProcessWebHost):
 
     @property
     def rights(self) -> Rights:
-        """What clients may do: all, as in a daemon that only this machine reaches."""
-        return EVERYTHING
+        """What clients may do."""
+        return self._agent.context.rights
 
     @property
     def debugger(self) -> Debugger:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import asyncio
-import ipaddress
 import socket
 from collections import deque
 from collections.abc import Callable
@@ -15,13 +14,13 @@ from cxbridge.executive.protobuf import frames
 from cxbridge.executive.protobuf.crypto import Crypter
 from cxbridge.executive.protobuf.frames import Frame
 from cxbridge.executive.protobuf.inbox import Inbox, Origin
+from cxbridge.listening import LOOPBACK, is_loopback
 
 LONGEST: Final = 1024
 """Bytes of a message that a peer sends: protobuf_comm's peers receive no longer one."""
 
 _RETRY_SECONDS = 2.0
 _WAITING = 64
-_LOOPBACK = "127.0.0.1"
 
 Receive = Callable[[Origin, int, str, int, Frame], None]
 
@@ -61,7 +60,7 @@ class Peer(asyncio.DatagramProtocol):
             bound = opened.enter_context(socket.socket(socket.AF_INET, socket.SOCK_DGRAM))
             try:
                 bound.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
-                bound.bind((_LOOPBACK if _is_loopback(self._address) else "", port))
+                bound.bind((LOOPBACK if is_loopback(self._address) else "", port))
             except OSError as error:
                 raise ProtobufError(f"Cannot receive on UDP port {port}: {error.strerror}") from None
             loop = asyncio.get_running_loop()
@@ -144,13 +143,6 @@ class Peer(asyncio.DatagramProtocol):
                 await asyncio.sleep(_RETRY_SECONDS)
         while self._waiting:
             self.send(self._waiting.popleft())
-
-
-def _is_loopback(address: str) -> bool:
-    try:
-        return ipaddress.ip_address(address).is_loopback
-    except ValueError:
-        return address == "localhost"
 
 
 def _source_for(address: str | int) -> str:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.closing import Closing
 from cxbridge.events import Logger
 from cxbridge.executive.features.problem_expert import ProblemExpertFeature
-from cxbridge.rights import Right, Rights
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
 from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
 from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
@@ -31,6 +31,10 @@ _SERVICES: Final = {"problem": PROBLEM_SERVICES, "domain": DOMAIN_SERVICES}
 _NOTHING: Final[Mapping[str, Any]] = {}
 
 
+def _refused(_request: Message, reason: str) -> Mapping[str, Any]:
+    return {"success": False, "error_info": reason}
+
+
 class ExpertServer(Closing):
     """Serves the world model of an environment: one node, with the names of PlanSys2's three.
 
@@ -38,9 +42,8 @@ class ExpertServer(Closing):
 
     :param settings: what is served.
     :param namespace: what comes before all names.
-    :param node: of ROS 2; it is closed by who made it.
+    :param node: of ROS 2, with the rights of its clients; its maker closes it.
     :param feature: knows the environment.
-    :param rights: what clients may do.
     :param planner: makes plans.
     :param log: gets each change that somebody asks for.
     """
@@ -51,35 +54,37 @@ class ExpertServer(Closing):
         namespace: str,
         node: Node,
         feature: ProblemExpertFeature,
-        rights: Rights,
         planner: PlanServer,
         log: Logger,
     ) -> None:
-        self._node, self._feature, self._rights, self._log = node, feature, rights, log
+        self._node, self._feature, self._log = node, feature, log
         self._planner = planner
         self._codec = NodeCodec(settings.node.distribution)
         self._published_version = -1
         for which in settings.serve:
             for name, kind in services_of(which, settings.node.distribution).items():
-                node.serve_later(check_topic(namespace + name), kind, self._answering(which, name))
+                self._serve(which, namespace + name, kind)
         self._topics = "problem" in settings.serve
         if self._topics:
             latched = QosProfile(durability="transient_local", depth=DEPTH)
             self._updates = node.publisher(namespace + UPDATE[0], UPDATE[1], QosProfile(depth=DEPTH))
             self._knowledge = node.publisher(namespace + KNOWLEDGE[0], KNOWLEDGE[1], latched)
 
-    def _answering(self, which: str, name: str) -> Callable[[Message, Reply], None]:
+    def _serve(self, which: str, name: str, kind: str) -> None:
         last = name.rpartition("/")[2]
         if which == "planner":
-            return partial(self._plan, self._planner.plan if last == "get_plan" else self._planner.validate)
-        return partial(self._answer, name, _SERVICES[which][last])
+            does = "plan"
+            work = self._planner.plan if last == "get_plan" else self._planner.validate
+        else:
+            service = _SERVICES[which][last]
+            does, work = "change" if service.changes else "read", partial(self._answer, name, service)
+        needs = right_of_frame("ros2-experts", does)
+        self._node.serve_later(check_topic(name), kind, work, needs=needs, refuse=_refused)
 
     def _answer(self, name: str, service: ExpertService, request: Message, reply: Reply) -> None:
         env = self._feature.env
-        refused = self._why_not(name) if service.changes else ""
-        if env is None or refused:
-            failed = {"exist": False} if "/exist_" in name else {"success": False}
-            reply(failed if "exist" in failed else {**failed, "error_info": refused or INACTIVE})
+        if env is None:
+            reply({"exist": False} if "/exist_" in name else {"success": False, "error_info": INACTIVE})
             return
         with env.lock:
             response = answer(service, self._feature.expert(env), self._codec, request)
@@ -87,17 +92,6 @@ class ExpertServer(Closing):
             outcome = "done" if response["success"] else response["error_info"]
             self._log.info(f"{name}: {outcome}")
         reply(response)
-
-    def _plan(self, work: Callable[[Message, Reply], None], request: Message, reply: Reply) -> None:
-        if refused := self._why_not("planning"):
-            reply({"success": False, "error_info": refused})
-        else:
-            work(request, reply)
-
-    def _why_not(self, what: str) -> str:
-        if self._rights.allow(Right.CONTROL):
-            return ""
-        return f"refused: {what}: {self._rights.why_not(Right.CONTROL)}"
 
     def loop(self) -> None:
         """Answer what was asked, send plans that are ready, and publish what has changed."""

@@ -11,6 +11,7 @@ from cxbridge.executive.pddl import format_formula, parse_formula
 from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison, number_of
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.knowledge import ground_of
+from cxbridge.rights import Right
 from cxbridge.ros2.experts.answers import shown
 from cxbridge.ros2.experts.client import ExpertClient
 from cxbridge.ros2.experts.execution import Item, execute, item_of, read_plan
@@ -288,7 +289,7 @@ class Terminal:
             signs[sign.node] = (sign.action, sign.life)
 
         topic = self._client.namespace + PROTOCOL.signs_topic
-        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, take_sign)
+        end = self._client.node.subscribe(topic, PROTOCOL.signs_type, take_sign, needs=Right.LOOK)
         self._client.wait(lambda: False, LISTENING_S)
         end()
         for node, (action, life) in sorted(signs.items()):

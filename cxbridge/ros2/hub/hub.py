@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Final
 
 from cxbridge.closing import Closing
+from cxbridge.rights import Right, right_of_frame
 from cxbridge.ros2.hub.words import HubProtocol, Sign, Word
 from cxbridge.ros2.node import Node, Publisher
 from cxbridge.ros2.qos import QosProfile
@@ -40,7 +41,11 @@ class Hub(Closing):
         self._words = node.publisher(self.topic, protocol.message_type, _QOS)
         self._ends = [
             node.subscribe(
-                self.topic, protocol.message_type, lambda message: on_word(protocol.word(message)), _QOS
+                self.topic,
+                protocol.message_type,
+                lambda message: on_word(protocol.word(message)),
+                _QOS,
+                needs=right_of_frame("ros2-performers", "word"),
             )
         ]
         if signed is not None:
@@ -50,6 +55,7 @@ class Hub(Closing):
                     protocol.signs_type,
                     lambda message: signed(protocol.sign(message)),
                     _QOS,
+                    needs=Right.LOOK,
                 )
             )
 

@@ -19,6 +19,7 @@ from cxbridge.closing import Closing
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.history.exchange import MAPPED_ACTION
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.executor import NodeSettings
 from cxbridge.ros2.hub.hub import Hub
 from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
@@ -316,7 +317,8 @@ class HubPerformer(Closing):
     def _life(self, action: str) -> Life:
         if any(job.request.key.action == action and job.master is not None for job in self._jobs.values()):
             return Life.RUNNING
-        able = any(True for _ in self._executors(self._actions[action].skill))
+        may = self._node.rights.allow(right_of_frame("ros2-performers", "word"))
+        able = may and any(True for _ in self._executors(self._actions[action].skill))
         return Life.READY if able else Life.NOT_READY
 
     # --- what becomes of it -------------------------------------------------------------------------------

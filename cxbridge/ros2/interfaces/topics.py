@@ -19,9 +19,10 @@ from cxbridge.events import Logger
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message as InterfaceMessage
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.interfaces.definitions import TIME, field_names, type_of
-from cxbridge.ros2.interfaces.settings import TopicSettings
+from cxbridge.ros2.interfaces.settings import WRITE, TopicSettings
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.names import TypeName, parse_type
 from cxbridge.ros2.node import Node, Publisher
@@ -132,7 +133,9 @@ class PublishedInterfaces(Closing):
         for each in instance.SCHEMA.messages:
             send = partial(self._send, instance, each.name, field_names(each.fields))
             kind = type_of(instance.type, each.name)
-            self._ends.append(self._node.subscribe(f"{topic}/{each.name.removesuffix(_END)}", kind, send))
+            needs = self._node.rights.of_message(instance.type, each.name)
+            place = f"{topic}/{each.name.removesuffix(_END)}"
+            self._ends.append(self._node.subscribe(place, kind, send, needs=needs))
 
     def _send(self, instance: Interface, name: str, names: Mapping[str, str], message: Message) -> None:
         try:
@@ -173,7 +176,11 @@ class WrittenInterface(Closing):
                 publisher = node.publisher(f"{topic}/{each.name.removesuffix(_END)}", kind)
                 self._publishers[each.name] = publisher, field_names(each.fields)
             self._end = node.subscribe(
-                topic, settings.type or type_of(interface_type), self._take, settings.qos
+                topic,
+                settings.type or type_of(interface_type),
+                self._take,
+                settings.qos,
+                needs=right_of_frame("ros2-interfaces", WRITE),
             )
         except Exception:
             self._instance.close()

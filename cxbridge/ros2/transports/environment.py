@@ -22,3 +22,13 @@ def domain_id(most: int | None = None) -> int:
         hint = "it is a number from 0 to 101 on most systems" if most is not None else "it is a number"
         raise Ros2Error(f"ROS_DOMAIN_ID={text} is no domain", hint=hint)
     return int(text)
+
+
+def default_reach(unset: str = "localhost") -> str:
+    """Return how far the environment lets nodes look for other nodes (ROS_AUTOMATIC_DISCOVERY_RANGE).
+
+    :param unset: the range when the environment names none.
+    """
+    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
+        return "localhost"
+    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", unset).lower()

@@ -93,8 +93,8 @@ class RclpyNode(Node):
             made, lambda message: self._codec.encode(name, message), self._ending("publisher", made)
         )
 
-    def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
         """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
@@ -129,7 +129,7 @@ class RclpyNode(Node):
         end = self._ending("client", made)
         return _Client(made, encode, decode, lambda: self._servers(made, service), end)
 
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
         name = parse_type(service_type, "srv")
         kind = self._service(name)

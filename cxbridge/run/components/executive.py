@@ -16,6 +16,7 @@ from cxbridge.run.context import RunContext, init_mentions, needs_memory
 from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
 from cxbridge.run.features import run_features
+from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
 from cxbridge.run.think_rate import think
@@ -121,7 +122,8 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
         for feature in context.additions.features:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
-        mapping = ActionSkillMapping(action_mapping(config, spec), mode=skiller_mode(config))
+        mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
+        mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
         executive = Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
         executive.place_of_action = AgentPlaces(context, executive).of_action
     except Exception:

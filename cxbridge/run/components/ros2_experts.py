@@ -47,7 +47,10 @@ class Ros2Experts(Component):
             namespace += "/" + re.sub(r"\W", "_", context.name)
         log = context.bus.logger("Ros2Experts")
         self._node = settings.node.join(
-            f"cxbridge_experts_{context.name}".rstrip("_"), settings.node.definitions(TYPES), log.warn
+            f"cxbridge_experts_{context.name}".rstrip("_"),
+            settings.node.definitions(TYPES),
+            log.warn,
+            context.rights,
         )
         try:
             self._server = ExpertServer(
@@ -55,7 +58,6 @@ class Ros2Experts(Component):
                 namespace,
                 self._node,
                 context.experts.feature(context.pddl_parser.domain_of),
-                context.rights,
                 PlanServer(planning, lambda: _planners(planning)),
                 log,
             )

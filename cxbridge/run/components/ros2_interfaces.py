@@ -53,7 +53,8 @@ class Ros2Interfaces(Component):
             with placed(self._context.config, f"{TREE}/{each.key}"):
                 for schema in map(registry.schema, types[each.key]):
                     check_mapping(each, schema, definitions)
-        node = place.join(name, definitions, self._context.bus.logger("Ros2Interfaces").warn)
+        report = self._context.bus.logger("Ros2Interfaces").warn
+        node = place.join(name, definitions, report, self._context.rights)
         self._nodes.append(node)
         for each in sorted(topics, key=lambda each: each.direction != WRITE):
             with placed(self._context.config, f"{TREE}/{each.key}"):

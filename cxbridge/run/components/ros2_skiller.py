@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
+from cxbridge.rights import EXEC_SKILL as EXEC_SKILL_MESSAGE
 from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge.ros2.executor import typed
 from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
@@ -38,8 +39,10 @@ class Ros2Skiller(Component):
                 f"cxbridge_skiller_{context.name}",
                 settings.definitions(ACTIONS),
                 context.bus.logger("Ros2Skiller").warn,
+                context.rights,
             )
-        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock)
+        needs = context.rights.of_message(*EXEC_SKILL_MESSAGE)
+        self._server = ActionServer(self._node, action, EXEC_SKILL, self._execute, context.clock, needs=needs)
 
     def loop(self) -> None:
         """Take goals, and follow those that are executed."""

@@ -8,6 +8,7 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
+from cxbridge.rights import right_of_frame
 from cxbridge.ros2.executor import typed
 from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS, FrameSender
 from cxbridge.ros2.messages import Message
@@ -47,10 +48,11 @@ class Ros2Transforms(Component):
         self._publishers: dict[str, TransformPublisher] = {}
         self._refused: set[str] = set()
         self._node = node = settings.join(
-            f"cxbridge_tf_{context.name}", settings.definitions(), self._log.warn
+            f"cxbridge_tf_{context.name}", settings.definitions(), self._log.warn, context.rights
         )
         for topic, profile, static in _TOPICS:
-            node.subscribe(topic, TRANSFORMS, partial(self._take, static=static), PROFILES[profile])
+            take, needs = partial(self._take, static=static), right_of_frame("ros2-tf", topic)
+            node.subscribe(topic, TRANSFORMS, take, PROFILES[profile], needs=needs)
         self._sender = FrameSender(node, context.board) if sends else None
 
     def loop(self) -> None:

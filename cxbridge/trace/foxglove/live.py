@@ -15,6 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump, encode, schema_of
+from cxbridge.trace.foxglove.door import FoxgloveDoor, hidden_host
 from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
 from cxbridge.trace.foxglove.schemas import json_schema
 from cxbridge.trace.foxglove.settings import FoxgloveSettings
@@ -44,6 +45,7 @@ class FoxgloveServer:
         self._asked: set[str] = set()
         self._lock = threading.Lock()
         self._server: Any = None
+        self._door: FoxgloveDoor | None = None
         self.url = ""
         """Where it serves, once it does."""
         kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
@@ -58,30 +60,36 @@ class FoxgloveServer:
 
         :raises CxbridgeError: when the port cannot be had.
         """
-        host, port = self._settings.host, self._settings.port
+        host, port, log = self._settings.host, self._settings.port, self._bus.logger(_COMPONENT)
+        behind = hidden_host()
         try:
             self._server = start_server(
                 name=self._name,
-                host=host,
-                port=port,
+                host=behind,
+                port=0,
                 context=self._context,
                 server_listener=_Subscriptions(self._note),
             )
+            self._door = FoxgloveDoor(self._settings, (behind, self._server.port), log.warn)
         except (OSError, RuntimeError) as error:
+            self.stop()
             raise CxbridgeError(
                 f"the Foxglove server cannot be at {host}:{port}: {error}",
                 hint="choose another port; 0: any free one",
             ) from error
         shown = f"[{host}]" if ":" in host else host
-        self.url = f"ws://{shown}:{self._server.port}"
-        self._bus.logger(_COMPONENT).info(f"Foxglove connects to {self.url}")
+        self.url = f"ws://{shown}:{self._door.port}"
+        log.info(f"Foxglove connects to {self.url}")
 
     def stop(self) -> None:
         """Serve no more. A second call does nothing."""
         self._bus.unsubscribe(self._take)
+        door, self._door = self._door, None
         server, self._server = self._server, None
         if server is not None:
             server.stop()
+        if door is not None:
+            door.close()
 
     def attend(self) -> None:
         """Send what holds to those who have subscribed since the last call. Called once a loop."""

@@ -16,8 +16,9 @@ if TYPE_CHECKING:
 def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
     """Make a server, which has not started yet.
 
-    :raises CxbridgeError: when the package it needs is not installed.
+    :raises CxbridgeError: when everybody would reach it, or the package it needs is not installed.
     """
+    settings.check()
     try:
         from cxbridge.trace.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:

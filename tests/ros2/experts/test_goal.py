@@ -62,7 +62,7 @@ def test_who_may_only_look(domain: int, tmp_path: Path):
                 response = client.ask(WHOLE[name])
                 assert response["success"] is False
                 assert response["error_info"].endswith("cxbridge/remote-control of the daemon is off")
-        assert client.ask(WHOLE["get_plan"])["error_info"].startswith("refused: planning")
+        assert client.ask(WHOLE["get_plan"])["error_info"].startswith("refused: /planner/get_plan")
         assert client.do(WHOLE["get_problem"])["problem"] == before
 
 

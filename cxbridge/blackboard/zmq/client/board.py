@@ -19,12 +19,13 @@ from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender
 from cxbridge.blackboard.zmq.client.session import SessionThread
-from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint, is_local
+from cxbridge.blackboard.zmq.security import CurveClient, check_endpoint
 from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface
+from cxbridge.listening import is_private
 
 if TYPE_CHECKING:
     import zmq
@@ -205,6 +206,6 @@ def _why_nobody_answers(reason: str, url: str, keys: CurveClient | None) -> str:
     if keys is not None:
         wrong = f"it does not know our key, or its key is not {keys.server_key}"
         return f"{reason}; it does not answer either when {wrong}"
-    if not is_local(url):
+    if not is_private(url):
         return f"{reason}; it does not answer either when it wants CURVE keys"
     return reason

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import zmq
 
 from cxbridge.blackboard.kit.errors import EndpointError
-from cxbridge.blackboard.zmq.security import CurveClient, CurveServer
+from cxbridge.blackboard.zmq.security import CurveClient, CurveServer, takes_keys
 from cxbridge.blackboard.zmq.wire.codec import MAX_FRAME, MAX_REPLY
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Soc
         socket.rcvhwm = CLIENT_QUEUE
         socket.handshake_ivl = 5000
         socket.backlog = BACKLOG
-        if keys is not None and endpoint.startswith("tcp:"):
+        if keys is not None and takes_keys(endpoint):
             keys.apply(socket)
         _bind_patiently(socket, endpoint)
         guard_file(endpoint)
@@ -217,7 +217,7 @@ def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | N
         socket.sndhwm = CLIENT_QUEUE
         socket.rcvhwm = SERVER_QUEUE
         socket.reconnect_ivl = RECONNECT_MS
-        if keys is not None and endpoint.startswith("tcp:"):
+        if keys is not None and takes_keys(endpoint):
             keys.apply(socket)
         socket.connect(endpoint)
     except zmq.ZMQError as error:

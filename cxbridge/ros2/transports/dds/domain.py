@@ -38,13 +38,6 @@ def lacks_security() -> str:
     return f"{text}: all goes unencrypted; the transport rclpy has it, in a sourced ROS 2"
 
 
-def default_reach() -> str:
-    """Return how far the environment has nodes look for others."""
-    if os.environ.get("ROS_LOCALHOST_ONLY") == "1":
-        return "localhost"
-    return os.environ.get("ROS_AUTOMATIC_DISCOVERY_RANGE", "localhost").lower()
-
-
 _domains: dict[int, Domain] = {}
 _nodes: Counter[int] = Counter()
 """How many nodes of this process are in each: a domain is configured once, and ends with its last node."""

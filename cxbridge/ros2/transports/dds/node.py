@@ -42,9 +42,9 @@ from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Re
 from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
-from cxbridge.ros2.transports.dds.domain import default_reach, delete, delete_all, enter, lacks_security
+from cxbridge.ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
 from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, matched, named
-from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN, domain_id
+from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
 
 if TYPE_CHECKING:
     from cxbridge.ros2.executor import NodeSettings
@@ -132,8 +132,8 @@ class DdsNode(Node):
         writer = self._writer(f"rt{check_topic(topic)}", name, qos)
         return _DdsPublisher(writer, partial(self._codec.encode, name), partial(self._end_writer, writer))
 
-    def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
         """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
@@ -167,7 +167,7 @@ class DdsNode(Node):
         made.receive_from(reader, end_both)
         return made
 
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
         name, whose = parse_type(service_type, "srv"), named("serviceid")
         request, response = name.derived("Request"), name.derived("Response")

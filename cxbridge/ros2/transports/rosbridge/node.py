@@ -69,8 +69,8 @@ class RosbridgeNode(Node):
 
         return _Publisher(publish, end, self._connection)
 
-    def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
         """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type, "msg")
@@ -99,7 +99,7 @@ class RosbridgeNode(Node):
         encode = partial(self._codec.to_json, name.derived("Request"))
         return ServiceClient(self._connection, encode, partial(self._call, check_topic(service), name))
 
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
         if _ACTION in service:
             raise Ros2Error(

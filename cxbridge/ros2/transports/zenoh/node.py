@@ -106,8 +106,8 @@ class ZenohNode(Node):
         subscriptions = partial(self._graph.at, "MS", endpoint.place)
         return _Publisher(made, endpoint.gid, partial(self._codec.encode, name), subscriptions, end)
 
-    def subscribe(
-        self, topic: str, message_type: str, receive: Receive, qos: QosProfile = PROFILES["default"]
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
     ) -> Callable[[], None]:
         """Call ``receive`` for each message of a topic; see the base class."""
         name = parse_type(message_type)
@@ -147,7 +147,7 @@ class ZenohNode(Node):
         made.end = self._announced(endpoint, name, querier, source)
         return made
 
-    def serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
         """Answer the requests of a service when there is an answer; see the base class."""
         name = parse_type(service_type, "srv")
         endpoint = self._endpoint("SS", self._service(service, name), _SERVICES)

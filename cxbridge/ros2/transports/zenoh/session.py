@@ -6,13 +6,13 @@ import json
 import os
 import time
 from collections.abc import Iterator
-from ipaddress import ip_address
 from itertools import count
 from typing import Final
 
 import zenoh
 
 from cxbridge.errors import Ros2Error
+from cxbridge.listening import is_loopback
 
 ROUTER: Final = "tcp/localhost:7447"
 """Where the router of a host is by default."""
@@ -124,10 +124,7 @@ def _endpoints(made: zenoh.Config) -> str:
 
 def _is_here(endpoint: str) -> bool:
     host = endpoint.partition("/")[2].partition("?")[0].rpartition(":")[0].strip("[]")
-    try:
-        return ip_address(host).is_loopback
-    except ValueError:
-        return host == "localhost"
+    return is_loopback(host)
 
 
 def _one_line(error: Exception) -> str:

@@ -1,0 +1,50 @@
+"""The rights that a configuration gives to the clients of a run or a daemon (docs/security.md, "Rights")."""
+
+from __future__ import annotations
+
+from typing import Final
+
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError
+from cxbridge.rights import Rights
+from cxbridge.skiller.backend import INSTANCES
+
+_CONTROL: Final = "/cxbridge/remote-control"
+_PROGRAMS: Final = "/cxbridge/remote-programs"
+
+
+def read_rights(config: Configuration, *, local: bool = True) -> Rights:
+    """Return what clients may do.
+
+    :param local: whether all servers but the nodes of ROS 2 are for this machine only.
+    :raises ConfigError: when the settings do not go together.
+    """
+    control = config.get_bool(_CONTROL, default=True)
+    by_default = control and local and _ros2_is_local(config)
+    programs = config.get_bool(_PROGRAMS, default=by_default)
+    if programs and not control:
+        place = config.get(_PROGRAMS)
+        raise ConfigError(
+            "clients that may change nothing may run no programs: remote-programs needs remote-control",
+            file=place.file or None,
+            line=place.line or None,
+        )
+    modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
+    evaluates = any(config.get_str(mode, default="") == "fawkes" for mode in modes)
+    return Rights(control, programs, skills_are_programs=evaluates)
+
+
+def data_may_be_programs(config: Configuration) -> bool:
+    """Return whether the configuration says in words that clients may run programs.
+
+    :raises ConfigError: when the value is not a boolean.
+    """
+    return config.get_bool(_PROGRAMS, default=False)
+
+
+def _ros2_is_local(config: Configuration) -> bool:
+    if not config.keys("/ros2"):
+        return True
+    from cxbridge.ros2.trees import nodes_stay_here  # noqa: PLC0415 - for configurations with nodes of ROS 2
+
+    return nodes_stay_here(config)
