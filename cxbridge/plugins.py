@@ -29,7 +29,9 @@ API: Final = 1
 GROUP: Final = "cxbridge"
 """The group of entry points. Each entry point names a module with the tables of a plug-in."""
 
-HOOKS: Final = frozenset({"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "TRANSPORTS"})
+HOOKS: Final = frozenset(
+    {"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "SOURCES", "TRANSPORTS"}
+)
 """The tables that a plug-in's module may have."""
 
 _GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)

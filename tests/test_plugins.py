@@ -16,6 +16,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
 from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry
 from tests.plugins import example, forget, install
@@ -108,6 +109,14 @@ def test_its_format(greeter, tmp_path):
     (tmp_path / "run").write_bytes(b"HELLO")
     assert list(open_run(tmp_path / "run")) == [LogLine(0, Level.INFO, "shout", "HELLO")]
     assert list(copy_formats())[-1] == "shouted"
+
+
+def test_its_source(greeter, tmp_path):
+    write_scenario(tmp_path / "s")
+    (tmp_path / "agent.greet").write_text("s\n")
+    options = RunOptions(scenario=tmp_path / "agent.greet")
+    assert source_of(options).load_configuration()[1].name == "scenario.yaml"
+    assert run_scenario(options).status == 0
 
 
 def test_a_run_imports_only_the_tables(greeter, tmp_path):

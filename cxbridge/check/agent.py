@@ -27,6 +27,7 @@ from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
+from cxbridge.run.source import source_of
 from cxbridge.run.specs import STAGES
 
 if TYPE_CHECKING:
@@ -148,7 +149,7 @@ class Agent(Closing):
     @property
     def is_lenient(self) -> bool:
         """Whether a run would start the agent with its mistakes."""
-        return self.options.is_lenient
+        return source_of(self.options).is_lenient
 
     @property
     def config(self) -> Configuration:
@@ -269,7 +270,7 @@ class Agent(Closing):
     def _core_files(self, stage: str) -> tuple[str, ...]:
         """Return the files that the core loads before the entries of a stage."""
         if stage == STAGES[0]:
-            return (_FIRST_FILES,) if self.context.paths.ros2cx is None else ()
+            return (_FIRST_FILES,) if self.context.source.has_fawkes_configuration else ()
         if stage != STAGES[1]:
             return ()
         try:

@@ -10,9 +10,10 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings, core_of
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, clock_of, load_configuration
+from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, clock_of
 from cxbridge.run.options import RunOptions, SourceOptions
-from cxbridge.run.think_rate import make_main_loop
+from cxbridge.run.rate import make_main_loop
+from cxbridge.run.source import source_of
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")
 """Stands for the configuration where none is given; need not exist."""
@@ -27,7 +28,7 @@ def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSett
     settings = DaemonSettings.of(config)
     clock = clock_of(settings.clock, config, file.parent)
     bus = EventBus(clock)
-    loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
+    loop = make_main_loop(source_of(_named(options)).loop_period_us(config), bus)
     return AgentContext("", config, file, clock, bus, loop), settings
 
 
@@ -37,15 +38,10 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     :raises CxbridgeError: when a file is missing or wrong.
     """
     config, file = Configuration(), DEFAULT_CONFIG
-    if options.config is not None or options.fawkes_dir is not None or options.ros2cx is not None:
-        named = RunOptions(
-            scenario=options.config,
-            fawkes_dir=options.fawkes_dir,
-            ros2cx=options.ros2cx,
-            config=options.overlay,
-        )
-        named.check_source()
-        config, file = load_configuration(named)
+    source = source_of(_named(options))
+    if source.is_named:
+        source.check()
+        config, file = source.load_configuration()
     else:
         config.overlay_files(options.overlay)
     if options.agent is not None:
@@ -58,18 +54,24 @@ def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:
     return config, file
 
 
+def _named(options: DaemonOptions) -> RunOptions:
+    """Return the options of a run with the same source."""
+    sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
+    return RunOptions(scenario=options.config, config=options.overlay, **sources)
+
+
 def make_run_options(options: DaemonOptions, config: Configuration, settings: DaemonSettings) -> RunOptions:
     """Return the options of the parts that runs have, too.
 
     :raises CxbridgeError: when one makes no sense.
     """
-    sources = {field.name: getattr(options, field.name) for field in fields(SourceOptions)}
-    made = RunOptions(
-        scenario=options.config or (None if options.ros2cx else DEFAULT_CONFIG),
+    named = _named(options)
+    made = replace(
+        named,
+        scenario=options.config if source_of(named).is_named else DEFAULT_CONFIG,
         spec=options.spec,
         agent=options.agent,
-        config=options.overlay,
-        **sources | {"core": core_of(config)},
+        core=core_of(config),
         clock="real",
         trace=settings.trace,
         trace_level=settings.trace_level,

@@ -8,7 +8,7 @@ from cxbridge.properties.builtin.table import RUN_ENDS, builtin_properties
 from cxbridge.properties.monitor import Property
 from cxbridge.properties.reading import beside, find_property, joined
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_config_file
+from cxbridge.run.source import source_of
 
 
 def properties_of(
@@ -23,4 +23,4 @@ def properties_of(
     if given:
         return joined(map(find_property, given))
     built_in = [each for each in builtin_properties() if not (is_cut and each.name == RUN_ENDS)]
-    return joined(built_in, beside(find_config_file(options)))
+    return joined(built_in, beside(source_of(options).config_file()))

@@ -15,9 +15,8 @@ from cxbridge.events import Sink
 from cxbridge.game.playing import play_game
 from cxbridge.game.published import PublishedGame
 from cxbridge.game.score import GameResult
-from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_config_file
+from cxbridge.run.source import source_of
 from cxbridge.worldmodel.model import NOTHING_FAILS
 from cxbridge.worldmodel.reading import find_world, read_world
 
@@ -56,7 +55,7 @@ class ScenarioGame:
         :param attach: called with the run, before it is played.
         :raises CxbridgeError: when the scenario is wrong, or not a game.
         """
-        file = self.world or find_world(find_config_file(self.run).parent)
+        file = self.world or find_world(source_of(self.run).config_file().parent)
         world = NOTHING_FAILS if file is None else read_world(file)
         with tempfile.TemporaryDirectory(prefix="cxbridge-game-") as folder:
             overlay = Path(folder) / "game.yaml"
@@ -69,7 +68,7 @@ class ScenarioGame:
 
         :raises CxbridgeError: when the scenario does not say where they go.
         """
-        config, file = load_configuration(self.run)
+        config, file = source_of(self.run).load_configuration()
         found: dict[str, int | float] = {_path(config, file, SEED): seed}
         if self.minutes is not None:
             found[_path(config, file, MINUTES)] = self.minutes
@@ -78,7 +77,7 @@ class ScenarioGame:
 
 def is_game(options: RunOptions) -> bool:
     """Return whether a scenario is a game of its own."""
-    config, _ = load_configuration(options)
+    config, _ = source_of(options).load_configuration()
     return config.exists(SEED)
 
 

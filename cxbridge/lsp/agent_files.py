@@ -13,9 +13,10 @@ from cxbridge.config import Configuration
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.protobuf.settings import ProtobufSettings
 from cxbridge.lsp.session import Session, files_below
-from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
+from cxbridge.run.agent_context import agent_names, choose_agent
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import RunPaths, find_paths
+from cxbridge.run.paths import RunPaths
+from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
 _HOST_FOLDERS: Final = ("host", "features", "planner")
@@ -35,12 +36,13 @@ class AgentFiles(Struct, frozen=True):
 
         :raises CxbridgeError: when the configuration cannot be read, or names no spec.
         """
-        config, config_file = load_configuration(options)
+        source = source_of(options)
+        config, config_file = source.load_configuration()
         names = [options.agent] if options.agent else agent_names(config)
         if names:
             config = choose_agent(config, names[0])
         spec = choose_spec(config, options.spec)
-        paths = find_paths(options, config, config_file)
+        paths = source.find_paths(config, config_file)
         return cls(config, spec, paths, tuple(_library(paths)))
 
     def clips(self) -> Iterator[Path]:

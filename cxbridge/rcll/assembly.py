@@ -20,8 +20,8 @@ from cxbridge.rcll.stations import StationNodes
 from cxbridge.run.agent_context import AGENT_NAME, AGENTS, make_agent_context
 from cxbridge.run.assembly import Assembly, MakeComponent
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_checkouts
 from cxbridge.run.program.additions import Additions
+from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ class GameParts:
     def __init__(self, settings: LeagueSettings, run: RunOptions, seed: int) -> None:
         self._minutes, self.run = settings.minutes, run
         refbox = None if settings.refbox_dir is None else Refbox.open(settings.refbox_dir)
-        checkouts = find_checkouts(run).folders
+        checkouts = source_of(run).checkouts.folders
         messages = find_messages(
             *settings.proto_dirs,
             *(folder / "src/libs/llsf_msgs/rcll-protobuf-msgs" for folder in checkouts),

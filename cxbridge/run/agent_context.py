@@ -15,10 +15,9 @@ from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
 from cxbridge.rights import EVERYTHING
-from cxbridge.ros2cx.parameters import load_parameters
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import SCENARIO_FILE, find_checkouts, find_config_file, find_overlays
-from cxbridge.run.think_rate import make_main_loop
+from cxbridge.run.rate import make_main_loop
+from cxbridge.run.source import source_of
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
@@ -35,8 +34,6 @@ AGENT_NAME = "/fawkes/agent/name"
 ROS2_CLOCK = "ros2"
 _ROS2_CLOCK_TREE = "/ros2/clock"
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
-_EXECUTIVE = "/clips-executive"
-_TIME = f"{_EXECUTIVE}/assert-time-each-loop"
 _KEYS = ("config", "spec")
 
 
@@ -59,22 +56,6 @@ class AgentContext:
     loop: MainLoop
     early: EarlySources | None = None
     embedded: Callable[[Settings], Store] | None = None
-
-
-def load_configuration(options: RunOptions) -> tuple[Configuration, Path]:
-    """Return the configuration that the options name, with what is laid over it, and its file.
-
-    :raises CxbridgeError: when a file is missing or wrong.
-    """
-    config_file = find_config_file(options)
-    if options.ros2cx:
-        config = load_parameters(config_file.parent)
-    else:
-        config = Configuration.load(config_file, confdir=find_checkouts(options).confdir(config_file))
-    config.overlay_files(find_overlays(options.config, ros2cx=options.ros2cx is not None))
-    if config_file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
-        config.set(_TIME, True)  # without it nothing would ever run; Fawkes' own configuration names it
-    return config, config_file
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
@@ -106,14 +87,15 @@ def make_agent_context(
     :param recorded: whether somebody records the run besides what the options say.
     :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
     """
-    config, config_file = load_configuration(options)
+    source = source_of(options)
+    config, config_file = source.load_configuration()
     name = options.agent or ENVIRONMENT
     if options.agent is not None:
         config = choose_agent(config, options.agent)
     clock = clock or clock_of(options.clock_name, config, config_file.parent)
     bus = EventBus(clock)
     early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    loop = make_main_loop(config, bus, ros2cx=options.ros2cx is not None)
+    loop = make_main_loop(source.loop_period_us(config), bus)
     return AgentContext(name, config, config_file, clock, bus, loop, early)
 
 

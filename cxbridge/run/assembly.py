@@ -18,6 +18,7 @@ from cxbridge.run.context import RunContext
 from cxbridge.run.goal_history import GoalHistory
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.source import source_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -52,7 +53,7 @@ class Assembly(Closing):
         self._more = components
         self.context = context = RunContext.make(
             agent_context or make_only_agent_context(options),
-            replace(options, skiller="none") if options.is_without_skiller else options,
+            options if source_of(options).needs_skiller else replace(options, skiller="none"),
             board_class=LocalBlackBoard if replay is None else replay.board_class,
             make_planning=additions.planning if replay is None else replay.make_planning,
             additions=additions,

@@ -21,18 +21,17 @@ from cxbridge.plugins import installed_plugins
 from cxbridge.rights import Rights
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import RunPaths, check_paths, find_missing, find_paths
+from cxbridge.run.paths import RunPaths, find_missing
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.rights import read_rights
 from cxbridge.run.shared import SharedExperts, SharedNavGraph, SharedSkillBoard
+from cxbridge.run.source import Source, source_of
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
-from cxbridge.run.think_rate import make_refresh
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning.service import PlanningService
-    from cxbridge.ros2cx.refresh import RefreshTimer
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
 
@@ -59,7 +58,7 @@ class RunContext:
     :param experts: the world model as others edit it, one for rules and servers.
     :param pddl_parser: the PDDL domains of the environments, one for rules and planners.
     :param make_planning: makes what plans for the environment of that name; None: planners.
-    :param refresh: when the executive thinks; None: in each loop.
+    :param source: where the files of the agent come from, and how its executive differs.
     :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
     :param additions: what a program adds to the run.
     """
@@ -69,6 +68,7 @@ class RunContext:
     config: Configuration
     options: RunOptions
     paths: RunPaths
+    source: Source
     clock: Clock
     bus: EventBus
     loop: MainLoop
@@ -85,7 +85,6 @@ class RunContext:
     experts: SharedExperts = field(default_factory=SharedExperts)
     pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
-    refresh: RefreshTimer | None = None
     waits_for_skiller: bool = True
     additions: Additions = NOTHING
 
@@ -112,17 +111,18 @@ class RunContext:
         :raises CxbridgeError: when something that the options or the configuration name is missing or wrong.
         """
         config, clock, bus = agent.config, agent.clock, agent.bus
+        source = source_of(options)
         spec = choose_spec(config, options.spec, agent.config_file) if executive else ""
         mistaken = mistaken_keys(config, spec) if spec else []
-        if mistaken and not options.is_lenient:
+        if mistaken and not source.is_lenient:
             raise mistaken[0]
         broken = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
         warnings = [*broken, *map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
         known = "\n".join(warnings)
         warnings += [str(each) for each in mistaken if each.location not in known]
-        paths = find_paths(options, config, agent.config_file)
-        warnings += check_paths(config, spec, paths) if spec else ()
-        skill_board = skill_board_settings(config, paths, additions.executors)
+        paths = source.find_paths(config, agent.config_file)
+        warnings += source.find_oddities(config, spec) if spec else ()
+        skill_board = source.board_settings(skill_board_settings(config, paths, additions.executors), config)
         registry = InterfaceRegistry(paths.interface_dirs)
         board = board_class(registry, clock, bus, serials=_serials(clock))
         memory = RobotMemory(config, clock, bus, board, embedded=agent.embedded)
@@ -133,6 +133,7 @@ class RunContext:
             config=config,
             options=options,
             paths=paths,
+            source=source,
             clock=clock,
             bus=bus,
             loop=agent.loop,
@@ -143,7 +144,6 @@ class RunContext:
             missing=find_missing(config, spec, paths) if spec else [],
             early=agent.early,
             skill_board=skill_board,
-            refresh=make_refresh(config, clock, paths),
             additions=additions,
             **more,
         )
@@ -170,18 +170,14 @@ def skill_board_settings(
     :param executors: those that a program adds; with them there is a skill board in any case.
     :raises ConfigError: when that makes no sense.
     """
-    if not config.keys(_SKILL_BOARD) and paths.ros2cx is None and not executors:
+    if not config.keys(_SKILL_BOARD) and not executors:
         return None
     from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
 
     settings = BoardSettings.of(config, paths.confdir) or BoardSettings()
     if executors:
         settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
-    if paths.ros2cx is None:
-        return settings
-    from cxbridge.ros2cx.original_board import with_idle_time  # noqa: PLC0415
-
-    return with_idle_time(settings, config)
+    return settings
 
 
 def init_mentions(config: Configuration, spec: str, *names: str) -> bool:

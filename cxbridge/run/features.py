@@ -121,11 +121,9 @@ def run_features(context: RunContext) -> list[Feature | LazyFeature]:
 
     :raises CxbridgeError: when two features have the same name, or an early feature's configuration is wrong.
     """
-    if context.paths.ros2cx is not None:
-        from cxbridge.run.ros2cx_features import ros2cx_features  # noqa: PLC0415 - start-up time is a feature
-
-        own: list[Feature | LazyFeature] = [*ros2cx_features(context, context.paths.ros2cx)]
-        return own + [_lazy(row, context) for row in FEATURES.rows if row.origin]
+    replaced = context.source.features(context)
+    if replaced is not None:
+        return [*replaced, *(_lazy(row, context) for row in FEATURES.rows if row.origin)]
     needed = [row for row in FEATURES.rows if row.needed(context)]
     return [_make(row, context) if row.early(context) else _lazy(row, context) for row in needed]
 

@@ -211,13 +211,6 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         ),
     ] = None
 
-    @property
-    def is_lenient(self) -> bool:
-        """Whether a broken agent is started without what is broken: checkouts live with their defects."""
-        if self.strict is None:
-            return self.fawkes_dir is not None or self.ros2cx is not None
-        return not self.strict
-
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
         for name, value, known in (
@@ -243,53 +236,15 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 f"--timeout cannot be {self.timeout:g}",
                 hint=f"use seconds, more than 0, up to {MAX_TIMEOUT:g}",
             )
-        self.check_source()
-        folders = (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs)
-        checkouts = (folder for folder in (self.fawkes_dir, self.ros2cx) if folder is not None)
-        for folder in (*folders, *self.overlays, *checkouts):
+        for folder in (*self.clips_dirs, *self.interface_dirs, *self.skill_dirs):
             if not folder.is_dir():
                 raise CxbridgeError("there is no such folder", file=folder)
         self._check_outputs()
-
-    def check_source(self) -> None:
-        """Raise :class:`CxbridgeError` when it is not clear where the configuration comes from."""
-        if self.ros2cx is not None and self.core == "fawkes":
-            raise CxbridgeError(
-                "--core fawkes cannot go with --ros2cx",
-                hint="without --core the checkout's own core is used, with --core builtin ours",
-            )
-        if self.ros2cx is not None and (self.scenario is not None or self.fawkes_dir is not None):
-            raise CxbridgeError(
-                "--ros2cx goes with neither a scenario nor --fawkes-dir",
-                hint="its own parameter files are the configuration; lay another one over them with --config",
-            )
-        if self.is_without_skiller and self.skiller not in ("lua", "none"):
-            raise CxbridgeError(
-                f"--skiller {self.skiller} cannot go with --ros2cx: its actions go to executors",
-                hint="name an executor that sends skill strings to it, with --executor or in --config",
-            )
-        if self.executors and self.ros2cx is None:
-            raise CxbridgeError(
-                "--executor goes with --ros2cx only",
-                hint="other scenarios name their executors in the configuration, below skill-board",
-            )
-        if self.ros2cx is not None and self.overlays:
-            raise CxbridgeError("--overlay goes with Fawkes' layout only, not with --ros2cx")
-        if self.scenario is None and self.fawkes_dir is None and self.ros2cx is None and not self.overlays:
-            raise CxbridgeError(
-                "no scenario given",
-                hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
-            )
 
     @property
     def clock_name(self) -> str:
         """The clock that was chosen, or else the one that the Skiller needs."""
         return self.clock or ("real" if "://" in self.skiller else "virtual")
-
-    @property
-    def is_without_skiller(self) -> bool:
-        """Whether nobody could use a Skiller: actions go to executors, and all are dummies."""
-        return self.ros2cx is not None and not self.executors and not self.config
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

@@ -21,6 +21,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
+from cxbridge.run.source import source_of
 from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
 
 if TYPE_CHECKING:
@@ -105,7 +106,7 @@ def _run(
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
         stack.callback(assembly.clock.close)
-        checks = AgentChecks(assembly.agents, on=not options.is_lenient)
+        checks = AgentChecks(assembly.agents, on=not source_of(options).is_lenient)
         rule_errors = RuleErrors()
         assembly.bus.subscribe(rule_errors, LogLine)
         stack.enter_context(assembly)

@@ -182,7 +182,7 @@ def _component(frame: FrameType) -> str:
 
 def _skill(frame: FrameType) -> str:
     """Return the skill string of the Lua Skiller whose step a frame is."""
-    # The budget of the engine counts instructions of Lua, and none inside a function of C such as string.find.
+    # The budget of the engine counts instructions of Lua, none inside a function of C such as string.find.
     if frame.f_code.co_qualname == "Skiller.loop":
         return str(frame.f_locals["self"].skill_string)
     return ""

@@ -12,7 +12,7 @@ from typing import Any, Final
 
 import cxbridge
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.paths import find_config_file
+from cxbridge.run.source import source_of
 from cxbridge.sweep.remote import AGENT, CODE, JOB
 from cxbridge.sweep.rows import SweepJob
 
@@ -54,7 +54,7 @@ def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
     size = 0
     options = job.options
     if options.scenario is not None or not (options.fawkes_dir or options.overlays):
-        options = replace(options, scenario=find_config_file(options).parent)
+        options = replace(options, scenario=source_of(options).config_file().parent)
 
     def move(path: Path) -> Path:
         nonlocal size

@@ -13,8 +13,8 @@ import yaml
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_dir
-from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
+from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
@@ -55,7 +55,7 @@ def _make_around(template: str, folder: Path, checkout: Path, options: RunOption
     """Make a project for an agent that is elsewhere."""
     name = _name_of(folder)
     options.check()
-    config, _ = load_configuration(options)
+    config, _ = source_of(options).load_configuration()
     spec = choose_spec(config, options.spec)
     words = {
         "@NAME@": name,

@@ -9,6 +9,7 @@ from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
+from cxbridge.run.source import source_of
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import Chooser
 from cxbridge.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
@@ -35,7 +36,7 @@ class JudgedRun(Closing):
         self.world = WorldRun(options, chooser, world, make=make)
         self._options = options
         assembly = self.world.assembly
-        self._checks = AgentChecks(assembly.agents, on=not options.is_lenient)
+        self._checks = AgentChecks(assembly.agents, on=not source_of(options).is_lenient)
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
         self._watch = StuckWatch(assembly.agents, on=True)

@@ -13,9 +13,9 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_config_file
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
+from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
 from cxbridge.worldmodel.known import check_world
 from cxbridge.worldmodel.model import WorldModel
@@ -68,7 +68,7 @@ def world_beside(options: RunOptions) -> WorldModel:
 
     :raises CxbridgeError: when something in its file makes no sense.
     """
-    file = find_world(find_config_file(options).parent)
+    file = find_world(source_of(options).config_file().parent)
     return WorldModel() if file is None else read_world(file)
 
 

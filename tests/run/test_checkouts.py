@@ -8,9 +8,8 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.agent_context import load_configuration
 from cxbridge.run.options import RunOptions
-from cxbridge.run.paths import find_paths
+from cxbridge.run.source import source_of
 
 FOLDERS = (
     "cfg/simulator",
@@ -56,15 +55,15 @@ def options(tmp_path):
 
 
 def test_includes_are_seen_from_the_configuration_of_the_checkout(options):
-    config, file = load_configuration(options)
+    config, file = source_of(options).load_configuration()
     assert file == options.overlays[1].resolve() / "cfg" / "simulator" / "central.yaml"
     assert config.get_int("/cxbridge/own") == 1
     assert config.exists("/clips-protobuf/proto-dirs")  # of conf.d, which is beside the file's folder
 
 
 def test_folders_of_the_first_overlay_are_searched_first(options):
-    config, file = load_configuration(options)
-    paths = find_paths(options, config, file)
+    config, file = source_of(options).load_configuration()
+    paths = source_of(options).find_paths(config, file)
     fixes, team = options.overlays
     assert paths.clips_dirs[:2] == (fixes / "src/clips-specs", team / "src/clips-specs")
     assert paths.interface_dirs[:3] == (
@@ -86,18 +85,18 @@ def test_folders_of_the_first_overlay_are_searched_first(options):
 
 
 def test_a_folder_that_no_checkout_has_is_still_named(options):
-    config, file = load_configuration(options)
-    paths = find_paths(options, config, file)
+    config, file = source_of(options).load_configuration()
+    paths = source_of(options).find_paths(config, file)
     assert paths.expand("@BASEDIR@/nowhere") == [options.overlays[1] / "nowhere"]
 
 
 def test_without_a_scenario_the_first_configuration_is_taken(options):
-    _, file = load_configuration(replace(options, scenario=None))
+    _, file = source_of(replace(options, scenario=None)).load_configuration()
     assert file == options.overlays[1] / "cfg" / "config.yaml"
 
 
 def test_an_overlay_alone_is_a_source(options):
-    replace(options, fawkes_dir=None).check()
+    source_of(replace(options, fawkes_dir=None)).check()
 
 
 @pytest.mark.parametrize(
@@ -109,4 +108,4 @@ def test_an_overlay_alone_is_a_source(options):
 )
 def test_mistakes(options, changes, message):
     with pytest.raises(CxbridgeError, match=message):
-        replace(options, **changes).check()
+        source_of(replace(options, **changes)).check()

@@ -89,7 +89,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         if not match or place not in seen:  # a second one there follows from the first
             yield Finding(STRANGE, place, match["text"] if match else text)
         seen.add(place)
-    if agent.context.paths.ros2cx is None:
+    if agent.context.source.has_fawkes_configuration:
         yield from _check_time(agent)
         yield from _check_spec_name(agent)
         old = _old_keys(agent)

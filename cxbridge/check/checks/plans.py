@@ -196,7 +196,7 @@ def _check_plan_action(planned: WrittenAction, wanted: list[str]) -> Iterator[Fi
 
 
 def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
-    if agent.context.paths.ros2cx is not None or agent.context.skill_board is not None:
+    if agent.context.skill_board is not None:
         return  # executors say themselves which actions they take
     mapped = set(action_mapping(agent.config, agent.spec))
     usage = agent.usage

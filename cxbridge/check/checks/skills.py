@@ -136,7 +136,7 @@ def _skills(agent: Agent) -> set[str] | None:
     :raises CxbridgeError: when one does not load.
     """
     context = agent.context
-    if agent.options.skiller != "lua" or context.paths.ros2cx is not None:
+    if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:
         return None
     board = context.skill_board
     if board is not None and not board.in_process:

@@ -12,6 +12,7 @@ from cxbridge.cli.console import say_text
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import ScenarioOptions, SourceOptions
+from cxbridge.run.source import source_of
 
 _TEXT = "text"
 
@@ -63,7 +64,7 @@ def check(
     if form not in FORMATS:
         raise CxbridgeError(f"--format cannot be '{form}'", hint=f"use one of: {', '.join(FORMATS)}")
     options = RunOptions(**vars(agent))
-    if options.scenario is None and options.fawkes_dir is None and options.ros2cx is None:
+    if not source_of(options).is_named:
         options = dataclasses.replace(options, scenario=Path())
     findings = find(options)
     if text := FORMATS[form](findings):

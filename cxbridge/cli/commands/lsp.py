@@ -11,6 +11,7 @@ import typer
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions, ScenarioOptions, SourceOptions
+from cxbridge.run.source import source_of
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -54,18 +55,18 @@ def _check(agent: _AgentOptions) -> None:
     :raises CxbridgeError: when they do not.
     """
     from cxbridge.lsp.session import find_scenario
-    from cxbridge.run.agent_context import agent_names, choose_agent, load_configuration
+    from cxbridge.run.agent_context import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
 
     options, is_known = RunOptions(**vars(agent)), True
-    if options.scenario is None and options.fawkes_dir is None and options.ros2cx is None:
+    if not source_of(options).is_named:
         own = find_scenario(Path.cwd())
         options, is_known = dataclasses.replace(options, scenario=own or Path()), own is not None
     options.check()
     if not is_known or not any(vars(agent).values()):
         return
     try:
-        config, file = load_configuration(options)
+        config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
         if error.line is None:  # there is no such file; what is wrong in one, the editor shows
             raise

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from functools import partial
 
-from msgspec.structs import replace
-
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
-from cxbridge.executive.executive import ENVIRONMENT, CoreFiles, Executive, action_mapping
+from cxbridge.executive.executive import ENVIRONMENT, Executive, action_mapping
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
@@ -19,7 +17,6 @@ from cxbridge.run.features import run_features
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
-from cxbridge.run.think_rate import think
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
@@ -58,12 +55,11 @@ class ExecutiveComponent(Component):
         for name in unasked_features(self.context):
             self.manager.request(self.executive.env.name, name)
         self.executive.init()
-        if self.context.refresh is not None:
-            self.context.refresh.start()
+        self.context.source.start_thinking(self.context.clock, self.context.config)
 
     def loop(self) -> None:
         """Think, if it is time to."""
-        self.firings += think(self.executive, self.context.refresh)
+        self.firings += self.context.source.think(self.executive)
 
     def check(self) -> None:
         """Raise when a fault of ours came to light in the rules' work, or the agent has quit."""
@@ -124,29 +120,13 @@ def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
         check_features(config, spec, manager.features)
         mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
-        executive = Executive(manager, config, mapping, _core_files(context), context.name or ENVIRONMENT)
+        files = context.source.core_files(context.paths, config)
+        executive = Executive(manager, config, mapping, files, context.name or ENVIRONMENT)
         executive.place_of_action = AgentPlaces(context, executive).of_action
     except Exception:
         manager.close()
         raise
     return manager, executive
-
-
-def _core_files(context: RunContext) -> CoreFiles:
-    """Return where the executive finds its files, and what the features are called that it begins with."""
-    paths = context.paths
-    files = CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions)
-    if paths.ros2cx is None:
-        return files
-    files = replace(files, before=paths.before)
-    if paths.builtin:
-        return files
-    from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE  # noqa: PLC0415
-    from cxbridge.ros2cx.refresh import nanoseconds_too  # noqa: PLC0415
-    from cxbridge.ros2cx.settings import Ros2CxSettings  # noqa: PLC0415
-
-    time_of = nanoseconds_too if Ros2CxSettings.of(context.config).original else files.time_of
-    return replace(files, config_feature=CONFIG_FEATURE, redefine_feature=REDEFINE_FEATURE, time_of=time_of)
 
 
 def _watch_for_recording(executive: Executive, config: Configuration, level: str) -> None:

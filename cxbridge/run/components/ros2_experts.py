@@ -39,7 +39,7 @@ class Ros2Experts(Component):
                 raise ConfigError(
                     "the experts need an executive", hint="name a spec, or leave ros2/experts out"
                 )
-            if context.paths.ros2cx is not None:
+            if not context.source.has_fawkes_configuration:
                 raise ConfigError("the experts do not work with --ros2cx", hint="leave ros2/experts out")
         planning = PlannerSettings.from_config(context.config)
         namespace = settings.node.namespace

@@ -7,7 +7,6 @@ from functools import partial
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
-from cxbridge.run.ros2cx_features import ros2cx_skills
 from cxbridge.skiller.board.executor import Execution, as_executor
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
@@ -23,24 +22,18 @@ class SkillBoardComponent(Component):
     hooks = (Hook.SKILL,)
 
     def __init__(self, context: RunContext, settings: BoardSettings | None = None) -> None:
-        executors = context.options.executors if settings is None else ()
+        from_recording = settings is not None
         settings = settings or context.skill_board
         assert settings is not None  # else it is not needed
-        policy = None
-        if context.paths.ros2cx is not None:
-            from cxbridge.ros2cx.original_board import policy_of  # noqa: PLC0415 - for those who need it
-
-            policy = policy_of(context.config)
+        policy = context.source.board_policy(context.config)
         self.service = SkillBoardService(
             context.board, context.clock, context.bus, settings, policy, _execution(context)
         )
         self._shared = context.skills
         self._shared.service = self.service
         try:
-            for text in executors:
-                skills = ros2cx_skills(context)
-                assert skills is not None  # there is a service now
-                skills.add_executor(text)
+            if not from_recording:
+                context.source.prepare_board(context)
         except Exception:
             self.close()
             raise
@@ -61,7 +54,7 @@ class SkillBoardComponent(Component):
 
     def close(self) -> None:
         """End all skills."""
-        self._shared.service = self._shared.ros2cx = None
+        self._shared.service = None
         self.service.close()
 
 

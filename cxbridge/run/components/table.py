@@ -40,7 +40,7 @@ def _plans_by_blackboard(context: RunContext) -> bool:
     """Whether the spec's initialisation waits for Fawkes' planning plugins."""
     return (
         bool(context.spec)
-        and context.paths.ros2cx is None
+        and context.source.has_fawkes_configuration
         and init_mentions(context.config, context.spec, "pddl-init")
     )
 

@@ -34,7 +34,7 @@ class AgentChecks:
     """Looks for mistakes of the agents of a run as often as it is asked; says each once.
 
     :param agents: made, and not started; from now on their mistakes are not logged one by one.
-    :param on: whether to look at all; see :attr:`RunOptions.is_lenient`.
+    :param on: whether to look at all; see :attr:`~cxbridge.run.source.Source.is_lenient`.
     """
 
     def __init__(self, agents: Iterable[CheckedAgent], *, on: bool) -> None:

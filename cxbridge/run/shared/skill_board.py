@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 from msgspec import Struct
 
 if TYPE_CHECKING:
-    from cxbridge.ros2cx.skills import Ros2CxSkills
     from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.service import SkillBoardService
 
@@ -19,5 +18,4 @@ class SharedSkillBoard(Struct):
     """
 
     service: SkillBoardService | None = None
-    ros2cx: Ros2CxSkills | None = None
     execution: Execution | None = None

@@ -1,0 +1,240 @@
+"""A checkout of the executive for ROS 2 as the source of an agent: files, features, rate, skill board."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
+from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.blackboard import BlackBoardFeature
+from cxbridge.executive.features.config import ConfigFeature
+from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
+from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.resources import shipped_dir
+from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
+from cxbridge.ros2cx.checks import check_parameters
+from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, Ros2CxFeatureContext, make_features
+from cxbridge.ros2cx.original_board import policy_of, with_idle_time
+from cxbridge.ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
+from cxbridge.ros2cx.refresh import RefreshTimer, nanoseconds_too
+from cxbridge.ros2cx.settings import Ros2CxSettings
+from cxbridge.ros2cx.skills import Ros2CxSkills
+from cxbridge.run.paths import RunPaths
+from cxbridge.run.source import Source, SourceContext
+from cxbridge.skiller.board.settings import BoardSettings
+
+if TYPE_CHECKING:
+    from cxbridge.clock import Clock
+    from cxbridge.executive.executive import Executive
+    from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.service import SkillBoardService
+
+_OVERLAYS = "ros2cx"
+"""The folder of configurations that are shipped for this source, below the shipped scenarios."""
+
+
+class Ros2CxSource(Source):
+    """A checkout of ros2-clips-executive (2021), named with ``--ros2cx``."""
+
+    has_fawkes_configuration = False
+
+    _refresh: RefreshTimer | None = None
+    _skills: tuple[SkillBoardService, Ros2CxSkills] | None = None
+
+    @property
+    def needs_skiller(self) -> bool:
+        """Whether an action may go to a Skiller: without executors and configuration all are dummies."""
+        return bool(self.options.executors or self.options.config)
+
+    @property
+    def _checkout(self) -> Ros2CxCheckout:
+        assert self.options.ros2cx is not None  # else the source is another one
+        return Ros2CxCheckout.open(self.options.ros2cx)
+
+    def check(self) -> None:
+        """Raise :class:`CxbridgeError` when another option does not go with ``--ros2cx``."""
+        self.check_folders()
+        options = self.options
+        if options.core == "fawkes":
+            raise CxbridgeError(
+                "--core fawkes cannot go with --ros2cx",
+                hint="without --core the checkout's own core is used, with --core builtin ours",
+            )
+        if options.scenario is not None or options.fawkes_dir is not None:
+            raise CxbridgeError(
+                "--ros2cx goes with neither a scenario nor --fawkes-dir",
+                hint="its own parameter files are the configuration; lay another one over them with --config",
+            )
+        if not self.needs_skiller and options.skiller not in ("lua", "none"):
+            raise CxbridgeError(
+                f"--skiller {options.skiller} cannot go with --ros2cx: its actions go to executors",
+                hint="name an executor that sends skill strings to it, with --executor or in --config",
+            )
+        if options.overlays:
+            raise CxbridgeError("--overlay goes with Fawkes' layout only, not with --ros2cx")
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """The checkout."""
+        assert self.options.ros2cx is not None
+        return (self.options.ros2cx,)
+
+    @property
+    def is_checkout(self) -> bool:
+        """Return True."""
+        return True
+
+    def config_file(self) -> Path:
+        """Return the parameter file of the executive."""
+        return self._checkout.parameters / EXECUTIVE_FILE
+
+    def read_configuration(self, file: Path) -> Configuration:
+        """Return the parameters as a configuration."""
+        return load_parameters(file.parent)
+
+    def find_overlays(self) -> Sequence[Path]:
+        """Return the overlays; a name alone may be that of a shipped overlay."""
+        return tuple(map(_find_overlay, super().find_overlays()))
+
+    def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
+        """Return the files and folders of the checkout."""
+        checkout, options = self._checkout, self.options
+        placeholders = {"CONFDIR": str(checkout.bringup)}
+        configured = config.get_strings("/clips-executive/clips-dirs", default=[])
+        # an unknown placeholder stays as it is, as in the original: such a folder holds nothing
+        folders = [
+            *options.clips_dirs,
+            *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
+        ]
+        folders.append(shipped_dir("scenarios") / _OVERLAYS)  # the files that shipped overlays load
+        builtin = options.core == "builtin"
+        before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
+        if builtin:
+            folders.append(checkout.core)  # the agents are in the core's folder
+        return RunPaths(
+            config_file=config_file,
+            library=HOST_LIBRARY if builtin else checkout.library,
+            cx=BUILTIN_CX if builtin else checkout.core,
+            before=(ROS2CX_CLIPS, ROS2CX_SANE_CLIPS) if builtin else before,
+            clips_dirs=tuple(dict.fromkeys(folders)),
+            interface_dirs=(*options.interface_dirs, shipped_dir("interfaces")),
+            skill_dirs=(*options.skill_dirs, shipped_dir("luaskills")),
+            substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
+        )
+
+    def find_oddities(self, config: Configuration, spec: str) -> list[str]:
+        """Return warnings about the parameters and the checkout."""
+        return check_parameters(config, spec, self._checkout)
+
+    def loop_period_us(self, config: Configuration) -> int:
+        """Return the desired duration of a main loop: short enough for the executive's own rate."""
+        return min(super().loop_period_us(config), refresh_period_us(config))
+
+    def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings:
+        """Return the settings of the skill board, which executes all actions."""
+        return with_idle_time(settings or BoardSettings(), config)
+
+    def board_policy(self, config: Configuration) -> BoardPolicy:
+        """Return the policy of the original's board."""
+        return policy_of(config)
+
+    def prepare_board(self, context: SourceContext) -> None:
+        """Add the executors of ``--executor``."""
+        for text in self.options.executors:
+            skills = self._skills_of(context)
+            assert skills is not None  # the board begins
+            skills.add_executor(text)
+
+    def _skills_of(self, context: SourceContext) -> Ros2CxSkills | None:
+        """Return the interface of the executive to the skill board; None while the run has no board."""
+        service = context.skills.service
+        if service is None:
+            return None
+        if self._skills is None or self._skills[0] is not service:
+            assert context.skill_board is not None  # a board has settings
+            settings = Ros2CxSettings.of(context.config)
+            skills = Ros2CxSkills(
+                service,
+                context.board,
+                context.clock,
+                context.bus,
+                context.skill_board,
+                original=settings.original,
+                unsensed=settings.unsensed,
+            )
+            self._skills = service, skills
+        return self._skills[1]
+
+    def features(self, context: SourceContext) -> list[Feature]:
+        """Return the features that the parameter files name."""
+        folder = self._checkout.parameters
+        settings = Ros2CxSettings.of(context.config)
+        blocks = iter(settings.removal_blocks)
+
+        def on_removal() -> None:
+            if self._refresh is not None:
+                self._refresh.block(next(blocks, 0.0))
+
+        features = make_features(
+            Ros2CxFeatureContext(
+                context.config,
+                folder,
+                context.board,
+                lambda: self._skills_of(context),
+                on_removal,
+                context.make_planning,
+                settings.original,
+            ),
+            load_features(folder),
+        )
+        if not context.paths.builtin:
+            return features
+        ours = [BlackBoardFeature(context.board), ConfigFeature(context.config), RedefineWarningFeature()]
+        named = {feature.name for feature in features}
+        return [*(feature for feature in ours if feature.name not in named), *features]
+
+    def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:
+        """Return where the executive finds its files, with the features of the checkout's own core."""
+        files = super().core_files(paths, config)
+        if paths.builtin:
+            return files
+        time_of = nanoseconds_too if Ros2CxSettings.of(config).original else files.time_of
+        return CoreFiles(
+            files.cx,
+            files.clips_dirs,
+            files.substitutions,
+            files.before,
+            config_feature=CONFIG_FEATURE,
+            redefine_feature=REDEFINE_FEATURE,
+            time_of=time_of,
+        )
+
+    def start_thinking(self, clock: Clock, config: Configuration) -> None:
+        """Start the timer of the executive."""
+        self._refresh = RefreshTimer(clock, refresh_period_us(config))
+
+    def think(self, executive: Executive) -> int:
+        """Run the rules when the timer is due, or at once when they were stopped in the middle of a run."""
+        if self._refresh is None or executive.within_loop:
+            return executive.loop()
+        fired = 0
+        while self._refresh.due():
+            fired += executive.loop()
+        return fired
+
+
+def _find_overlay(file: Path) -> Path:
+    if file.exists() or len(file.parts) != 1 or file.suffix:
+        return file
+    folder = shipped_dir("scenarios") / _OVERLAYS
+    shipped = folder / f"{file}.yaml"
+    if not shipped.is_file():
+        names = ", ".join(path.stem for path in sorted(folder.glob("*.yaml")))
+        raise CxbridgeError(
+            "there is no such configuration", file=file, hint=f"shipped with cxbridge: {names}"
+        )
+    return shipped

@@ -1,0 +1,299 @@
+"""Where the files of an agent come from, and how its executive differs from the usual one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar, Final, Protocol
+
+from cxbridge.config import Configuration
+from cxbridge.config.checkouts import Checkouts
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
+from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.plugins import Row, Table
+from cxbridge.resources import shipped_dir, shipped_scenarios
+from cxbridge.run.paths import (
+    FAWKES_INTERFACES,
+    FAWKES_PLUGIN_INTERFACES,
+    SCENARIO_FILE,
+    RunPaths,
+    fawkes_interface_dirs,
+    fawkes_part,
+)
+from cxbridge.run.rate import loop_period_us
+
+if TYPE_CHECKING:
+    from cxbridge.blackboard import LocalBlackBoard
+    from cxbridge.clock import Clock
+    from cxbridge.events import EventBus
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.feature import Feature
+    from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.run.options import RunOptions
+    from cxbridge.run.shared import SharedSkillBoard
+    from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.settings import BoardSettings
+
+SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
+    "SOURCES",
+    callable,
+    "a subclass of cxbridge.run.source.Source",
+    Row("ros2cx", "cxbridge.ros2cx.source:Ros2CxSource", lambda options: options.ros2cx is not None),
+)
+"""The sources of agents, beside the usual one."""
+
+_EXECUTIVE = "/clips-executive"
+_TIME = f"{_EXECUTIVE}/assert-time-each-loop"
+_MOST_NAMED = 3  # scenarios, in a hint
+
+_FAWKES_LIBRARY = "src/plugins/clips/clips"
+_FAWKES_CX = "src/plugins/clips-executive/clips"
+_FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
+_FAWKES_LUA = "src/lua"
+_OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
+
+
+class SourceContext(Protocol):
+    """The part of a run's context that a source uses: :class:`~cxbridge.run.context.RunContext` has it."""
+
+    config: Configuration
+    paths: RunPaths
+    clock: Clock
+    bus: EventBus
+    board: LocalBlackBoard
+    skill_board: BoardSettings | None
+    skills: SharedSkillBoard
+    make_planning: Callable[[str], PlanningService] | None
+
+
+def source_of(options: RunOptions) -> Source:
+    """Return the source of a run: the first of :data:`SOURCES` that the options need, or the usual one."""
+    row = next((row for row in SOURCES.rows if row.needed(options)), None)
+    return Source(options) if row is None else SOURCES.load(row)(options)
+
+
+class Source:
+    """A scenario's folder, or Fawkes' layout. Another source overrides what differs; a run makes one.
+
+    :param options: the options of the run.
+    """
+
+    has_fawkes_configuration: ClassVar[bool] = True
+    """Whether keys, stages and specs are those of Fawkes' executive."""
+
+    def __init__(self, options: RunOptions) -> None:
+        self.options = options
+
+    def check(self) -> None:
+        """Raise :class:`CxbridgeError` when the options do not name one configuration."""
+        self.check_folders()
+        if self.options.executors:
+            raise CxbridgeError(
+                "--executor goes with --ros2cx only",
+                hint="other scenarios name their executors in the configuration, below skill-board",
+            )
+        if not self.is_named:
+            raise CxbridgeError(
+                "no scenario given",
+                hint="name a folder with a scenario.yaml, or a Fawkes checkout with --fawkes-dir",
+            )
+
+    @property
+    def is_named(self) -> bool:
+        """Whether the options name a configuration."""
+        return self.options.scenario is not None or bool(self.folders)
+
+    @property
+    def needs_skiller(self) -> bool:
+        """Whether actions may go to the Skiller of the run."""
+        return True
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """The checkouts that the options name: they must exist, and are too large to be sent elsewhere."""
+        fawkes = self.options.fawkes_dir
+        return (*self.options.overlays, *(() if fawkes is None else (fawkes,)))
+
+    def check_folders(self) -> None:
+        """Raise :class:`CxbridgeError` when a checkout does not exist."""
+        for folder in self.folders:
+            if not folder.is_dir():
+                raise CxbridgeError("there is no such folder", file=folder)
+
+    @property
+    def is_lenient(self) -> bool:
+        """Whether a broken agent is started without its broken files, as a checkout's agents are."""
+        strict = self.options.strict
+        return self.is_checkout if strict is None else not strict
+
+    @property
+    def is_checkout(self) -> bool:
+        """Whether the agent's files are those of a checkout."""
+        return self.options.fawkes_dir is not None
+
+    @property
+    def checkouts(self) -> Checkouts:
+        """The checkouts that the options name, in the order in which files are searched."""
+        return Checkouts(tuple(folder.resolve() for folder in self.folders))
+
+    def config_file(self) -> Path:
+        """Return the configuration file that the options name.
+
+        :raises CxbridgeError: when it does not exist.
+        """
+        checkouts, named = self.checkouts, self.options.scenario
+        if named is None:
+            assert checkouts.folders  # checked by check()
+            named = checkouts.find_configuration(Path())
+        if not named.exists():
+            named = checkouts.find_configuration(named)
+        if not named.exists() and len(named.parts) == 1 and (shipped_dir("scenarios") / named).is_dir():
+            named = shipped_dir("scenarios") / named
+        if named.is_dir():
+            return _file_in(named)
+        if not named.is_file():
+            shipped = ", ".join(shipped_scenarios())
+            raise CxbridgeError(
+                "there is no such scenario", file=named, hint=f"shipped with cxbridge: {shipped}"
+            )
+        return named
+
+    def load_configuration(self) -> tuple[Configuration, Path]:
+        """Return the configuration that the options name, with its overlays, and its file.
+
+        :raises CxbridgeError: when a file is missing or wrong.
+        """
+        self.check()
+        file = self.config_file()
+        config = self.read_configuration(file)
+        config.overlay_files(self.find_overlays())
+        if file.name == SCENARIO_FILE and config.keys(_EXECUTIVE) and not config.exists(_TIME):
+            config.set(_TIME, True)  # without it no rule would ever run; Fawkes' own configuration sets it
+        return config, file
+
+    def read_configuration(self, file: Path) -> Configuration:
+        """Return the configuration in a file, without overlays.
+
+        :raises CxbridgeError: when the file is wrong.
+        """
+        return Configuration.load(file, confdir=self.checkouts.confdir(file))
+
+    def find_overlays(self) -> Sequence[Path]:
+        """Return the configuration files that are laid over the others.
+
+        :raises CxbridgeError: when a file of a shipped overlay's name does not exist.
+        """
+        files = self.options.config
+        return (files,) if isinstance(files, Path) else tuple(files or ())
+
+    def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:
+        """Return the files and folders that the options and the configuration name.
+
+        :raises CxbridgeError: when a folder of a checkout is missing.
+        """
+        options, checkouts = self.options, self.checkouts
+        here = checkouts.confdir(config_file).resolve()
+        fawkes = options.fawkes_dir.resolve() if options.fawkes_dir else None
+        base = checkouts.base(config_file)
+        placeholders = {
+            "BASEDIR": str(base),
+            "FAWKES_BASEDIR": str(fawkes or base),
+            "RESDIR": str(base / "res"),
+            "CONFDIR": str(here),
+        }
+        use_fawkes_core = (options.core or ("fawkes" if fawkes else "builtin")) == "fawkes"
+        if use_fawkes_core and fawkes is None:
+            raise CxbridgeError("--core fawkes needs a Fawkes checkout", hint="name it with --fawkes-dir")
+        cx, library, robot_memory = BUILTIN_CX, HOST_LIBRARY, None
+        clips_dirs = [*options.clips_dirs]
+        for text in config.get_strings("/clips-executive/clips-dirs", default=[]):
+            clips_dirs += checkouts.expand(text, placeholders, here)
+        overlays = Checkouts(checkouts.folders[: len(options.overlays)])
+        interface_dirs = [*options.interface_dirs, *overlays.parts(FAWKES_INTERFACES)]
+        interface_dirs += overlays.parts(FAWKES_PLUGIN_INTERFACES)
+        skill_dirs = [*options.skill_dirs, *overlays.parts(_FAWKES_LUA)]
+        if config_file.name == SCENARIO_FILE:
+            clips_dirs.append(here)
+            if (here / _OWN_INTERFACES).is_dir():
+                interface_dirs.append(here / _OWN_INTERFACES)
+        if fawkes is not None:
+            fawkes_cx = fawkes_part(fawkes, _FAWKES_CX)
+            interface_dirs += fawkes_interface_dirs(fawkes)
+            skill_dirs.append(fawkes_part(fawkes, _FAWKES_LUA))
+            if use_fawkes_core:
+                cx, library = fawkes_cx, fawkes_part(fawkes, _FAWKES_LIBRARY)
+                robot_memory = fawkes / _FAWKES_ROBOT_MEMORY
+            else:
+                # the original agents are in the core's folder
+                clips_dirs.append(fawkes_cx)
+        return RunPaths(
+            config_file=config_file,
+            library=library,
+            cx=cx,
+            clips_dirs=tuple(dict.fromkeys(clips_dirs)),
+            interface_dirs=(*interface_dirs, shipped_dir("interfaces")),
+            skill_dirs=(*skill_dirs, shipped_dir("luaskills")),
+            substitutions={f"@{name}@": folder for name, folder in placeholders.items()},
+            robot_memory=robot_memory,
+            checkouts=checkouts,
+        )
+
+    def find_oddities(self, config: Configuration, spec: str) -> list[str]:  # noqa: ARG002 - for other sources
+        """Return warnings about the files and the configuration of the source."""
+        return []
+
+    def loop_period_us(self, config: Configuration) -> int:
+        """Return the desired duration of a main loop, in microseconds.
+
+        :raises ConfigError: when the configured duration is too short.
+        """
+        return loop_period_us(config)
+
+    def board_settings(self, settings: BoardSettings | None, config: Configuration) -> BoardSettings | None:  # noqa: ARG002
+        """Return the settings of the run's skill board; None for no skill board.
+
+        :param settings: those of the configuration; None when it has none.
+        :raises ConfigError: when a setting is wrong.
+        """
+        return settings
+
+    def board_policy(self, config: Configuration) -> BoardPolicy | None:  # noqa: ARG002
+        """Return how the skill board treats executors; None for the usual policy."""
+        return None
+
+    def prepare_board(self, context: SourceContext) -> None:
+        """Add executors to the skill board of a run when the board begins.
+
+        :raises CxbridgeError: when an executor cannot be made.
+        """
+
+    def features(self, context: SourceContext) -> list[Feature] | None:  # noqa: ARG002
+        """Return the features that replace those of cxbridge; None for the features of cxbridge."""
+        return None
+
+    def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
+        """Return where the executive finds its files, and the features and functions that the core needs."""
+        return CoreFiles(paths.cx, paths.clips_dirs, paths.substitutions, paths.before)
+
+    def start_thinking(self, clock: Clock, config: Configuration) -> None:
+        """Note that the executive is initialised: its rules run from now on."""
+
+    def think(self, executive: Executive) -> int:
+        """Run the rules of a loop; returns the number of firings."""
+        return executive.loop()
+
+
+def _file_in(folder: Path) -> Path:
+    """Return the configuration file in a folder."""
+    for name in (SCENARIO_FILE, "config.yaml"):
+        if (folder / name).is_file():
+            return folder / name
+    below = sorted(path.parent for path in folder.glob(f"*/{SCENARIO_FILE}"))[:_MOST_NAMED]
+    raise CxbridgeError(
+        "this folder has no scenario.yaml and no config.yaml",
+        file=folder,
+        hint=f"did you mean {' or '.join(map(str, below))}?"
+        if below
+        else "name a scenario's folder, or a Fawkes configuration file or folder",
+    )
