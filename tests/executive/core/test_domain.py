@@ -139,6 +139,40 @@ def test_ground_pddl_formula_can_be_called(bench: DomainBench) -> None:
     assert not bench.all("grounded-pddl-formula")
 
 
+OWN_FORMULA = (
+    "(deffunction ground-mine () (ground-pddl-formula mine (create$ x) (create$ A) nil))",
+    """(deffunction assert-mine ()
+      (assert (pddl-formula (id mine1) (part-of mine) (type negation))
+              (pddl-formula (id mine11) (part-of mine1) (type atom))
+              (pddl-predicate (id mine11-atom) (part-of mine11) (predicate sent)
+                              (param-names x) (param-constants nil))))""",
+)
+"""A condition of the agent's own: no operator and no effect has it."""
+
+
+@pytest.mark.parametrize("way", [("assert-mine", "ground-mine"), ("assert-mine", "run", "ground-mine")])
+def test_the_grounding_of_an_agents_own_formula_stays_as_long_as_the_formula(
+    bench: DomainBench, way: tuple[str, ...]
+) -> None:
+    for function in OWN_FORMULA:
+        bench.env.build(function)
+    empty = bench.census()
+    for function in way:
+        bench.env.eval(f"({function})")
+    bench.env.run()
+    assert bench.one("grounded-pddl-formula", formula_id="mine1")["is-satisfied"] == TRUE
+    bench.facts("sent A")
+    bench.env.run()
+    assert bench.one("grounded-pddl-formula", formula_id="mine1")["is-satisfied"] == FALSE
+    bench.env.eval("(do-for-all-facts ((?f pddl-formula)) (eq ?f:part-of mine) (retract ?f))")
+    bench.env.eval("(do-for-all-facts ((?f pddl-formula pddl-predicate)) (eq ?f:part-of mine1) (retract ?f))")
+    bench.env.run()
+    for template in ("pddl-grounding", "grounded-pddl-formula", "pddl-formula-tree"):
+        left = [fact for fact in bench.all(template) if "mine" in str(fact)]
+        assert not left, template
+    assert empty["pddl-grounding"] == bench.census()["pddl-grounding"]
+
+
 # --- checking -------------------------------------------------------------------------------------------
 
 

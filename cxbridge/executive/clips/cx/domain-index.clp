@@ -6,7 +6,7 @@
 ; made anew when it lacks something, or has something that is gone.
 ;
 ; The salience of a rule is that of grounding, and in this order: +40 drop what is out of date,
-; +30 derive, +20 drop what is incomplete, +10 collect, +0 what everything else builds on.
+; +30 derive, +25 settle, +20 drop what is incomplete, +10 collect, +0 what everything else builds on.
 
 (deftemplate domain-true-atom
   "The key of a domain-fact, for look-up by a join on one field."
@@ -17,12 +17,15 @@
   (slot key) (multislot arguments) (slot predicate) (slot value))
 
 (deftemplate pddl-formula-node
-  "A formula or predicate that belongs to the condition of root, an operator or an effect."
+  "A formula or predicate that belongs to the condition of root: an operator, an effect, or the
+   name that an agent has given to a formula of its own."
   (slot id) (slot root))
 
 (deftemplate pddl-formula-tree
   "The condition of one root, as lists with one field a node, parents before children."
   (slot root) (slot revision (default-dynamic (gensym*)))
+  ; whether its nodes have been indexed: not yet when a function has built it
+  (slot settled (default FALSE))
   ; of each node: its pddl-formula or pddl-predicate, its type (or predicate, or equality)
   (multislot ids) (multislot sources) (multislot kinds)
   ; the place of the parent (0: is a root), and the number of children
@@ -59,17 +62,11 @@
   (assert (domain-value (key (domain-atom-key ?name ?args)) (arguments ?args)
                         (predicate ?name) (value ?value))))
 
-(defrule domain-index-precondition-root
+(defrule domain-index-root
+  "The formula at the top of a condition: of an operator, an effect, or an agent's own."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
   (logical (pddl-formula (id ?id) (part-of ?root) (type ?))
-           (domain-operator (name ?root)))
-  =>
-  (assert (pddl-formula-node (id ?id) (root ?root))))
-
-(defrule domain-index-effect-condition-root
-  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 30)))
-  (logical (pddl-formula (id ?id) (part-of ?root) (type ?))
-           (domain-effect (name ?root)))
+           (not (pddl-formula (id ?root))))
   =>
   (assert (pddl-formula-node (id ?id) (root ?root))))
 
@@ -144,6 +141,13 @@
   =>
   (pddl-formula-tree-build ?root))
 
+(defrule domain-index-tree-settles
+  "The nodes of a tree that an action of a rule has built are indexed by now."
+  (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 25)))
+  ?tree <- (pddl-formula-tree (settled FALSE))
+  =>
+  (modify ?tree (settled TRUE)))
+
 (defrule domain-index-tree-lacks-node
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 20)))
   (pddl-formula-node (id ?id) (root ?root))
@@ -154,7 +158,7 @@
 (defrule domain-index-tree-has-former-node
   "Before a changed node is indexed again: its tree is to go in any case."
   (declare (salience (+ ?*SALIENCE-DOMAIN-GROUND* 40)))
-  ?tree <- (pddl-formula-tree (root ?root) (ids $? ?id $?))
+  ?tree <- (pddl-formula-tree (root ?root) (settled TRUE) (ids $? ?id $?))
   (not (pddl-formula-node (id ?id) (root ?root)))
   =>
   (retract ?tree))
