@@ -5,11 +5,13 @@ from __future__ import annotations
 import itertools
 import threading
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard.base import BlackBoard, Registry
-from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError
+from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError, InvalidInstanceError
+from cxbridge.blackboard.farewell import write_farewell
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
@@ -68,6 +70,8 @@ class LocalBlackBoard(BlackBoard):
         if not instance.valid:
             return
         key = (instance.type, instance.id)
+        if instance.is_writer:
+            self._take_leave(instance)
         with self._lock:
             memory = self._memories.get(key)
             if memory is None or not memory.detach(instance):
@@ -80,6 +84,15 @@ class LocalBlackBoard(BlackBoard):
         memory.listeners.unregister(None, instance)
         if destroyed:
             self._observers.destroyed(*key)
+
+    def _take_leave(self, writer: Interface) -> None:
+        """Write the last block of a writer.
+
+        :raises ForeignInstanceError: when the writer is not open on this blackboard.
+        """
+        self.memory_of(writer)
+        with suppress(InvalidInstanceError):  # another thread has closed the writer
+            write_farewell(writer, f"{writer.owner} does not write {writer.uid} any more")
 
     def shutdown(self) -> None:
         """Make all instances invalid and refuse to open more."""

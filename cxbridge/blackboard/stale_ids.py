@@ -10,7 +10,6 @@ taken for the answer to ours. Or it may get 0, which is not a message's. Our own
 from __future__ import annotations
 
 from typing import Final
-from uuid import UUID
 
 from cxbridge.interfaces.instance import Interface
 
@@ -19,15 +18,14 @@ RELEASE: Final = "ReleaseControlMessage"
 """How an interface that can be controlled exclusively calls taking control and giving it back."""
 
 
-def skip_stale_ids(instance: Interface, *, controls: bool, source: UUID | None = None) -> int:
+def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
     """See to it that the next message gets an id that is neither 0 nor what the interface shows.
 
     A Skiller ignores both messages that may be sent: who has control and acquires it again keeps it, and
     who never asked for control has nothing to release. Interfaces without control are left alone.
 
     :param instance: opened for reading.
-    :param controls: whether control was asked for on behalf of the sender, so that it may have it.
-    :param source: serial of the first sender; None: the instance itself.
+    :param controls: whether the instance has asked for control, so that it may have it.
     :returns: how many messages were sent.
     :raises BlackBoardError: when they cannot be sent.
     """
@@ -36,9 +34,6 @@ def skip_stale_ids(instance: Interface, *, controls: bool, source: UUID | None =
         return 0
     sent = 0
     while instance.next_id_is_stale:
-        message = instance.create_message(spare)
-        if source is not None:
-            message.address(0, 0, instance.serial, source)
-        instance.msgq_enqueue(message, proxy=source is not None)
+        instance.msgq_enqueue(instance.create_message(spare))
         sent += 1
     return sent

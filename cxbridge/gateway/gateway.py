@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Iterable, Sequence
+from collections import defaultdict, deque
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import partial
 from math import inf
@@ -19,7 +20,7 @@ from cxbridge.blackboard.patterns import Pattern
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
-from cxbridge.gateway.mirror import Hooks, InterfaceMirror
+from cxbridge.gateway.mirror import MAX_PROXIES, Hooks, InterfaceMirror
 
 COMPONENT: Final = "Gateway"
 """Under which the gateway logs."""
@@ -76,9 +77,9 @@ class Gateway(Closing):
     :param bus: gets log lines.
     :param names: what to call the boards in log lines.
     :param sweep_s: seconds between two looks at both boards when nothing came from them.
-    :param stand_in: one of the boards is of one program alone, which the gateway stands in for on the other:
-        control that it has is the gateway's, so a Skiller notices when the program dies. And what a Skiller
-        did before it does something for the program is not shown.
+    :param hide_past: show a Skiller as an idle one until it does something for a client of this gateway.
+    :param on_end: called for each interface that is not mirrored any more, in the gateway's thread and before
+        its readers notice: gets its ``Type::id``, and the reason for people.
     """
 
     def __init__(
@@ -90,15 +91,18 @@ class Gateway(Closing):
         bus: EventBus | None = None,
         names: tuple[str, str] = ("left", "right"),
         sweep_s: float = SWEEP_S,
-        stand_in: bool = False,
+        hide_past: bool = False,
+        on_end: Callable[[str, str], None] = lambda _uid, _reason: None,
     ) -> None:
-        self._stand_in: Final = stand_in
+        self._hide_past: Final = hide_past
+        self._on_end: Final = on_end
         self._boards: Final = (left, right)
         self._patterns: Final = tuple(Pattern.parse(text) for text in patterns)
         self._names: Final = names
         self._log: Final = None if bus is None else Logger(bus, COMPONENT)
         self._sweep_s = sweep_s
         self._mirrors: dict[Key, InterfaceMirror] = {}
+        self._orphans: defaultdict[Key, deque[str]] = defaultdict(partial(deque, maxlen=MAX_PROXIES))
         self._rivals: dict[Key, float] = {}  # when there were writers on both sides, not ours
         self._warned: dict[object, str] = {}
         self._wake = threading.Event()
@@ -138,8 +142,8 @@ class Gateway(Closing):
             board.unregister_observer(self._watch)
         if self._thread is None or not self._thread.is_alive():
             self._carry()
-        for mirror in self._mirrors.values():
-            mirror.close()
+        for key, mirror in self._mirrors.items():
+            mirror.close(f"the gateway to {'::'.join(key)} was closed")
         self._mirrors.clear()
 
     def look_again(self) -> None:
@@ -176,7 +180,8 @@ class Gateway(Closing):
         """End the mirrors that have lost a side, begin those that have become possible."""
         for key, mirror in list(self._mirrors.items()):
             if mirror.ended:  # first: a board that is away takes its time to say that it cannot be asked
-                self._end(key, mirror.ended)
+                away = not self._boards[mirror.side].connected
+                self._end(key, "the connection is lost" if away else mirror.ended)
         surveys = (self._survey(0), self._survey(1))
         for key, mirror in list(self._mirrors.items()):
             reason = mirror.ended or self._loss(key, mirror, surveys)
@@ -189,8 +194,11 @@ class Gateway(Closing):
 
     def _end(self, key: Key, reason: str) -> None:
         """End a mirror."""
-        self._mirrors.pop(key).close()
-        self._info(f"{'::'.join(key)} is not mirrored any more: {reason}")
+        uid = "::".join(key)
+        mirror = self._mirrors.pop(key)
+        self._on_end(uid, reason)
+        mirror.close(f"{uid} of {self._names[mirror.side]} is lost: {reason}")
+        self._info(f"{uid} is not mirrored any more: {reason}")
 
     def _survey(self, side: int) -> Survey | None:
         """Return the interfaces of a board that match; None when it cannot be asked."""
@@ -213,8 +221,9 @@ class Gateway(Closing):
         """Return why a mirror cannot go on; empty when it can."""
         for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]
-            info = None if survey is None else survey.get(key)
-            if info is None or not info.has_writer:
+            if survey is None:
+                return f"the blackboard of {which} does not answer"
+            if key not in survey or not survey[key].has_writer:
                 return f"{which} is gone"
         return ""
 
@@ -239,7 +248,9 @@ class Gateway(Closing):
         try:
             hooks = Hooks(self._wake.set, self.look_again, partial(self._warn_once, key))
             source, target = self._boards[side], self._boards[1 - side]
-            self._mirrors[key] = InterfaceMirror(source, target, *key, side, hooks, stand_in=self._stand_in)
+            self._mirrors[key] = InterfaceMirror(
+                source, target, *key, side, hooks, self._orphans[key], hide_past=self._hide_past
+            )
         except CxbridgeError as error:
             self._warn_once(key, f"cannot be mirrored: {error}")
             return

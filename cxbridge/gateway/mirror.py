@@ -11,9 +11,11 @@ from typing import Final
 from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
+from cxbridge.blackboard.farewell import write_farewell
+from cxbridge.blackboard.stale_ids import RELEASE
 from cxbridge.errors import BlackBoardError
 from cxbridge.gateway.proxy import SenderProxy
-from cxbridge.gateway.translation import CONTROLLER, AnswerTranslator
+from cxbridge.gateway.translation import AnswerTranslator
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
 
@@ -79,7 +81,9 @@ class InterfaceMirror:
     :param target: the other one.
     :param side: number of the source, for its owner.
     :param hooks: what to call when there is something to do, or to report.
-    :param stand_in: see :class:`~cxbridge.gateway.gateway.Gateway`.
+    :param orphans: serials of instances of earlier mirrors of the interface. They are closed, but a writer
+        that was away has perhaps not noticed it, and shows one of them as its controller.
+    :param hide_past: see :class:`~cxbridge.gateway.gateway.Gateway`.
     :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
     """
 
@@ -91,8 +95,9 @@ class InterfaceMirror:
         interface_id: str,
         side: int,
         hooks: Hooks,
+        orphans: deque[str],
         *,
-        stand_in: bool = False,
+        hide_past: bool = False,
     ) -> None:
         self.side: Final = side
         self.ended = ""
@@ -105,7 +110,7 @@ class InterfaceMirror:
         self._blocks: deque[bytes] = deque(maxlen=MAX_BLOCKS)
         self._requests: deque[Message | UUID] = deque()
         self._proxies: OrderedDict[UUID, SenderProxy] = OrderedDict()
-        self._stand_in: Final = stand_in
+        self._orphans: Final = orphans
         kinds = (EventKind.DATA_REFRESHED, EventKind.WRITER_REMOVED)
         with ExitStack() as stack:
             self._reader = source.open_for_reading(
@@ -122,17 +127,25 @@ class InterfaceMirror:
             )
             stack.callback(self._writer.close)
             _check_layouts(self._reader, self._writer)
+            self._writer.read()  # the last block of an earlier writer: readers have that
             self._last = self._writer.to_bytes()
-            self._answers = AnswerTranslator(self._reader.SCHEMA, hide=stand_in, sender_of=self._sender_of)
+            self._answers = AnswerTranslator(self._reader.SCHEMA, hide=hide_past, sender_of=self._sender_of)
             self.capture(self._reader)
             self._stack = stack.pop_all()
 
-    def close(self) -> None:
-        """Close what was opened on both boards, whatever is left of them."""
+    def close(self, reason: str) -> None:
+        """Close what was opened on both boards, whatever is left of them.
+
+        :param reason: why the interface is not mirrored any more.
+        """
+        with suppress(BlackBoardError):  # first: it is what others see, and the source may be slow to answer
+            write_farewell(self._writer, reason)
         with suppress(BlackBoardError):
-            self._writer.close()  # first: it is what others see, and the source may be slow to answer
+            self._writer.close()
         self._carry_requests()  # what was taken until then
         for proxy in self._proxies.values():
+            if proxy.may_control:  # the writer may be away, and miss the end of it
+                self._orphans.append(str(proxy.serial))
             proxy.close(self._controller())
         self._proxies.clear()
         with suppress(BlackBoardError):
@@ -192,6 +205,8 @@ class InterfaceMirror:
 
     def _write(self, block: bytes) -> None:
         """Write a block on the other board, with the time stamp that it has."""
+        if self._orphans:
+            self._release(self._answers.controller(block))
         block = self._answers.translate(block)
         if block == self._last:
             return  # nothing that a reader could tell from what it has
@@ -212,7 +227,7 @@ class InterfaceMirror:
         proxy = self._proxies.get(source)
         if proxy is None:
             instance = self._source.open_for_reading(self._writer.type, self._writer.id, owner=OWNER)
-            proxy = self._proxies[source] = SenderProxy(instance, source, stand_in=self._stand_in)
+            proxy = self._proxies[source] = SenderProxy(instance)
             if len(self._proxies) > MAX_PROXIES:
                 self._proxies.popitem(last=False)[1].close(self._controller())
         self._proxies.move_to_end(source)
@@ -220,19 +235,25 @@ class InterfaceMirror:
         self.sent += 1
         self._answers.sent(message.type, sent_as, message.id)
 
-    def _sender_of(self, serial: str) -> str | None:
-        """Return the serial of the sender that an instance of ours stands in for, None when it is none."""
-        if self._stand_in:
-            for source, proxy in self._proxies.items():
-                if serial == str(proxy.serial):
-                    return str(source)
-        return None
+    def _release(self, controller: str) -> None:
+        """Send ReleaseControl if the controller is an instance that was closed and the writer missed it."""
+        if controller in self._orphans:
+            self._orphans.remove(controller)
+            message = self._reader.create_message(RELEASE)
+            message.address(0, 0, self._reader.serial, UUID(controller))
+            self._reader.msgq_enqueue(message, proxy=True)
 
     def _controller(self) -> str:
-        """Return who has exclusive control, where the interface has such a thing; see proxy.py."""
-        if self._writer.SCHEMA.field(CONTROLLER) is None:
-            return ""
-        return str(self._writer.get(CONTROLLER))
+        """Return the serial of the exclusive controller that the writer shows; empty: there is none."""
+        with self._lock:
+            return self._answers.controller(self._reader.to_bytes())
+
+    def _sender_of(self, serial: str) -> str | None:
+        """Return the serial of the sender that an instance of ours sends for, None when it is no such."""
+        for source, proxy in self._proxies.items():
+            if serial == str(proxy.serial):
+                return str(source)
+        return None
 
 
 def _check_layouts(reader: Interface, writer: Interface) -> None:

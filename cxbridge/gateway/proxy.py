@@ -12,21 +12,18 @@ from cxbridge.interfaces.message import Message
 
 
 class SenderProxy:
-    """Sends on for one sender: ids are counted for each apart, as everywhere on blackboards.
+    """Sends on for one sender: ids are counted for each sender apart, as everywhere on blackboards.
 
-    The writer sees the sender's own serial as the source of the messages; but it does not see the sender
-    leave, as it is on another board. So control that the sender acquired is given back for it.
+    The writer sees an instance of the gateway as the source of the messages. So the writer notices when that
+    instance is closed, by the gateway or because the connection is lost, and takes control away from it.
 
     :param instance: a reading instance on the writer's board, closed with the proxy.
-    :param source: serial of the sender.
-    :param stand_in: the writer sees the instance's serial instead, and so that it leaves, however it ends.
     """
 
-    def __init__(self, instance: Interface, source: UUID, *, stand_in: bool = False) -> None:
+    def __init__(self, instance: Interface) -> None:
         self._instance = instance
-        self._source = source
-        self._stand_in = stand_in
-        self._may_control = False
+        self.may_control = False
+        """Whether the sender may have exclusive control: it has asked for it, and has not released it."""
 
     @property
     def serial(self) -> UUID:
@@ -40,24 +37,18 @@ class SenderProxy:
         """
         twin = self._instance.create_message(message.type)
         twin.set_from_chunk(message.to_bytes())
-        source = None if self._stand_in else self._source
-        skip_stale_ids(self._instance, controls=self._may_control, source=source)
+        skip_stale_ids(self._instance, controls=self.may_control)
         if message.type in (ACQUIRE, RELEASE):
-            self._may_control = message.type == ACQUIRE
-        return self._send(twin)
-
-    def _send(self, message: Message) -> int:
-        if self._stand_in:
-            return self._instance.msgq_enqueue(message)
-        message.address(0, 0, self._instance.serial, self._source)
-        return self._instance.msgq_enqueue(message, proxy=True)
+            self.may_control = message.type == ACQUIRE
+        return self._instance.msgq_enqueue(twin)
 
     def close(self, controller: str) -> None:
-        """Give control back, if the sender has it or may be about to get it, and leave.
+        """Give control back, if the sender has it or may be about to get it, and close the instance.
 
-        :param controller: serial of who has exclusive control, as far as is known here; empty: nobody.
+        :param controller: serial of the exclusive controller, as far as is known here; empty: there is none.
         """
-        with suppress(BlackBoardError):  # the board may be gone, and control with it
-            if self._may_control and controller in ("", str(self._source)):
-                self._send(self._instance.create_message(RELEASE))
+        with suppress(BlackBoardError):  # the writer may be gone, and control with it
+            if self.may_control and controller in ("", str(self.serial)):
+                self._instance.msgq_enqueue(self._instance.create_message(RELEASE))
+        with suppress(BlackBoardError):
             self._instance.close()

@@ -6,20 +6,18 @@ from array import array
 from collections.abc import Callable
 from typing import Final
 
+from cxbridge.blackboard.farewell import CONTROLLER
 from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.interfaces.instance import STAMP
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 
-CONTROLLER: Final = "exclusive_controller"
-"""The field that shows the writer's exclusive controller."""
-
 
 class AnswerTranslator:
     """Translates blocks of one interface: ids of messages, and the serial of who has control.
 
-    A message has another id on the writer's board than its sender knows, and where the gateway stands in for
-    the sender control is the gateway's.
+    A message has another id on the writer's board than its sender knows, and the controller there is an
+    instance of the gateway.
 
     :param schema: of the interface.
     :param hide: show an idle writer, as if nobody had used it before, until it does something for a sender of
@@ -81,10 +79,16 @@ class AnswerTranslator:
 
     def _with_controller(self, block: bytes, field: FieldSchema) -> bytes:
         here = _place(field)
-        sender = self._sender_of(block[here].partition(b"\0")[0].decode("ascii", "replace"))
+        sender = self._sender_of(self.controller(block))
         if sender is None:
             return block
         return block[: here.start] + sender.encode("ascii").ljust(field.size, b"\0") + block[here.stop :]
+
+    def controller(self, block: bytes) -> str:
+        """Return the serial of the exclusive controller that a block of the writer shows; empty: none."""
+        if self._controller is None:
+            return ""
+        return block[_place(self._controller)].partition(b"\0")[0].decode("ascii", "replace")
 
 
 def _place(field: FieldSchema) -> slice:

@@ -52,9 +52,12 @@ class RemoteSkiller:
 
         self.url = url
         self._met = False
+        self._loss = ""
         self._remote = open_blackboard(url)
         names = (url, "here")
-        self._gateway = Gateway(self._remote, board, PATTERNS, bus=bus, names=names, stand_in=True)
+        self._gateway = Gateway(
+            self._remote, board, PATTERNS, bus=bus, names=names, hide_past=True, on_end=self._note_end
+        )
         self._gateway.start()
         if patience_s:
             try:
@@ -79,13 +82,15 @@ class RemoteSkiller:
     def _is_there(self) -> bool:
         return any(mirror.uid.startswith("SkillerInterface::") for mirror in self._gateway.mirrors())
 
+    def _note_end(self, _uid: str, reason: str) -> None:
+        """Note, in the gateway's thread, that an interface is not mirrored any more."""
+        if self._met and not self._loss and not self._is_there():
+            self._loss = f"the Skiller at {self.url} is gone, and with it the skills under way: {reason}"
+
     @property
     def loss(self) -> str:
-        """Why a run cannot go on: the Skiller that was waited for is gone; else empty."""
-        if not self._met or self._is_there():
-            return ""
-        why = "its writer is gone" if self._remote.connected else "the connection is lost"
-        return f"the Skiller at {self.url} is gone, and with it the skills under way: {why}"
+        """Why a run cannot go on: the Skiller that was waited for is gone, or was; else empty."""
+        return self._loss
 
     def close(self) -> None:
         """Carry over what is under way, and leave both blackboards."""

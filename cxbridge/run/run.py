@@ -138,9 +138,9 @@ def _run(
             nonlocal over, loss, is_stuck
             checks.look()
             over = assembly.is_over
+            loss = assembly.loss  # a run may be over because its goals have failed for the loss
             if interrupt.received or over or assembly.clock.now_us() >= deadline_us:
                 return True
-            loss = assembly.loss
             is_stuck = not loss and watch.look()
             return bool(loss) or is_stuck
 
@@ -310,14 +310,16 @@ def _verdict(
     """
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintained)
-    if fault := next(iter(env.faults), loss):
-        return FAULT, fault
+    bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
+    if env.faults:
+        return FAULT, env.faults[0]
+    if loss and (bad or not over):
+        return FAULT, loss
     if not over and not maintaining:
         why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
             why = f"nothing can happen any more: {waits_for(assembly, rule_errors)}"
         return TIMED_OUT, why
-    bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
     if bad:
         return UNSUCCESSFUL, ", ".join(bad)
     if maintaining:

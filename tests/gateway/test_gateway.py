@@ -157,7 +157,7 @@ def test_an_empty_pattern_is_refused():
 # -- messages
 
 
-def test_messages_go_to_the_writer_with_their_id_and_the_true_source(rig, sides):
+def test_messages_go_to_the_writer_with_their_id_from_an_instance_of_the_gateway(rig, sides):
     here, there = sides
     skiller = rig.skiller(here)
     rig.gateway.loop()
@@ -166,8 +166,8 @@ def test_messages_go_to_the_writer_with_their_id_and_the_true_source(rig, sides)
     rig.gateway.loop()
     came = list(skiller.msgq_iter())
     assert [(message.skill_string, message.id) for message in came] == list(zip("abc", ids, strict=True))
-    assert {message.source_id for message in came} == {agent.serial}
-    assert agent.serial not in {message.sender_id for message in came}
+    assert len({message.source_id for message in came}) == 1
+    assert here.list("SkillerInterface")[0].readers == ("gateway", "gateway"), "one reads, one sends"
 
 
 def test_each_sender_has_its_own_count(rig):
@@ -177,13 +177,11 @@ def test_each_sender_has_its_own_count(rig):
     for agent in (one, two, one, one, two):
         agent.msgq_enqueue(SkillerInterface.StopExecMessage())
     rig.gateway.loop()
-    assert [(message.source_id, message.id) for message in skiller.msgq_iter()] == [
-        (one.serial, 1),
-        (two.serial, 1),
-        (one.serial, 2),
-        (one.serial, 3),
-        (two.serial, 2),
-    ]
+    came = [(message.source_id, message.id) for message in skiller.msgq_iter()]
+    sources = [source for source, _ in came]
+    assert sources == [sources[number] for number in (0, 1, 0, 0, 1)]
+    assert sources[0] != sources[1]
+    assert [number for _, number in came] == [1, 1, 2, 3, 2]
 
 
 def test_a_sender_that_came_before_the_writer_gets_answers_under_the_ids_it_knows(rig):
@@ -242,14 +240,73 @@ def test_control_that_a_sender_has_is_given_back_when_it_leaves(rig):
     agent = rig.agent(rig.right)
     agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
     rig.gateway.loop()
-    skiller.exclusive_controller = str(skiller.msgq_pop().source_id)
+    source = skiller.msgq_pop().source_id
+    skiller.exclusive_controller = str(source)
     skiller.write()
     rig.gateway.loop()
-    serial = agent.serial
+    agent.read()
+    assert agent.exclusive_controller == str(agent.serial)
     agent.close()
     rig.gateway.loop()
     message = skiller.msgq_pop()
-    assert (message.type, message.source_id) == ("ReleaseControlMessage", serial)
+    assert (message.type, message.source_id) == ("ReleaseControlMessage", source)
+
+
+def test_control_of_an_instance_that_was_closed_unnoticed_is_given_back(rig):
+    """A Fawkes that loads its Skiller again keeps the controller, if any client has the interface open."""
+    first = rig.skiller(rig.left)
+    keeper = rig.left.open_for_reading(SkillerInterface, "Skiller", owner="keeper")
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    rig.gateway.loop()
+    source = first.msgq_pop().source_id
+    first.close()
+    rig.gateway.loop()
+    second = rig.skiller(rig.left)
+    second.exclusive_controller = str(source)
+    second.write()
+    rig.gateway.look_again()
+    rig.gateway.loop()
+    assert [(message.type, message.source_id) for message in second.msgq_iter()] == [
+        ("ReleaseControlMessage", source)
+    ]
+    keeper.close()
+
+
+@pytest.mark.parametrize(
+    ("shown", "left"),
+    [
+        ("S_RUNNING", "S_FAILED"),
+        ("S_FINAL", "S_FINAL"),
+        ("S_FAILED", "S_FAILED"),
+        ("S_INACTIVE", "S_INACTIVE"),
+    ],
+)
+@pytest.mark.parametrize("loser", ["writer", "gateway"])
+def test_a_writer_that_is_lost_leaves_nobody_in_control_and_nothing_running(rig, shown, left, loser):
+    """The mirror took the zeros of a new writer for its last write, and showed S_RUNNING for ever."""
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    rig.gateway.loop()
+    skiller.exclusive_controller = str(skiller.msgq_pop().source_id)
+    skiller.skill_string, skiller.status = "go{}", shown
+    skiller.write()
+    rig.gateway.loop()
+    (skiller if loser == "writer" else rig.gateway).close()
+    if loser == "writer":
+        rig.gateway.loop()
+    agent.read()
+    assert (agent.status.name, agent.exclusive_controller, agent.has_writer) == (left, "", False)
+    assert bool(agent.error) == (shown == "S_RUNNING")
+    if loser == "writer":
+        rig.skiller(rig.left).write()
+        rig.gateway.look_again()
+        rig.gateway.loop()
+        agent.read()
+        assert (agent.status.name, agent.skill_string, agent.error) == ("S_INACTIVE", "", "")
 
 
 def test_control_that_somebody_else_has_is_left_alone(rig):
@@ -449,7 +506,7 @@ def test_a_message_that_comes_while_the_mirrored_writer_is_opened_is_carried(rig
     rig.gateway.loop()
     message = skiller.msgq_pop()
     assert message is not None
-    assert (message.skill_string, message.source_id) == ("at once", agent.serial)
+    assert message.skill_string == "at once"
 
 
 def test_messages_that_are_too_many_are_refused(rig, monkeypatch):

@@ -155,12 +155,19 @@ def test_control_ends_when_the_controllers_connection_does(rig: Rig):
     assert rig.state.exclusive_controller == ""
 
 
-def test_a_restarted_skiller_keeps_the_controller(skills: Path, rig: Rig, mode: Mode):
+def test_a_skiller_that_is_loaded_again_runs_nothing_and_has_no_controller(
+    skills: Path, rig: Rig, mode: Mode
+):
+    """A Fawkes shows what was shown before: nobody ends the skill, and the controller may be gone."""
     take_control(rig)
+    rig.exec("count{to=1000}")
+    assert rig.status == "S_RUNNING"
     rig.backends.pop().close()
+    assert (rig.status, rig.state.exclusive_controller) == ("S_FAILED", "")
     rig.lua([skills], space="space", mode=mode)
     rig.loop()
-    assert rig.state.exclusive_controller == str(rig.commander.serial)
+    assert (rig.status, rig.state.exclusive_controller) == ("S_FAILED", "")
+    take_control(rig)
     rig.exec("count{}")
     assert rig.status == "S_RUNNING"
 

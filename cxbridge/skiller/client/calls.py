@@ -186,7 +186,8 @@ class SkillerCall(Closing):
         """Wait until the skill string of a message is over.
 
         Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
-        is shown then is not an answer to us.
+        is shown then is not an answer to us. When nobody has control, the end of our call is: a Skiller that
+        leaves shows that the call has failed.
 
         :param before: what the interface held when the message was sent: an earlier caller's message may
             have had the same id, so this is not an answer.
@@ -201,12 +202,14 @@ class SkillerCall(Closing):
                 return SkillResult(CallOutcome.FAILED, "the Skiller is gone", msgid)
             if news.time_us < before.time_us or (news.time_us == before.time_us and values == before.values):
                 continue
-            if (controller := values["exclusive_controller"]) != us:
-                self._in_control = False
-                lost = f"control of the Skiller was lost to {controller or 'nobody'}"
-                return SkillResult(CallOutcome.FAILED, lost, msgid)
             other = values["skill_string"]
             replaced = values["msgid"] == msgid and not skill_string.startswith(other or "?")
+            ended = values["msgid"] == msgid and not replaced and status in (_FINAL, _FAILED)
+            if (controller := values["exclusive_controller"]) != us:
+                self._in_control = False
+                if controller or not ended:
+                    lost = f"control of the Skiller was lost to {controller or 'nobody'}"
+                    return SkillResult(CallOutcome.FAILED, lost, msgid)
             if values["msgid"] != msgid or replaced:
                 if taken or replaced:
                     reason = f"it was replaced by '{other}'" if other else "it was stopped"
@@ -216,15 +219,16 @@ class SkillerCall(Closing):
             if status != reported:
                 reported = status
                 self._on_status(status, values["error"])
-            if status == _FINAL:
-                return SkillResult(CallOutcome.FINAL, "", msgid)
             if status != _RUNNING:
-                reason = values["error"] or (
-                    "the Skiller gives no reason"
-                    if status == _FAILED
-                    else "it called no skill, or was stopped"
-                )
-                return SkillResult(CallOutcome.FAILED, reason, msgid)
+                return _result(status, values["error"], msgid)
+
+
+def _result(status: str, error: str, msgid: int) -> SkillResult:
+    """Return what became of a skill string that is over, by what the Skiller shows."""
+    if status == _FINAL:
+        return SkillResult(CallOutcome.FINAL, "", msgid)
+    why = "the Skiller gives no reason" if status == _FAILED else "it called no skill, or was stopped"
+    return SkillResult(CallOutcome.FAILED, error or why, msgid)
 
 
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:

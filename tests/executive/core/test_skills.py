@@ -160,7 +160,9 @@ def test_an_action_fails_when_control_is_lost(
     skills.action()
     skills.loop(loops=loops)
     before = "S_IDLE" if loops == 1 else "S_RUNNING"
-    skills.tell(exclusive_controller=controller, msgid=msgid, status=status, error="")
+    skills.tell(
+        exclusive_controller=controller, msgid=msgid, status=status, skill_string="thief's{}", error=""
+    )
     lost = f"Lost exclusive control of Skiller to {controller or 'nobody'}"
     action = skills.bench.one("plan-action")
     assert (action["state"], action["error-msg"]) == ("EXECUTION-FAILED", lost)
@@ -172,6 +174,26 @@ def test_an_action_fails_when_control_is_lost(
     ]
     assert not skills.bench.all("skill")
     assert not skills.bench.all("skill-action-execinfo")
+
+
+@pytest.mark.parametrize("loops", [1, 2])
+@pytest.mark.parametrize(
+    ("status", "state"), [("S_FINAL", "EXECUTION-SUCCEEDED"), ("S_FAILED", "EXECUTION-FAILED")]
+)
+def test_the_end_of_our_call_counts_when_nobody_has_control_any_more(
+    skills: Skills, loops: int, status: str, state: str
+) -> None:
+    """A Skiller that leaves shows how our call has ended, and no controller."""
+    skills.skiller.duration = 100
+    skills.acquire()
+    skills.action()
+    skills.loop(loops=loops)
+    (ours,) = [slots["skill-string"] for slots in skills.bench.all("skill")]
+    skills.tell(exclusive_controller="", msgid=2, status=status, skill_string=ours, error="it is gone")
+    action = skills.bench.one("plan-action")
+    assert (action["state"], skills.control()[0]) == (state, FALSE)
+    if state == "EXECUTION-FAILED":
+        assert action["error-msg"] == "it is gone"
 
 
 def test_control_that_is_back_does_not_bring_back_what_was_called_before(skills: Skills) -> None:

@@ -65,13 +65,16 @@ def test_a_changed_file_is_loaded(tmp_path: Path):
     assert skills.rig.writes("text", uid="SpeechSynthInterface::Out") == ["version two"]
 
 
-def test_interfaces_stay_open_and_keep_their_data(tmp_path: Path):
+def test_interfaces_stay_open_and_keep_their_data_and_the_controller_keeps_control(tmp_path: Path):
     skills = Skills(tmp_path, SPACE)
+    skills.rig.send("AcquireControl", False)
+    skills.rig.loop()
     skills.rig.exec("tell{}")
     before = instances(skills.rig)
     assert {"SpeechSynthInterface::Out", "Position3DInterface::Pose"} <= before.keys()
     reader: Any = skills.rig.board.open_for_reading("SpeechSynthInterface", "Out", owner="test")
     skills.change(tell=TELLER + "-- changed\n")
+    assert skills.rig.state.exclusive_controller == str(skills.rig.commander.serial)
     reader.read()
     assert (reader.text, reader.has_writer) == ("version 1", True)
     skills.rig.board.close(reader)

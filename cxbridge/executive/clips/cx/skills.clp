@@ -123,16 +123,20 @@
 
 (defrule skill-control-lost
   "Whatever runs goes on running, but what is shown may be of another's skill by now: our
-   calls have failed, before any status is looked at. We ask for control again."
+   calls have failed, before any status is looked at. We ask for control again.
+   When nobody has got control, the end of a call that is shown is that of ours."
   (declare (salience ?*SALIENCE-HIGH*))
   ?control <- (skiller-control (skiller ?skiller) (acquired TRUE))
   (blackboard-interface (type "SkillerInterface") (id ?skiller) (serial ?us))
-  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us))
+  (SkillerInterface (id ?skiller) (exclusive_controller ?other&~?us)
+                    (skill_string ?text) (msgid ?msgid) (status ?status))
   =>
   (printout t "Lost exclusive skiller control" crlf)
   (modify ?control (acquired FALSE))
+  (bind ?ended (and (eq ?other "") (member$ ?status (create$ S_FINAL S_FAILED))))
   (do-for-all-facts ((?skill skill))
-      (and (eq ?skill:skiller ?skiller) (member$ ?skill:status (create$ S_IDLE S_RUNNING)))
+      (and (eq ?skill:skiller ?skiller) (member$ ?skill:status (create$ S_IDLE S_RUNNING))
+           (not (and ?ended (= ?skill:msgid ?msgid) (eq ?skill:skill-string ?text))))
     (skill-fail-without-control ?skill ?other)))
 
 (defrule skill-control-release
