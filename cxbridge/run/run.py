@@ -311,10 +311,8 @@ def _verdict(
     env, goals = assembly.executive.env, assembly.executive.goals
     maintaining = ", ".join(assembly.executive.maintained)
     bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
-    if env.faults:
-        return FAULT, env.faults[0]
-    if loss and (bad or not over):
-        return FAULT, loss
+    if fault := next(iter(env.faults), loss if bad or not over else ""):
+        return FAULT, fault
     if not over and not maintaining:
         why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
