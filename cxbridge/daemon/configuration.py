@@ -81,4 +81,5 @@ def make_run_options(options: DaemonOptions, config: Configuration, settings: Da
         strict=options.strict,
     )
     made.check()
+    source_of(made).check()
     return replace(made, skiller=settings.skiller, speech=settings.speech)

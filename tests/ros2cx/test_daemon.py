@@ -80,7 +80,8 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
     [
         ({"config": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
         ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
-        ({"ros2cx": Path("/nowhere")}, "this is not a checkout of ros2-clips-executive"),
+        ({"ros2cx": Path("/nowhere")}, "/nowhere: there is no such folder"),
+        ({"ros2cx": Path("/")}, "this is not a checkout of ros2-clips-executive"),
         ({"spec": "nope"}, "the configuration has no spec 'nope'"),
         ({"ros2cx": None, "executors": ("move=a.py:B",)}, "--executor goes with --ros2cx only"),
         ({"overlay": Path("nope")}, "shipped with cxbridge: goals,"),
