@@ -68,6 +68,22 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert process.wait(WAIT_S) == 1
 
 
+def test_the_page_of_a_run_asks_the_same_table_of_rights(tmp_path):
+    scenario, port = write_scenario(tmp_path), free_port()
+    (tmp_path / "look.yaml").write_text("cxbridge: {remote-control: false}\n")
+    command = ("run", scenario, "--config", tmp_path / "look.yaml", "--web", port, "--no-browser")
+    with served(*command) as (process, address):
+        found = json.loads(get(address, "/api/cxbridge/status")[1])
+        assert (found["remote_control"], found["remote_programs"]) == (False, False)
+        connection = http.client.HTTPConnection("127.0.0.1", int(port), timeout=WAIT_S)
+        connection.request("POST", "/api/cxbridge/pause", b"{}", {"Content-Type": "application/json"})
+        answer = connection.getresponse()
+        assert (answer.status, b"remote-control" in answer.read()) == (403, True)
+        connection.close()
+        process.send_signal(signal.SIGINT)
+        process.wait(WAIT_S)
+
+
 def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
     from tests.trace.foxglove.client import connected

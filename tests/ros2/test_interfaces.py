@@ -17,6 +17,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import LogLine
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
@@ -255,6 +256,20 @@ def test_mistakes(tmp_path: Path, domain: int, text: str, message: str):
     ):
         pass
     assert str(caught.value.file) == str(tmp_path / "more.yaml")
+
+
+def test_a_run_whose_clients_may_only_look_is_not_written(tmp_path: Path, domain: int, node: Node):
+    topics = "    all: {interface: 'BatteryInterface::Robot', direction: write, DOMAIN}\n"
+    lines: list[str] = []
+    with a_run(tmp_path, domain, f"{topics}cxbridge: {{remote-control: false}}\n") as run:
+        run.bus.subscribe(lambda line: lines.append(str(line)), LogLine)
+        battery = run.board.open_for_reading("BatteryInterface", "Robot")
+        publisher = node.publisher(BATTERY, type_of("BatteryInterface"))
+        turn_until(run, node, lambda: publisher.subscriptions)
+        publisher.publish({"current": 7})
+        turn_until(run, node, lambda: any(f"refused: {BATTERY}: cxbridge/remote" in line for line in lines))
+        battery.read()
+        assert battery.get("current") == 0
 
 
 # -- Skillers

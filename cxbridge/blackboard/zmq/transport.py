@@ -9,7 +9,7 @@ from urllib.parse import parse_qsl
 from cxbridge.blackboard.base import Registry
 from cxbridge.blackboard.kit.transport import Transport
 from cxbridge.blackboard.zmq.client import ZmqBlackBoard
-from cxbridge.blackboard.zmq.security import CurveClient
+from cxbridge.blackboard.zmq.security import CurveClient, takes_keys
 from cxbridge.clock import Clock
 from cxbridge.errors import BlackBoardError
 from cxbridge.events import EventBus
@@ -36,7 +36,7 @@ class ZmqTransport(Transport):
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
         """Return the keys of the query, or that there shall be none; see the base class."""
-        if not url.startswith("tcp://"):
+        if not takes_keys(url):
             return super().read_query(url, query)
         given = dict(parse_qsl(query, keep_blank_values=True))
         insecure = given.pop("insecure", "no").lower() in _YES

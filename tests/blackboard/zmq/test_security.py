@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import gc
+import os
+import sys
 import warnings
 from pathlib import Path
 
@@ -11,10 +13,11 @@ import zmq.auth
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.kit.errors import DisconnectedError, EndpointError, InsecureEndpointError
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq import CurveClient, CurveServer, ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.blackboard.zmq.client import session
 from cxbridge.blackboard.zmq.security import check_endpoint
-from cxbridge.clock import VirtualClock
+from cxbridge.clock import RealClock, VirtualClock
 from tests.blackboard.samples import SampleRegistry
 from tests.blackboard.zmq.support import LONG, bench
 
@@ -33,6 +36,7 @@ BEYOND = [
     "tcp://[::]:1",
     "tcp://robot:1",
     "tcp://eth0:*",
+    "ipc://@x",
 ]
 
 
@@ -61,6 +65,9 @@ def test_server_and_client_refuse_insecure_endpoints():
         ZmqBlackBoardServer(board, ["tcp://0.0.0.0:*"])
     with pytest.raises(InsecureEndpointError):
         ZmqBlackBoard("tcp://192.0.2.1:1", SampleRegistry(), VirtualClock())
+
+
+NAMES = ("friend", "stranger")
 
 
 @pytest.fixture
@@ -112,6 +119,26 @@ def test_a_key_file_that_is_none(keys, file):
     with pytest.raises(EndpointError) as caught:
         server.start()
     assert caught.value.file == str(keys / file)
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="abstract sockets are of Linux")
+def test_an_abstract_socket_has_no_owner_and_takes_keys(keys):
+    url = f"ipc://@cxbridge-test-{os.getpid()}"
+    board = LocalBlackBoard(SampleRegistry(), VirtualClock())
+    with pytest.raises(InsecureEndpointError):
+        ZmqBlackBoardServer(board, [url])
+    friend, stranger = (f"key={keys}/{name}.key_secret&server-key={keys}/server.key" for name in NAMES)
+    with ZmqBlackBoardServer(board, [url], keys=CurveServer(keys / "server.key_secret", keys / "clients")):
+
+        def list_all(query: str, patience: float) -> list[object]:
+            place = f"{url}?{query}"
+            with open_blackboard(place, SampleRegistry(), RealClock(), connect_timeout=patience) as client:
+                return list(client.list_all())
+
+        assert list_all(friend, LONG) == []
+        for query in (stranger, "insecure=yes"):
+            with pytest.raises(DisconnectedError):
+                list_all(query, 0.7)
 
 
 def test_an_ipc_endpoint_is_for_its_user_only(tmp_path):

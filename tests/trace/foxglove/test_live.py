@@ -13,6 +13,7 @@ import jsonschema_rs
 import pytest
 
 from cxbridge.clock import RealClock
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
@@ -156,6 +157,71 @@ def test_a_stopped_server_hears_nothing_and_serves_nobody(server):
                 return
         pause.wait(0.1)
     raise AssertionError("it still serves")
+
+
+def greeted(made: Any, *fields: str) -> bytes:
+    """Ask for the protocol with these fields of a request, and return the first line of the answer."""
+    port = int(made.url.rpartition(":")[2])
+    head = [
+        "GET / HTTP/1.1",
+        "Upgrade: websocket",
+        "Connection: Upgrade",
+        "Sec-WebSocket-Version: 13",
+        "Sec-WebSocket-Key: AAAAAAAAAAAAAAAAAAAAAA==",
+        "Sec-WebSocket-Protocol: foxglove.sdk.v1",
+        *fields,
+    ]
+    with socket.create_connection(("127.0.0.1", port), timeout=10) as asks:
+        asks.sendall("".join(f"{line}\r\n" for line in (*head, "")).encode())
+        return asks.makefile("rb").readline().strip()
+
+
+@pytest.mark.parametrize(
+    ("fields", "status"),
+    [
+        (["Host: localhost:8765"], b"101"),
+        (["Host: 127.0.0.1:1"], b"101"),
+        (["Host: localhost", "Origin: https://app.foxglove.dev"], b"101"),
+        (["Host: localhost", "Origin: file://"], b"101"),
+        (["Host: localhost", "origin:http://evil.example"], b"403"),
+        (["Host: localhost", "ORIGIN: null"], b"403"),
+        (["Host: localhost", "Origin: http://localhost:8088"], b"403"),
+        (["Host: evil.example:8765"], b"421"),
+        (["Host: localhost", "Host: localhost"], b"400"),
+        (["Host: localhost", "Origin: file://", "Origin: http://evil.example"], b"400"),
+        ([], b"400"),
+    ],
+)
+def test_a_page_of_another_origin_may_not_connect(server, fields, status):
+    """The server of foxglove-sdk answers any: every page of the user's browser could read the run."""
+    _, made = server
+    assert greeted(made, *fields).split()[1] == status
+
+
+def test_beyond_this_machine_it_does_not_start_by_itself(tmp_path):
+    with pytest.raises(CxbridgeError, match=r"0\.0\.0\.0 could be reached"):
+        make_foxglove_server(EventBus(RealClock()), FoxgloveSettings(host="0.0.0.0", port=0))
+    file = tmp_path / "daemon.yaml"
+    file.write_text("cxbridge: {foxglove: {host: 0.0.0.0, port: 0}}\n")
+    with pytest.raises(CxbridgeError, match="foxglove/insecure"):
+        Daemon(DaemonOptions(config=file))
+    made = make_foxglove_server(
+        EventBus(RealClock()), FoxgloveSettings(host="0.0.0.0", port=0, insecure=True)
+    )
+    made.start()
+    try:
+        assert greeted(made, "Host: robot:8765").split()[1] == b"101"
+        assert greeted(made, "Host: robot:8765", "Origin: http://evil.example").split()[1] == b"403"
+    finally:
+        made.stop()
+
+
+def test_who_says_nothing_or_too_much_is_not_connected(server):
+    _, made = server
+    port = int(made.url.rpartition(":")[2])
+    with socket.create_connection(("127.0.0.1", port), timeout=20) as asks:
+        asks.sendall(b"GET / HTTP/1.1\r\n" + b"X: y\r\n" * 10_000)
+        assert asks.recv(1) == b""
 
 
 def test_a_port_that_is_taken_is_one_clear_error():

@@ -1,0 +1,174 @@
+"""The tables of ways in: a component, a socket or a service that is in none of them fails here."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+
+import pytest
+
+from cxbridge.blackboard.kit.errors import InsecureEndpointError
+from cxbridge.blackboard.zmq.security import check_endpoint
+from cxbridge.daemon.table import DAEMON_COMPONENTS
+from cxbridge.errors import ConfigError
+from cxbridge.listening import is_loopback, is_named, is_own_page, is_private
+from cxbridge.rights import FRAMES, Right, right_of_frame
+from cxbridge.run.components.table import COMPONENTS
+from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge.web.settings import WebSettings
+from tests.support import ROOT
+
+WAYS = {
+    "blackboard": (),
+    "recorder": (),
+    "zmq": ("zmq",),
+    "fawkes": ("fawkes-blackboard", "fawkes-plugins", "fawkes-configuration", "fawkes-logger"),
+    "foxglove": ("foxglove",),
+    "web": (),  # its endpoints name their rights: test_rights.py
+    "ros2-node": ("ros2-lifecycle", "ros2-parameters"),
+    "skiller": (),
+    "speech": (),
+    "skill-board": (),
+    "ros2-performers": ("ros2-performers",),
+    "ros2-experts": ("ros2-experts",),
+    "ros2-interfaces": ("ros2-interfaces",),
+    "ros2-skiller": ("ros2-action",),
+    "ros2-tf": ("ros2-tf",),
+    "planning": (),
+    "executive": (),  # what the agent's rules open is the agent's: docs/security.md
+}
+"""The protocols of each component. A component without any lets nobody in by itself."""
+
+LISTENS = {
+    "cxbridge.blackboard.fawkesnet.server": "allowed_peers.resolve_listening",
+    "cxbridge.blackboard.zmq.client.receiving": "inproc: within the process",
+    "cxbridge.blackboard.zmq.server.server": "security.check_endpoint",
+    "cxbridge.blackboard.zmq.wire.sockets": "security.check_endpoint, in the server",
+    "cxbridge.cli.web_options": "tries whether a port of the loopback is free",
+    "cxbridge.executive.protobuf.network": "clips-protobuf/server-address",
+    "cxbridge.executive.protobuf.peer": "the address that the agent's rules name",
+    "cxbridge.explore.coordinator": "a file in a folder of this user",
+    "cxbridge.trace.foxglove.door": "FoxgloveSettings.check",
+    "cxbridge.trace.foxglove.live": "a random address of the loopback, behind the door",
+    "cxbridge.web.http.serving": "WebSettings.check",
+}
+"""The modules that bind a socket, and what decides where."""
+
+_BINDING = {
+    *("bind", "bind_to_random_port", "create_server", "start_server", "start_unix_server"),
+    *("create_unix_server", "HTTPServer", "TCPServer", "UDPServer", "ThreadingHTTPServer"),
+}
+
+
+def calls() -> Iterator[tuple[str, ast.Call, str, str]]:
+    """Yield each call in the package: its module, the call, its receiver and its name."""
+    for path in sorted((ROOT / "cxbridge").rglob("*.py")):
+        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+        for node in ast.walk(ast.parse(path.read_text())):
+            if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
+                yield module, node, ast.unparse(node.func.value), node.func.attr
+            elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
+                yield module, node, "", node.func.id
+
+
+# -- the tables
+
+
+def test_each_component_is_a_way_in_or_none():
+    names = [row.name for row in (*DAEMON_COMPONENTS, *COMPONENTS.rows)]
+    assert set(names) == set(WAYS)
+    assert {protocol for protocols in WAYS.values() for protocol in protocols} == set(FRAMES)
+
+
+def test_each_socket_that_is_bound_is_known():
+    found = {
+        module for module, _, receiver, name in calls() if name in _BINDING and "signature" not in receiver
+    }
+    assert found == set(LISTENS)
+
+
+def test_each_service_and_each_topic_of_a_node_names_its_right():
+    """Without a right it needs the highest: no client of a daemon beyond the loopback would have it."""
+    found = [
+        (module, {keyword.arg for keyword in call.keywords})
+        for module, call, receiver, name in calls()
+        if (
+            name in ("subscribe", "serve", "serve_later")
+            and receiver.rpartition(".")[2].strip("_") in ("node", "_node")
+        )
+        or name == "ActionServer"
+    ]
+    assert len(found) > 12
+    assert [module for module, keywords in found if "needs" not in keywords] == []
+
+
+def test_a_frame_without_an_entry_needs_the_highest_right():
+    assert right_of_frame("ros2-lifecycle", "new") is right_of_frame("new", "any") is Right.PROGRAMS
+
+
+# -- where servers may listen
+
+
+@pytest.mark.parametrize(
+    ("host", "expected"),
+    [
+        *(
+            (host, True)
+            for host in ("localhost", "127.0.0.1", "127.4.5.6", "::1", "[::1]", "::ffff:127.0.0.1")
+        ),
+        *((host, False) for host in ("0.0.0.0", "::", "192.168.0.1", "robot", "", "*", "fe80::1%eth0")),
+    ],
+)
+def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
+    assert is_loopback(host) is expected
+    for settings in (FoxgloveSettings(host=host), WebSettings(host=host)):
+        if expected:
+            settings.check()
+        else:
+            with pytest.raises(ConfigError, match="could be reached from beyond this machine"):
+                settings.check()
+
+
+def test_foxglove_listens_elsewhere_if_the_settings_say_so():
+    FoxgloveSettings(host="0.0.0.0", insecure=True).check()
+
+
+@pytest.mark.parametrize(
+    ("endpoint", "expected"),
+    [
+        *((each, True) for each in ("ipc:///tmp/x", "inproc://x", "tcp://127.0.0.1:*", "tcp://[::1]:1911")),
+        *((each, False) for each in ("ipc://@x", "ipc://@", "tcp://*:1911", "tcp://eth0:1", "tcp://[::1")),
+    ],
+)
+def test_an_endpoint_is_private_or_needs_keys(endpoint: str, expected: bool):
+    assert is_private(endpoint) is expected
+    for secured in ({"keys": True, "insecure": False}, {"keys": False, "insecure": True}):
+        check_endpoint(endpoint, **secured)
+    if expected:
+        check_endpoint(endpoint, keys=False, insecure=False)
+    else:
+        with pytest.raises(InsecureEndpointError):
+            check_endpoint(endpoint, keys=False, insecure=False)
+
+
+@pytest.mark.parametrize(
+    ("origin", "expected"),
+    [
+        *((each, True) for each in ("", "http://localhost:1", "HTTP://LOCALHOST:1", "https://ours.example")),
+        *(
+            (each, False)
+            for each in ("null", "http://localhost", "https://localhost:1", "http://evil.example")
+        ),
+    ],
+)
+def test_pages_of_other_origins_are_strangers(origin: str, expected: bool):
+    assert is_own_page(origin, "http", "localhost:1", ("https://ours.example",)) is expected
+    assert is_own_page(origin, "http", "localhost:1", ("*",))
+
+
+def test_a_name_counts_without_its_port():
+    names = {"localhost", "::1"}
+    assert all(is_named(host, names) for host in ("localhost", "LocalHost:80", "[::1]:80", "[::1]"))
+    assert not any(
+        is_named(host, names) for host in ("", "evil.example", "localhost.evil.example:80", "[::2]")
+    )

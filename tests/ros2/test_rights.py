@@ -1,0 +1,315 @@
+"""Ways in of ROS 2 x operations x settings: a node on the domain tries each row of the table of rights."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack, contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+
+from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
+from cxbridge.blackboard.urls import open_blackboard
+from cxbridge.clock import RealClock
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.errors import CxbridgeError
+from cxbridge.events import Event, InterfaceMessage
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.rights import EXEC_SKILL, FRAMES, Right, right_of_frame
+from cxbridge.ros2.actions import ActionClient, CancelCode
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.experts.client import ExpertClient
+from cxbridge.ros2.experts.definitions import TYPES
+from cxbridge.ros2.frames import TRANSFORMS
+from cxbridge.ros2.hub.words import Key, Word, WordKind
+from cxbridge.ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
+from cxbridge.ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
+from cxbridge.ros2.plansys2 import PlanSys2Protocol
+from cxbridge.ros2.qos import PROFILES
+from cxbridge.ros2.transports.dds import DdsNode
+from tests.blackboard.fawkesnet.raw import raw_client
+from tests.daemon.test_daemon import running
+from tests.daemon.test_rights import rest
+from tests.ros2.experts.agents import AGENT, FAST
+from tests.ros2.experts.test_services import named
+
+CONFIG = """
+cxbridge:
+  fawkes: {port: 0}
+  zmq: {endpoints: ['ipc://FOLDER/bb'MORE_ENDPOINT], insecure: true}
+  web: {port: 0}
+  SETTINGS
+skiller: {mode: fawkes}
+skill-board:
+  agents: {robot2: {executors: {work: {class: "tests.ros2.hub:Work"}}}}
+ros2:
+  node: {name: robot, domain: DOMAIN}
+  skiller: {domain: DOMAIN}
+  tf: {domain: DOMAIN}
+  experts: {serve: all, distribution: iron, domain: DOMAIN}
+  performers: {hub: {protocol: plansys2, name: ours, agent: robot2, actions: [wave], domain: DOMAIN}}
+  interfaces:
+    battery: {interface: "BatteryInterface::Robot", direction: write, domain: DOMAIN}
+    skiller: {interface: "SkillerInterface::Skiller", messages: true, domain: DOMAIN}
+    debug: {interface: "SkillerDebugInterface::*", messages: true, domain: DOMAIN}
+"""
+
+BEYOND = ", 'tcp://0.0.0.0:*'"
+SETTINGS: dict[str, tuple[str, str, Right]] = {
+    "nothing": ("", "", Right.PROGRAMS),
+    "remote-programs off": ("remote-programs: false", "", Right.CONTROL),
+    "remote-control off": ("remote-control: false", "", Right.LOOK),
+    "beyond the loopback": ("", BEYOND, Right.CONTROL),
+    "remote-programs beyond the loopback": ("remote-programs: true", BEYOND, Right.PROGRAMS),
+}
+"""By their names: settings, another endpoint, and the highest right that clients have then."""
+
+
+@dataclass
+class Asking:
+    """A node that asks a daemon, and the daemon's log."""
+
+    node: DdsNode
+    daemon: Daemon
+    lines: list[str]
+    clients: dict[str, Any] = field(default_factory=dict)
+
+    def until(self, condition: Callable[[], Any]) -> None:
+        end = time.monotonic() + 45
+        while not condition():
+            assert time.monotonic() < end, self.lines[-20:]
+            self.node.poll(0.02)
+
+    def call(self, service: str, kind: str, request: dict[str, Any] | None = None) -> Any:
+        """Call a service, and return the response."""
+        client = self.clients.get(service) or self.node.client(service, kind)
+        self.clients[service] = client
+        self.until(lambda: client.is_served)
+        got: list[Any] = []
+        client.call(request or {}, got.append)
+        self.until(lambda: got)
+        return got[0]
+
+    def publish(
+        self, topic: str, kind: str, message: Any, happened: Callable[[], Any], qos: str = "default"
+    ) -> bool:
+        """Publish until something happens, or the daemon says that it refuses; return whether it happened."""
+        publisher = self.node.publisher(topic, kind, PROFILES[qos])
+        self.until(lambda: publisher.subscriptions)
+        publisher.publish(message)
+        refusal = f"refused: {topic}:"
+        self.until(lambda: happened() or any(refusal in line for line in self.lines))
+        done = bool(happened())
+        assert done is not any(refusal in line for line in self.lines)
+        publisher.close()
+        return done
+
+
+def _lifecycle(ask: Asking, frame: str) -> bool:
+    kind = f"lifecycle_msgs/srv/{_KINDS.get(frame, ''.join(map(str.capitalize, frame.split('_'))))}"
+    if frame != "change_state":
+        return any(ask.call(f"/robot/{frame}", kind).values())
+    done = [
+        ask.call(f"/robot/{frame}", kind, {"transition": {"label": label}})["success"]
+        for label in ("deactivate", "activate")
+    ]
+    assert ask.daemon.state == "RUNNING"
+    return all(done)
+
+
+_KINDS = {"get_transition_graph": "GetAvailableTransitions"}
+
+
+def _parameters(ask: Asking, frame: str) -> bool:
+    kind = f"rcl_interfaces/srv/{''.join(map(str.capitalize, frame.split('_')))}"
+    value = {"name": "spec", "value": {"type": 4, "string_value": "other"}}
+    request = {"parameters": [value]} if frame.startswith("set") else {"names": ["spec"]}
+    if frame == "list_parameters":
+        request = {}
+    response = ask.call(f"/robot/{frame}", kind, request)
+    if not frame.startswith("set"):
+        return any(response.values())
+    (result,) = response.get("results", [response.get("result")])
+    assert result["successful"] is False  # it is read-only
+    return "refused" not in result["reason"]
+
+
+def _cancel(ask: Asking) -> bool:
+    request = {"goal_info": {"goal_id": {"uuid": bytes(15) + b"\1"}}}
+    code = ask.call("/skiller/execute/_action/cancel_goal", "action_msgs/srv/CancelGoal", request)
+    return bool(code["return_code"] == CancelCode.UNKNOWN_GOAL_ID)
+
+
+def _get_result(ask: Asking) -> bool:
+    kind = EXEC_SKILL_ACTION + "_GetResult"
+    request = {"goal_id": {"uuid": bytes(15) + b"\1"}}
+    return bool(ask.call("/skiller/execute/_action/get_result", kind, request)["status"] == 0)
+
+
+def _execute(ask: Asking) -> bool:
+    with ActionClient(ask.node, "/skiller/execute", EXEC_SKILL_ACTION) as client:
+        ask.until(lambda: client.is_served)
+        sent = client.send({"skill_string": 'error("evaluated " .. 1 + 1)', "steal": True})
+        ask.until(lambda: sent.is_over)
+        evaluated = "evaluated 2" in str(sent.result)
+        assert evaluated is bool(sent.is_accepted)
+        return evaluated
+
+
+def _write(ask: Asking) -> bool:
+    battery = ask.daemon.board.open_for_reading("BatteryInterface", "Robot")
+
+    def is_written() -> bool:
+        battery.read()
+        return int(battery.get("current")) == 7
+
+    topic = "/blackboard/BatteryInterface/Robot"
+    return ask.publish(topic, type_of("BatteryInterface"), {"current": 7}, is_written)
+
+
+def _transforms(ask: Asking, topic: str) -> bool:
+    frame = f"of{topic.replace('/', '_')}"
+    transform = {
+        "header": {"frame_id": "map"},
+        "child_frame_id": frame,
+        "transform": {"rotation": {"w": 1.0}},
+    }
+    there = partial(ask.daemon.board.list, "TransformInterface", f"*{frame}")
+    return ask.publish(topic, TRANSFORMS, {"transforms": [transform]}, there, topic[1:])
+
+
+def _word(ask: Asking) -> bool:
+    protocol = PlanSys2Protocol()
+    said: list[int] = []
+    end = ask.node.subscribe(protocol.topic, protocol.message_type, lambda each: said.append(each["type"]))
+    word = Word(WordKind.REQUEST, "asks", Key("wave", ("a",), ""))
+    heard = ask.publish(
+        protocol.topic, protocol.message_type, protocol.message(word), lambda: WordKind.RESPONSE in said
+    )
+    end()
+    return heard
+
+
+def _expert(ask: Asking, frame: str) -> bool:
+    client = ExpertClient(ask.node, RealClock(), "", patience_s=20.0)
+    if frame == "read":
+        return bool(client.ask("/problem_expert/get_problem")["success"])
+    if frame == "change":
+        response = client.ask("/problem_expert/add_problem_instance", named("attic", "room"))
+        assert response["success"] is ("attic" in client.do("/problem_expert/get_problem")["problem"])
+        return bool(response["success"])
+    return not client.ask("/planner/get_plan")["error_info"].startswith("refused")
+
+
+PROBES: dict[tuple[str, str], Callable[[Asking], bool]] = {
+    **{(name, each): partial(_lifecycle, frame=each) for name in ["ros2-lifecycle"] for each in FRAMES[name]},
+    **{
+        (name, each): partial(_parameters, frame=each)
+        for name in ["ros2-parameters"]
+        for each in FRAMES[name]
+    },
+    ("ros2-action", "cancel_goal"): _cancel,
+    ("ros2-action", "get_result"): _get_result,
+    ("ros2-interfaces", "write"): _write,
+    ("ros2-tf", "/tf"): partial(_transforms, topic="/tf"),
+    ("ros2-tf", "/tf_static"): partial(_transforms, topic="/tf_static"),
+    ("ros2-performers", "word"): _word,
+    **{("ros2-experts", each): partial(_expert, frame=each) for each in ("read", "change", "plan")},
+}
+"""How each row of the table is asked for; returns whether it was done."""
+
+
+def test_each_row_of_ros_is_probed():
+    rows = {(name, frame) for name, frames in FRAMES.items() if name.startswith("ros2-") for frame in frames}
+    assert rows == set(PROBES)
+
+
+@contextmanager
+def asking(folder: Path, domain: int, settings: str, endpoint: str) -> Iterator[Asking]:
+    text = next(AGENT.glob("*.yaml")).read_text().replace("clips-dirs: []", f"clips-dirs: ['{AGENT}']")
+    text += FAST + CONFIG.replace("FOLDER", str(folder)).replace("DOMAIN", str(domain + 4))
+    text = text.replace("MORE_ENDPOINT", endpoint).replace("SETTINGS", settings)
+    file = folder / "daemon.yaml"
+    file.write_text(text)
+    registry = InterfaceRegistry()
+    texts = {**ACTIONS, **TYPES}
+    for name in ("BatteryInterface", "SkillerInterface", "SkillerDebugInterface"):
+        texts.update(definitions_of(registry.schema(name)))
+    types = Definitions(distribution="iron", environment={}, texts=texts)
+    with (
+        running(DaemonOptions(config=file)) as (daemon, lines, _),
+        DdsNode("asks", types, domain + 4) as node,
+    ):
+        yield Asking(node, daemon, lines)
+
+
+@pytest.mark.parametrize("name", SETTINGS)
+def test_each_way_in_asks_the_table(name: str, domain: int, tmp_path: Path):
+    settings, endpoint, highest = SETTINGS[name]
+    with asking(tmp_path, domain, settings, endpoint) as ask:
+        for (protocol, frame), probe in PROBES.items():
+            allowed = right_of_frame(protocol, frame) <= highest
+            assert (protocol, frame, probe(ask)) == (protocol, frame, allowed)
+        of_skills = ask.daemon.settings.rights.of_message(*EXEC_SKILL)
+        assert of_skills is Right.PROGRAMS
+        assert _execute(ask) is (highest is Right.PROGRAMS)
+        check_messages_as_topics(ask, highest)
+        check_skill_strings(ask, highest, tmp_path)
+
+
+def check_messages_as_topics(ask: Asking, highest: Right) -> None:
+    """Messages of interfaces that are topics of ROS 2 need the rights that they need on the blackboard."""
+    came: list[str] = []
+
+    def note(event: Event) -> None:
+        assert isinstance(event, InterfaceMessage)
+        came.append(event.message)
+
+    ask.daemon.bus.subscribe(note, InterfaceMessage)
+    for interface, name in (
+        ("SkillerDebugInterface", "SetGraphColored"),
+        ("SkillerInterface", "StopExec"),
+        ("SkillerInterface", "ExecSkill"),
+    ):
+        message = f"{name}Message"
+        place = f"/blackboard/{interface}/Skiller/{name}"
+        sent = ask.publish(place, type_of(interface, message), {}, lambda each=message: each in came)  # type: ignore[misc]
+        assert sent is (ask.daemon.settings.rights.of_message(interface, message) <= highest), name
+    ask.daemon.bus.unsubscribe(note)
+
+
+def check_skill_strings(ask: Asking, highest: Right, folder: Path) -> None:
+    """Skill strings are programs over ZeroMQ, Fawkes' port and REST, too."""
+    may = highest is Right.PROGRAMS
+    registry = InterfaceRegistry()
+    with ExitStack() as stack:
+        board = stack.enter_context(open_blackboard(f"ipc://{folder}/bb", registry, RealClock()))
+        skiller = stack.enter_context(board.open_for_reading("SkillerInterface", "Skiller"))
+        try:
+            message = skiller.create_message("ExecSkillMessage")
+            message.set("skill_string", "print(1)")
+            skiller.msgq_enqueue(message)
+            sent = True
+        except CxbridgeError:
+            sent = False
+        assert sent is may
+        status, _ = rest(ask.daemon, "POST", "/skiller/call", {"skill_string": "print(1)"})
+        assert (status != 403) is may
+        port = int(next(url for url in ask.daemon.endpoints if url.startswith("fawkes")).rpartition(":")[2])
+        client = stack.enter_context(raw_client(port))
+        of_skiller = registry.get("SkillerInterface")
+        opened = client.ask(bb.Open("SkillerInterface", "Skiller", of_skiller.SCHEMA.hash, writing=False))
+        assert isinstance(opened, bb.OpenSuccess)
+        message = of_skiller.MESSAGES["ExecSkillMessage"]()
+        sent_to = bb.WireMessage(opened.serial, opened.serial, "ExecSkillMessage", 1, 0, message.to_bytes())
+        client.send(sent_to.to_bytes())
+        refusal = "ExecSkillMessage to SkillerInterface"
+        client.ask(bb.Open("SkillerInterface", "Skiller", of_skiller.SCHEMA.hash, writing=False))
+        assert any(refusal in line for line in ask.lines) is not may
