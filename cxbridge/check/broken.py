@@ -22,8 +22,12 @@ _UNKNOWN_NAMES: Final = frozenset({"CX202", "CX203", "CX204", "CX205"})
 def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
     """Return an error with the findings of the check, and with what the check does not see.
 
+    Of a lenient run the error stays as it is: the check would add the known defects of a checkout.
+
     :param options: of the run.
     """
+    if options.is_lenient:
+        return error
     options = replace(options, trace=None, log=None, bblog=None, replay=())
     try:
         findings = [each for each in check(options, errors_only=True) if each.code.severity is Severity.ERROR]

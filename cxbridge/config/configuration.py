@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import TypeVar, overload
 
 from cxbridge.config.documents import MAX_DEPTH, Mark
 from cxbridge.config.errors import ConfigMissingError, ConfigTypeError
-from cxbridge.config.loader import ConfigLoader
+from cxbridge.config.loader import ConfigLoader, files_of
 from cxbridge.config.scalars import UINT_MAX, to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import mask
 from cxbridge.config.tree import ConfigNode, NodeKind, overlay, split_path
@@ -49,6 +51,7 @@ class Configuration:
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
         self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # what was where something was set since
+        self._host_includes: tuple[Path, ...] = ()
         self.files: tuple[Path, ...] = ()
         """The files that were read, in the order they were laid over each other."""
         self.warnings: tuple[str, ...] = ()
@@ -96,6 +99,7 @@ class Configuration:
         config._root = loader.root
         config.files = tuple(loader.files)
         config.warnings = tuple(loader.warnings)
+        config._host_includes = tuple(loader.host_includes)
         return config
 
     # ---- looking
@@ -284,9 +288,43 @@ class Configuration:
                 line=node.mark.line or None, hint=f"below it are: {', '.join(list(node.children)[:8])}",
             )  # fmt: skip
         known = [leaf for leaf, _ in self._root.leaves("")]
-        file = str(self.files[0]) if self.files else None
-        hint = did_you_mean(path, known, cutoff=_LIKE_PATHS) or None
-        return ConfigMissingError(f"there is no configuration value {path}", file=file, hint=hint)
+        hint = self._hint_of_hosts(path) or did_you_mean(path, known, cutoff=_LIKE_PATHS) or None
+        mark = self._nearest(path)
+        return ConfigMissingError(
+            f"there is no configuration value {path}",
+            file=mark.file or (self.files[0] if self.files else None),
+            line=mark.line or None,
+            hint=hint,
+        )
+
+    def _nearest(self, path: str) -> Mark:
+        """Return the place of the map that a value would be in, or of the nearest map above it."""
+        elements = split_path(path)
+        for end in range(len(elements) - 1, 0, -1):
+            node = self._root.find("/".join(elements[:end]))
+            if node is not None and node.mark.file:
+                return node.mark
+        return Mark()
+
+    def _hint_of_hosts(self, path: str) -> str:
+        """Return a hint when files of other hosts have a value; empty when they have not."""
+        having = []
+        for file in self._host_files():
+            with suppress(ConfigError):
+                if Configuration.load(file).exists(path):
+                    having.append(str(file))
+        if not having:
+            return ""
+        more = f" ({len(having)} files have it)" if len(having) > 1 else ""
+        return f"{having[0]} has it, for another host{more}: --config {shlex.quote(having[0])}"
+
+    def _host_files(self) -> Iterator[Path]:
+        """Yield the files of other hosts that includes with ``$host`` name."""
+        for include in self._host_includes:
+            for path in sorted(include.parent.glob(include.name.replace("$host", "*", 1))):
+                for file in files_of(path) if path.is_dir() else [path]:
+                    if file not in self.files:
+                        yield file
 
     def below(self, path: str) -> Configuration:
         """Return a copy of what is below a path, as a configuration of its own; empty when nothing is."""
@@ -372,6 +410,7 @@ class Configuration:
         """
         overlay(self._root, other._root)
         self.files += other.files
+        self._host_includes += other._host_includes
         self.warnings += other.warnings
 
 

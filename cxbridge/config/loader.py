@@ -44,6 +44,8 @@ class ConfigLoader:
     def __init__(self, confdir: Path, host: str | None = None) -> None:
         self.root = ConfigNode(NodeKind.MAP, Mark())
         self.files: list[Path] = []
+        self.host_includes: list[Path] = []
+        """The includes whose last name has ``$host``, with that word."""
         self._confdir = confdir
         self._host = host
         self._builder = TreeBuilder()
@@ -146,6 +148,8 @@ class ConfigLoader:
 
     def _include(self, item: YamlScalar, entry: _FileToRead) -> None:
         name = item.text
+        if "$host" in Path(name).name:
+            self.host_includes.append(Path(os.path.normpath(self._confdir / name)))
         if "$host" in name:
             name = name.replace("$host", self._host or socket.gethostname(), 1)
         path = Path(os.path.normpath(self._confdir / name))

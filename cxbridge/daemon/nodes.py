@@ -98,7 +98,7 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
         component.watch()
         for item in self._breakpoints:
             component.executive.debugger.add(item)
-        self._checks = AgentChecks((component,), on=not component.context.source.is_lenient)
+        self._checks = AgentChecks((component,))
         component.configure()
         self._checks.start()
         self.service = EnvironmentService(component.manager)

@@ -106,7 +106,7 @@ def _run(
     with Interrupt() as interrupt, ExitStack() as stack:
         assembly = make_run(options, replay, additions)
         stack.callback(assembly.clock.close)
-        checks = AgentChecks(assembly.agents, on=not source_of(options).is_lenient)
+        checks = AgentChecks(assembly.agents)
         rule_errors = RuleErrors()
         assembly.bus.subscribe(rule_errors, LogLine)
         stack.enter_context(assembly)

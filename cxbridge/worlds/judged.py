@@ -36,7 +36,7 @@ class JudgedRun(Closing):
         self.world = WorldRun(options, chooser, world, make=make)
         self._options = options
         assembly = self.world.assembly
-        self._checks = AgentChecks(assembly.agents, on=not source_of(options).is_lenient)
+        self._checks = AgentChecks(assembly.agents)
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
         self._watch = StuckWatch(assembly.agents, on=True)

@@ -238,3 +238,31 @@ def test_what_was_set_can_be_erased():
     assert [(value.path, value.text, value.items) for value in config.search()] == before
     assert config.get("/a/b").mark.line == 1
     assert config.keys("/") == ["a", "l"]
+
+
+def test_a_missing_value_of_other_hosts(tmp_path):
+    (tmp_path / "config.yaml").write_text(
+        "%TAG ! tag:fawkesrobotics.org,cfg/\n---\n"
+        "include:\n  - !ignore-missing host_$host.d/\n  - !host-specific $host.yaml\n---\narm: {y: 1}\n"
+    )
+    for host, text in (("one", "arm/x: 1"), ("two", "arm/x: 2"), ("here", "arm/z: 3")):
+        (tmp_path / f"host_{host}.d").mkdir()
+        (tmp_path / f"host_{host}.d" / "arm.yaml").write_text(text)
+    (tmp_path / "broken.yaml").write_text("}")
+    config = Configuration.load(tmp_path, host="here")
+    with pytest.raises(ConfigMissingError) as caught:
+        config.get_float("/arm/x")
+    file = str(tmp_path / "host_one.d" / "arm.yaml")
+    assert (caught.value.file, caught.value.line) == (str(tmp_path / "config.yaml"), 7)
+    assert caught.value.hint == f"{file} has it, for another host (2 files have it): --config {file}"
+    with pytest.raises(ConfigMissingError) as caught:
+        config.get_float("/arm/w")
+    assert "for another host" not in str(caught.value)
+    assert config.get_int("/arm/z") == 3
+
+
+@pytest.mark.parametrize("key", ["<<", "'<<'"])
+def test_maps_are_not_merged(key):
+    with pytest.raises(ConfigError, match="'<<' merges no maps") as caught:
+        Configuration.from_text(f"a: &a {{b: 1}}\nc:\n  {key}: *a\n", "x.yaml")
+    assert (caught.value.file, caught.value.line) == ("x.yaml", 3)

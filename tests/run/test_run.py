@@ -359,6 +359,23 @@ def test_a_skill_that_does_not_exist_fails_the_action(tmp_path):
     assert any("levitate" in text for text in log)
 
 
+@needs_fawkes
+@pytest.mark.parametrize(("strict", "ends"), [(None, True), (True, True), (False, False)])
+def test_a_file_that_a_spec_of_a_checkout_names_must_be_there(tmp_path, strict, ends):
+    over = tmp_path / "over.yaml"
+    over.write_text(
+        "clips-executive/specs/test/init/stage-3:\n  - {name: goal, file: test-scenario/no-such-file.clp}\n"
+    )
+    options = RunOptions(fawkes_dir=FAWKES_DIR, spec="test", config=over, strict=strict, timeout=5)
+    if not ends:
+        assert run_scenario(options).goals == ()
+        return
+    with pytest.raises(BrokenAgentError) as caught:
+        run_scenario(options)
+    mistake = next(each for each in caught.value.mistakes if "no-such-file" in each.message)
+    assert (mistake.file, mistake.line) == (str(over), 2)
+
+
 @pytest.mark.parametrize(
     ("mapping", "message"),
     [

@@ -34,19 +34,24 @@ class AgentChecks:
     """Looks for mistakes of the agents of a run as often as it is asked; says each once.
 
     :param agents: made, and not started; from now on their mistakes are not logged one by one.
-    :param on: whether to look at all; see :attr:`~cxbridge.run.source.Source.is_lenient`.
     """
 
-    def __init__(self, agents: Iterable[CheckedAgent], *, on: bool) -> None:
-        self._is_on = on
+    def __init__(self, agents: Iterable[CheckedAgent]) -> None:
         self._agents: list[_Agent] = []
+        self._missing: list[CxbridgeError] = []
         for agent in agents:
             self.joined(agent)
 
     def joined(self, agent: CheckedAgent) -> None:
-        """Look for mistakes of an agent, too, which is not started."""
-        if self._is_on:
+        """Look for mistakes of an agent, too, which is not started; see :attr:`~cxbridge.run.source.Source.is_lenient`.
+
+        Of a lenient run only files that are not there are mistakes, unless ``--lenient`` is given.
+        """
+        options = agent.context.options
+        if not agent.context.source.is_lenient:
             self._agents.append(_Agent(agent.context, agent.executive))
+        elif options.strict is None:
+            self._missing += agent.context.missing
 
     def left(self, agent: CheckedAgent) -> None:
         """Look no more at an agent that was killed."""
@@ -57,7 +62,8 @@ class AgentChecks:
 
         :raises BrokenAgentError: when it is not.
         """
-        self._raise([mistake for agent in self._agents for mistake in (*agent.missing, *agent.new())])
+        found = [mistake for agent in self._agents for mistake in (*agent.missing, *agent.new())]
+        self._raise([*self._missing, *found])
 
     def look(self) -> None:
         """See to it that what the agents have loaded meanwhile is whole; to be called after each loop.
@@ -180,6 +186,7 @@ def mapping_mistakes(context: RunContext, executive: Executive) -> list[Cxbridge
         else {}
     )
     found: list[CxbridgeError] = []
+    lost: CxbridgeError | None = None
     for action, template in action_mapping(context.config, context.spec).items():
         parameters = operators.get(action)
         for name in _parameters(template):
@@ -199,6 +206,10 @@ def mapping_mistakes(context: RunContext, executive: Executive) -> list[Cxbridge
             if name not in skills:
                 text = f"'{action}' is mapped to the skill '{name}', which does not exist"
                 found.append(_of_mapping(context, action, text, name, skills))
+                lost = found[-1]
+    if lost is not None and context.known_skills:
+        end = "" if (lost.hint or "").endswith("?") else "."
+        lost.hint = f"{lost.hint}{end} Without the robot, --skiller simulator executes any skill"
     return found
 
 

@@ -147,7 +147,8 @@ local function start(fsm)
     if entered then
         fsm:trans(result)
     else
-        fsm:set_error("Init failed: " .. tostring(result))
+        fsm.init_problem = "Init failed: " .. tostring(result)
+        fsm:set_error(fsm.init_problem)
     end
     fsm.state_changed = true
 end
@@ -167,7 +168,8 @@ function FSM:loop()
     if self.current.name == self.fail_state then return explain_failure(self) end
     local looped, result = protected(self.current, "do_loop")
     if not looped then
-        self:set_error("Loop exception: " .. tostring(result))
+        -- A state whose init has failed is looped nevertheless, as in Fawkes: what fails then only follows.
+        self:set_error(self.init_problem or "Loop exception: " .. tostring(result))
         result = self.states[self.fail_state]
     end
     self:trans(result)
@@ -183,7 +185,7 @@ function FSM:reset()
         for _, state in pairs(self.states) do state:prepare() end
         self.prepared = true
     end
-    self.trace, self.current, self.error, self.state_changed = {}, nil, "", true
+    self.trace, self.current, self.error, self.init_problem, self.state_changed = {}, nil, "", nil, true
     if self.debug then log.debug("FSM '%s' reset done", self.name) end
 end
 

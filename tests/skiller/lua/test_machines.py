@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -166,6 +167,46 @@ function {where}() error("broken") end
     rig.exec("test{}")
     assert rig.status == "S_FAILED"
     assert rig.state.error.startswith(text)
+
+
+@pytest.mark.parametrize(
+    "transition",
+    [
+        '{"A", "B", timeout = 1}',
+        '{"A", "B", timeout = {time = 1, error = "late"}}',
+        '{"A", "B", cond = function(state) return state.not_there.deeper end}',
+        '{"A", "B", cond = "vars.not_there.deeper"}',
+    ],
+)
+def test_an_error_of_init_is_not_hidden_by_those_that_follow_from_it(tmp_path: Path, transition: str):
+    rig = make(
+        tmp_path,
+        f"""
+fsm:define_states{{export_to = _M, "A", "B"}}
+fsm:add_transitions{{{transition}}}
+function A:init() error("broken") end
+""",
+    )
+    for _ in range(2):
+        rig.exec("test{}")
+        assert rig.status == "S_FAILED"
+        assert re.match(r"Init failed: skills/test.lua:\d+: broken", rig.state.error)
+
+
+@pytest.mark.parametrize("kind", ["float", "uint", "int", "bool", "string"])
+def test_a_missing_value_is_told_with_the_line_that_asks(tmp_path: Path, kind: str):
+    rig = make(
+        tmp_path,
+        f"""
+fsm:define_states{{export_to = _M, "A", "B"}}
+fsm:add_transitions{{{{"A", "B", timeout = 1}}}}
+function A:init()
+    config:get_{kind}("/not/there")
+end
+""",
+    )
+    rig.exec("test{}")
+    assert rig.state.error.startswith("Init failed: skills/test.lua:19: there is no configuration")
 
 
 def test_arguments_are_latched_at_the_first_call(tmp_path: Path):
