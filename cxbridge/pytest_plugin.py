@@ -60,6 +60,7 @@ class Bench:
         config: str | Path | tuple[str | Path, ...] = (),
         fawkes_dir: str | Path | None = None,
         ros2cx: str | Path | None = None,
+        overlays: tuple[str | Path, ...] = (),
         **options: Any,
     ) -> AgentRun:
         """Make a run of a scenario and load its agent.
@@ -87,8 +88,9 @@ class Bench:
             interface_dirs=tuple(map(self.find, interface_dirs)),
             skill_dirs=tuple(map(self.find, skill_dirs)),
             config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
-            fawkes_dir=None if fawkes_dir is None else Path(fawkes_dir),
-            ros2cx=None if ros2cx is None else Path(ros2cx),
+            fawkes_dir=None if fawkes_dir is None else self.find(fawkes_dir),
+            ros2cx=None if ros2cx is None else self.find(ros2cx),
+            overlays=tuple(map(self.find, overlays)),
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
             **options,

@@ -98,7 +98,7 @@ def _write_test(
     options: RunOptions, played: Played, violated: Property, words: str, file: Path
 ) -> Path | None:
     try:
-        text = pytest_text(options, played, violated, words)
+        text = pytest_text(options, played, violated, words, file.parent)
     except CxbridgeError:
         return None
     write_file(file, text)

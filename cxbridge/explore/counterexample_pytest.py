@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Iterator, Sequence
 from itertools import groupby
@@ -36,9 +37,10 @@ _USUAL_S: Final = 1.0
 _NO_NAME: Final = re.compile(r"\W+")
 
 
-def pytest_text(options: RunOptions, played: Played, violated: Property, words: str) -> str:
+def pytest_text(options: RunOptions, played: Played, violated: Property, words: str, folder: Path) -> str:
     """Return the text of a file with the test.
 
+    :param folder: where the file is going to be: the test names the agent's files as seen from there.
     :param violated: the property.
     :raises CxbridgeError: when a choice is not about a skill: the fixture cannot script others.
     """
@@ -53,11 +55,11 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
             "",
             "",
         ]
-    given = "".join(f", {key}={value!r}" for key, value in _given(options))
+    given = "".join(f", {key}={value!r}" for key, value in _given(options, folder))
     lines += [
         f"def test_{identifier(violated.name)}(cx):",
         f'    """{_docstring(words)}"""',
-        f"    run = cx.run({_plain(options.scenario)!r}{given})",
+        f"    run = cx.run({_plain(options.scenario, folder)!r}{given})",
         *(f"    {line}" for line in script),
         f"    run.assert_properties({violated.source!r}, timeout={options.timeout:g})",
         "",
@@ -97,18 +99,24 @@ def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterat
             yield f".{verb}({', '.join((*more, times))})"
 
 
-def _given(options: RunOptions) -> Iterator[tuple[str, Any]]:
+def _given(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
     for key in _OPTIONS:
-        value = _plain(getattr(options, key))
+        value = _plain(getattr(options, key), folder)
         if value:
             yield key, value
 
 
-def _plain(value: object) -> object:
+def _plain(value: object, folder: Path) -> object:
+    """Return an option's value as a text of Python can have it, a path as seen from a folder."""
     if isinstance(value, Path):
-        return str(value.resolve() if value.exists() else value)  # else it names a shipped scenario
+        if not value.exists():
+            return str(value)  # it names a shipped scenario
+        try:
+            return Path(os.path.relpath(value.resolve(), folder.resolve())).as_posix()
+        except ValueError:  # it is on another drive of Windows
+            return str(value.resolve())
     if isinstance(value, tuple):
-        return tuple(map(_plain, value))
+        return tuple(_plain(each, folder) for each in value)
     return value
 
 

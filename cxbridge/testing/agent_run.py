@@ -77,7 +77,7 @@ class AgentRun(Closing):
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
             assembly = self._assembly = stack.enter_context(Assembly(options))
-            self._checks = AgentChecks([assembly])
+            self._checks = AgentChecks([assembly], strict=strict)
             self._start_us = assembly.clock.now_us()
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)

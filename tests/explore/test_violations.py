@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import pytest
@@ -76,6 +77,22 @@ def test_the_test_of_a_shipped_scenario_names_it(tmp_path):
     )
     assert done.returncode == 1, done.stderr.decode()
     assert "cx.run('test-scenario')" in (tmp_path / "out" / "test_no_failed_talk.py").read_text()
+
+
+def test_the_test_moves_with_its_project(tmp_path, monkeypatch):
+    project = tmp_path / "here"
+    shutil.copytree(SCENARIO, project / "agent")
+    (project / "over.yaml").write_text("{}")
+    options = ["--config", "over.yaml", "--clips-dir", "agent", "--property", PROPERTY, "--out", "tests"]
+    done = nursery().run(["explore", "agent", *options], folder=project)
+    assert done.returncode == 1, done.stderr.decode()
+    moved = project.rename(tmp_path / "there")
+    file = moved / "tests" / "test_no_failed_talk.py"
+    assert str(tmp_path) not in file.read_text()
+    assert "cx.run('../agent', clips_dirs=('../agent',), config=('../over.yaml',))" in file.read_text()
+    done = pytest_of(file, monkeypatch)
+    assert done.returncode == 1
+    assert "no-failed-talk" in done.stdout.decode()
 
 
 def test_a_move_to_where_a_robot_is_counts_as_nothing():

@@ -34,9 +34,11 @@ class AgentChecks:
     """Looks for mistakes of the agents of a run as often as it is asked; says each once.
 
     :param agents: made, and not started; from now on their mistakes are not logged one by one.
+    :param strict: as :attr:`RunOptions.strict`; by default that of each agent's options.
     """
 
-    def __init__(self, agents: Iterable[CheckedAgent]) -> None:
+    def __init__(self, agents: Iterable[CheckedAgent], *, strict: bool | None = None) -> None:
+        self._strict = strict
         self._agents: list[_Agent] = []
         self._missing: list[CxbridgeError] = []
         for agent in agents:
@@ -48,9 +50,10 @@ class AgentChecks:
         Of a lenient run only files that are not there are mistakes, unless ``--lenient`` is given.
         """
         options = agent.context.options
-        if not agent.context.source.is_lenient:
+        strict = options.strict if self._strict is None else self._strict
+        if strict or (strict is None and not agent.context.source.is_lenient):
             self._agents.append(_Agent(agent.context, agent.executive))
-        elif options.strict is None:
+        elif strict is None:
             self._missing += agent.context.missing
 
     def left(self, agent: CheckedAgent) -> None:
