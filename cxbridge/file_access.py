@@ -60,7 +60,7 @@ def why_unreadable(path: str | Path) -> str:
 
 @contextmanager
 def replacing(path: str | Path) -> Iterator[Path]:
-    """Give another path to write a file or folder to, which takes the place of ``path`` at the end.
+    """Give another path to write a file or folder to, which replaces ``path`` at the end.
 
     After an error nothing of it is left, and what was at ``path`` is as it was. The other path has the same
     name, and what is there as a file or folder is an empty file or folder there; new files go into the old

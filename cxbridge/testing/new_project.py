@@ -18,6 +18,8 @@ from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
 _NAME: Final = re.compile(r"[A-Za-z][A-Za-z0-9_-]*")
+_SHARED: Final = "shared"
+"""The template of the files that all projects have."""
 _TUTORIAL: Final = "courier"
 """The tutorial's agent, whose name stands for that of the new one."""
 
@@ -86,9 +88,9 @@ def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
 
     :returns: the files, as seen from where ``folder`` is.
     """
-    source = shipped_dir("templates") / template
     files = {
         folder / _renamed(file.relative_to(source), words): _worded(file.read_text("utf-8"), words)
+        for source in (shipped_dir("templates") / name for name in (template, _SHARED))
         for file in sorted(source.rglob("*"))
         if file.is_file()
     }

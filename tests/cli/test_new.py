@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -50,6 +52,7 @@ def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
     assert set(made[:-1]) == {f"my-robot/{name}" for name in files_in(project)}
     assert files_in(project) == {
         "README.md",
+        "conftest.py",
         "my-robot/scenario.yaml",
         "my-robot/domain.pddl",
         "my-robot/my-robot.clp",
@@ -64,6 +67,26 @@ def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
     assert invoke(["run", "my-robot/my-robot", "--skiller", "simulator", "-q"]) == 0
     passes_its_test(project)
     launches(project)
+
+
+@pytest.mark.parametrize("is_there", [True, False])
+def test_a_pytest_that_does_not_know_cxbridge_says_what_to_do(here, monkeypatch, is_there):
+    invoke(["new", "my-robot"])
+    there = str(Path(sys.executable).parent)
+    monkeypatch.setenv("PATH", f"{there}{os.pathsep}/usr/bin" if is_there else "/usr/bin")
+    command = [sys.executable, "-m", "pytest", "-p", "no:cxbridge"]
+    done = subprocess.run(command, cwd=here / "my-robot", capture_output=True, text=True, check=False)
+    assert done.returncode == pytest.ExitCode.USAGE_ERROR
+    assert "these tests need cxbridge" in done.stderr
+    python = f"{there}/python" if is_there else "PYTHON-OF-CXBRIDGE"
+    assert f"{python} -m pytest" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_new_project_without_its_robot_says_how_to_run(here, capsys):
+    invoke(["new", "my-robot"])
+    assert invoke(["run", "my-robot/my-robot"]) == 2
+    assert "--skiller simulator" in capsys.readouterr().err
 
 
 def test_the_template_is_what_the_tutorial_says(here):
@@ -91,7 +114,7 @@ def test_an_agent_of_fawkes_stays_where_it_is(here, capsys):
     assert invoke(["new", "talker", "--from-fawkes", "test", "--fawkes-dir", str(FAWKES_DIR)]) == 0
     project = here / "talker"
     assert files_in(project) == {
-        *("README.md", "config.yaml", "test_agent.py"),
+        *("README.md", "config.yaml", "conftest.py", "test_agent.py"),
         *(".github/workflows/agent.yml", ".vscode/launch.json"),
     }
     where = ["--fawkes-dir", str(FAWKES_DIR), "--config", "talker/config.yaml"]
