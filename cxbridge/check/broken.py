@@ -11,6 +11,7 @@ from cxbridge.check.run import check
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.run.ending.mistakes import names_any
 from cxbridge.run.options import RunOptions
+from cxbridge.run.source import source_of
 
 _MISSING_FILE: Final = "CX102"
 _FUNCTION: Final = "CX204"
@@ -26,7 +27,7 @@ def with_findings(error: BrokenAgentError, options: RunOptions) -> BrokenAgentEr
 
     :param options: of the run.
     """
-    if options.is_lenient:
+    if source_of(options).is_lenient:
         return error
     options = replace(options, trace=None, log=None, bblog=None, replay=())
     try:

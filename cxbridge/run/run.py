@@ -21,7 +21,6 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.source import source_of
 from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
 
 if TYPE_CHECKING:

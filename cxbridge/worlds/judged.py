@@ -9,7 +9,6 @@ from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
-from cxbridge.run.source import source_of
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import Chooser
 from cxbridge.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario

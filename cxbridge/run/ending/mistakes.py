@@ -45,9 +45,10 @@ class AgentChecks:
             self.joined(agent)
 
     def joined(self, agent: CheckedAgent) -> None:
-        """Look for mistakes of an agent, too, which is not started; see :attr:`~cxbridge.run.source.Source.is_lenient`.
+        """Look for mistakes of an agent, too, which is not started.
 
-        Of a lenient run only files that are not there are mistakes, unless ``--lenient`` is given.
+        A missing file is the only mistake of an agent that is lenient by default, see
+        :attr:`~cxbridge.run.source.Source.is_lenient`.
         """
         options = agent.context.options
         strict = options.strict if self._strict is None else self._strict
