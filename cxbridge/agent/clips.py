@@ -12,19 +12,32 @@ from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 """Conditional elements that have patterns in them."""
 
-QUERIES: Final = frozenset(
-    {
-        "do-for-fact",
-        "do-for-all-facts",
-        "delayed-do-for-all-facts",
-        "find-fact",
-        "find-all-facts",
-        "any-factp",
-    }
+QUERIES: Final[Mapping[str, NameKind]] = {
+    **dict.fromkeys(
+        ("do-for-fact", "do-for-all-facts", "delayed-do-for-all-facts", "find-fact", "find-all-facts"),
+        NameKind.TEMPLATE,
+    ),
+    "any-factp": NameKind.TEMPLATE,
+    **dict.fromkeys(
+        ("do-for-instance", "do-for-all-instances", "delayed-do-for-all-instances", "find-instance"),
+        NameKind.CLASS,
+    ),
+    **dict.fromkeys(("find-all-instances", "any-instancep"), NameKind.CLASS),
+}
+"""Functions that ask for facts or instances: their first argument is ``((?fact TEMPLATE) ...)``."""
+
+_MAKES_INSTANCES: Final = frozenset(
+    f"{active}{change}-instance"
+    for change in ("make", "initialize", "modify", "duplicate", "message-modify", "message-duplicate")
+    for active in ("", "active-")
 )
-"""Functions that ask for facts: their first argument is ``((?fact TEMPLATE) ...)``."""
+"""Functions whose arguments are the slots of an instance, ``(SLOT VALUE...)``, among others."""
+
+OBJECT: Final = "object"
+"""How patterns of instances begin."""
 
 _NO_CALLS: Final = frozenset({"case", "default"})
+_SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})
 _LOOPS: Final = frozenset({"foreach", "progn$", "loop-for-count"})
 _FUNCTIONS: Final = frozenset({"deffunction", "defgeneric", "defmethod"})
@@ -37,6 +50,8 @@ DEFINES: Final[Mapping[str, NameKind]] = {
     "defgeneric": NameKind.FUNCTION,
     "defmethod": NameKind.FUNCTION,
     "defclass": NameKind.CLASS,
+    "definstances": NameKind.FACTS,
+    "defmodule": NameKind.MODULE,
 }
 """What each construct defines; a defglobal defines each of its variables."""
 
@@ -154,7 +169,10 @@ class _Reader:
             "deffunction": self._function,
             "defmethod": self._function,
             "defgeneric": self._function,
-            "defclass": self._define,
+            "defclass": self._template,
+            "defmessage-handler": self._handler,
+            "definstances": self._instances,
+            "defmodule": self._module,
         }
         reader = readers.get(node.head)
         if reader is None:
@@ -179,10 +197,14 @@ class _Reader:
             self._expression(item)
 
     def _template(self, node: SyntaxNode) -> None:
+        """Read a deftemplate or a defclass."""
         rest = self._define(node)
         owner = without_module(node.arguments[0].text)
         for slot in rest:
-            if slot.head in ("slot", "multislot", "field", "multifield") and slot.arguments:
+            if slot.head == "is-a":
+                for name in slot.arguments:
+                    self._add(NameKind.CLASS, name, Use.NAMED)
+            elif slot.head in _SLOTS and slot.arguments:
                 self._add(NameKind.SLOT, slot.arguments[0], Use.DEFINED, owner)
                 for facet in slot.arguments[1:]:
                     for value in facet.arguments:
@@ -191,6 +213,33 @@ class _Reader:
     def _facts(self, node: SyntaxNode) -> None:
         for fact in self._define(node):
             self._fact(fact)
+
+    def _module(self, node: SyntaxNode) -> None:
+        for item in self._define(node):
+            if item.head == "import" and item.arguments:
+                self._add(NameKind.MODULE, item.arguments[0], Use.NAMED)
+
+    def _instances(self, node: SyntaxNode) -> None:
+        for instance in self._define(node):
+            self._instance(instance.items or ())
+
+    def _instance(self, items: tuple[SyntaxNode, ...]) -> None:
+        """Read ``[NAME] of CLASS (SLOT VALUE...)...``, or a part of that."""
+        for before, item in zip((None, *items), items, strict=False):
+            if before is not None and before.text == "of" and literal(item):
+                self._add(NameKind.CLASS, item, Use.NAMED)
+            elif item.head and before is not None:
+                for value in item.arguments:
+                    self._expression(value)
+            else:
+                self._expression(item)
+
+    def _handler(self, node: SyntaxNode) -> None:
+        """Read ``(defmessage-handler CLASS MESSAGE [TYPE] "comment" (PARAMETER...) ACTION...)``."""
+        name, *rest = node.arguments
+        self._add(NameKind.CLASS, name, Use.NAMED)
+        for item in rest:
+            self._expression(item)
 
     def _function(self, node: SyntaxNode) -> None:
         for item in self._define(node):
@@ -310,7 +359,9 @@ class _Reader:
                 if slot.head:
                     self._slot(slot, template, Use.CHANGED)
         elif first.text in QUERIES and arguments:
-            self._query(arguments)
+            self._query(arguments, QUERIES[first.text])
+        elif first.text in _MAKES_INSTANCES:
+            self._instance(node.items or ())
         else:
             self._arguments(first.text, arguments)
 
@@ -337,14 +388,15 @@ class _Reader:
         if value.head == "assert" and value.arguments and value.arguments[0].head:
             self._is_fact(variable, without_module(value.arguments[0].head))
 
-    def _query(self, arguments: tuple[SyntaxNode, ...]) -> None:
+    def _query(self, arguments: tuple[SyntaxNode, ...], kind: NameKind) -> None:
         outside = dict(self._templates)
         for member in arguments[0].items or ():
             templates = [each for each in member.arguments if each.items is None]
             for template in templates:
-                self._add(NameKind.TEMPLATE, template, Use.QUERIED)
+                self._add(kind, template, Use.QUERIED)
             if member.items:
-                one = without_module(templates[0].text) if len(templates) == 1 else ""
+                is_one = len(templates) == 1 and kind is NameKind.TEMPLATE
+                one = without_module(templates[0].text) if is_one else ""
                 self._templates[member.items[0].text] = one
         for item in arguments[1:]:
             self._expression(item)

@@ -21,6 +21,7 @@ class NameKind(StrEnum):
     GLOBAL = "global"
     FACTS = "facts"
     CLASS = "class"
+    MODULE = "module"
     GOAL_CLASS = "goal class"
     DOMAIN = "domain"
     ACTION = "action"

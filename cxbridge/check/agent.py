@@ -139,6 +139,7 @@ class Agent(Closing):
                 for name in unasked_features(self.context):
                     self._request(name)
                 self._load_files()
+                self.env.eval("(set-current-module MAIN)")  # names without a module are asked for there
             except Exception:
                 self.close()
                 raise
@@ -212,20 +213,23 @@ class Agent(Closing):
 
     @cached_property
     def deftemplates(self) -> frozenset[str]:
-        """The names of the deftemplates with slots that CLIPS has."""
-        found = self.env.eval("(get-deftemplate-list MAIN)")
-        names = (without_module(str(name)) for name in (found if isinstance(found, tuple) else ()))
-        return frozenset(
-            name for name in names if self.env.eval(f"(deftemplate-slot-names {name})") != ("implied",)
-        )
+        """The names of the deftemplates with slots that CLIPS has, in any module."""
+        return frozenset(self._slots_of_clips)
+
+    @cached_property
+    def _slots_of_clips(self) -> dict[str, set[str]]:
+        found = self.env.eval("(get-deftemplate-list *)")
+        slots: dict[str, set[str]] = {}
+        for name in map(str, found if isinstance(found, tuple) else ()):
+            names = self.env.eval(f"(deftemplate-slot-names {name})")
+            if isinstance(names, tuple) and names != ("implied",):
+                slots.setdefault(without_module(name), set()).update(map(str, names))
+        return slots
 
     @cached_property
     def slots(self) -> dict[str, set[str]]:
         """The slots of all deftemplates: those that CLIPS has, and those that files define."""
-        slots: dict[str, set[str]] = {}
-        for name in self.deftemplates:
-            found = self.env.eval(f"(deftemplate-slot-names {name})")
-            slots[name] = set(map(str, found)) if isinstance(found, tuple) else set()
+        slots = {name: set(names) for name, names in self._slots_of_clips.items()}
         for each in self.model.defined(NameKind.SLOT):
             slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
         return slots

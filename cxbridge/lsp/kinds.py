@@ -16,6 +16,7 @@ SYMBOL_KINDS: Final[Mapping[NameKind, lsp.SymbolKind]] = {
     NameKind.FUNCTION: lsp.SymbolKind.Function,
     NameKind.GLOBAL: lsp.SymbolKind.Variable,
     NameKind.FACTS: lsp.SymbolKind.Object,
+    NameKind.MODULE: lsp.SymbolKind.Module,
     NameKind.CLASS: lsp.SymbolKind.Class,
     NameKind.ACTION: lsp.SymbolKind.Method,
     NameKind.PARAMETER: lsp.SymbolKind.TypeParameter,

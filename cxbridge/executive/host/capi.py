@@ -54,6 +54,14 @@ _SIGNATURES = {
     "UnwatchString": "bool(*)(Environment *, char *)",
     "FindFunction": "void *(*)(Environment *, char *)",
     "RetainLexeme": "void(*)(Environment *, CLIPSLexeme *)",
+    "AddFunctionParser": "bool(*)(Environment *, char *, void *)",
+    "CollectArguments": "void *(*)(Environment *, void *, char *)",
+    "CountArguments": "int(*)(void *)",
+    "CheckDeffunctionCall": "bool(*)(Environment *, void *, int)",
+    "GetFunctionReference": "bool(*)(Environment *, char *, void *)",
+    "GetSequenceOperatorRecognition": "bool(*)(Environment *)",
+    "ReplaceSequenceExpansionOps": "bool(*)(Environment *, void *, void *, void *, void *)",
+    "ReturnExpression": "void(*)(Environment *, void *)",
     **dict.fromkeys(
         (
             *(

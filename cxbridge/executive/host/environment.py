@@ -28,7 +28,7 @@ from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION, make_gua
 from cxbridge.executive.host.loading import ClipsLoader
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
-from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, make_room
+from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, OldFunctions, make_room
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import FALSE, TRUE, Value, clips_value, to_python
@@ -91,6 +91,7 @@ class ClipsEnvironment:
 
     def _apply_shims(self) -> None:
         make_room(self.env, self.udfs)
+        self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
         self._build_functions()
         define = self.udfs.define
         define("load", self._load, 1, types="*;sy")
@@ -116,7 +117,7 @@ class ClipsEnvironment:
 
     def _build_functions(self) -> None:
         for function in FUNCTIONS:
-            self.build_unrecorded(function)
+            self._old.build(function)
 
     @staticmethod
     def _is_core_file(path: Path) -> bool:

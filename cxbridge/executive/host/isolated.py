@@ -15,7 +15,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION
-from cxbridge.executive.host.shims import FUNCTIONS, OWN_NAMES
+from cxbridge.executive.host.shims import FUNCTIONS, OLD_NAMES, OWN_NAMES
 from cxbridge.executive.host.source import check_excess, prepare
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import Value, show
@@ -52,6 +52,7 @@ _BY_REASON: Final = {
     "draws a number or a name, in the process of the look alone": "gensym gensym* random",
     "tells the time of the moment that is looked at": "now now-systime",
     "does nothing but return its text, or nothing": "format print println printout",
+    "computes as in CLIPS 6.30": " ".join(name for name in OLD_NAMES if name not in _NOT_BUILT),
     "ours: parts of the shims for CLIPS 6.30, without an effect": " ".join(
         (GUARD_FUNCTION, *(own for own, name in OWN_NAMES.items() if name not in _NOT_BUILT))
     ),
@@ -69,7 +70,7 @@ class IsolatedEnvironment(ClipsEnvironment):
     """An environment with the functions of :data:`ALLOWED` only."""
 
     def __init__(self, name: str, bus: EventBus) -> None:
-        self.removed: frozenset[str] = frozenset()
+        self.removed: frozenset[str] = frozenset(_NOT_BUILT)
         """Functions that other environments have, and this one has not."""
         super().__init__(name, bus)
         self._forbid()
@@ -84,7 +85,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         self.define("format", _format, 2, UNBOUNDED)
         for function in FUNCTIONS:
             if not any(f"(cx-{name} " in function for name in _NOT_BUILT):
-                self.build_unrecorded(function)
+                self._old.build(function)
 
     def _forbid(self, but: str = "") -> None:
         """Take away what is not allowed, of the functions that are there now."""

@@ -7,12 +7,14 @@ real CLIPS 6.30.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+import re
+from collections.abc import Callable, Iterable
+from typing import Final
 
 from clips._clips import ffi, lib
 
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.capi import EXTRA, NULL, CData, encode
+from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback, encode
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
 from cxbridge.executive.host.values import Value
@@ -46,8 +48,6 @@ REMOVED = (
 )
 """Built-ins of 6.4 that make room for 6.30's meaning, all before anything is parsed: CLIPS keeps pointers."""
 
-OWN_NAMES = {f"cx-{name}": name for name in _KEPT}
-"""What CLIPS calls a function in its messages, and what the user has called."""
 
 ADDED = frozenset(
     (
@@ -66,6 +66,17 @@ ADDED = frozenset(
     )
 )
 """Functions that 6.30 does not have. An agent's own of such a name takes its place: :func:`give_way`."""
+
+OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
+"""What CLIPS calls a function in its messages, and what the agent's text has called."""
+
+_DROPPED: Final = frozenset(
+    (
+        *("length", "nth", "member", "subset", "sequencep", "wordp", "str-explode", "str-implode"),
+        *("mv-append", "mv-delete", "mv-replace", "mv-subseq"),
+    )
+)
+"""Functions that 6.4 does not have: an agent written for it may define functions of these names."""
 
 _INT64_MIN, _INT64_MAX = -(2**63), 2**63 - 1
 
@@ -133,7 +144,7 @@ FUNCTIONS = (
     ),
     f"(deffunction seed (?i) (cx-seed {_I}))",
     f"(deffunction setgen (?i) (cx-setgen {_I}))",
-    # names that 6.4 has dropped
+    # names that 6.4 has dropped: _DROPPED
     "(deffunction nth (?n ?fields) (nth$ ?n ?fields))",
     "(deffunction member (?x ?fields) (member$ ?x ?fields))",
     "(deffunction subset (?few ?many) (subsetp ?few ?many))",
@@ -153,7 +164,82 @@ FUNCTIONS = (
         for switch in _SWITCHES
     ),
 )
-"""Deffunctions that stand for functions of 6.30."""
+"""Deffunctions that stand for functions of 6.30. CLIPS has each by the name of :func:`_stand_in`."""
+
+_FUNCTION: Final = re.compile(r"\(deffunction (\S+) \(([^)]*)\)")
+
+
+OLD_NAMES: Final = tuple(match[1] for match in map(_FUNCTION.match, FUNCTIONS) if match)
+"""The names of these functions."""
+
+
+class OldFunctions:
+    """The functions of 6.30 in one environment: as functions of the environment, every module has them.
+
+    A deffunction of MAIN is unknown in a module that does not import it. So each name is that of a UDF, too:
+    CLIPS' parser turns each call of the UDF into a call of the deffunction, whatever the module. Only
+    ``funcall``, which goes by names at run time, needs a module that sees MAIN.
+
+    :param env: the environment's pointer.
+    :param build: defines a construct.
+    """
+
+    def __init__(self, env: CData, udfs: UdfTable, build: Callable[[str], None]) -> None:
+        self._env, self._udfs, self._build = env, udfs, build
+        self._type = 0  # of an expression that calls a deffunction
+        self._parsers: dict[str, CData] = {}
+
+    def build(self, text: str) -> None:
+        """Define a function of :data:`FUNCTIONS`, also anew, after the environment was cleared."""
+        match = _FUNCTION.match(text)
+        assert match is not None
+        name = match[1]
+        _rename(self._env, name, _HIDDEN)  # no deffunction may have the name of a UDF
+        self._build(text)
+        _rename(self._env, _HIDDEN, name)
+        reference = ffi.new("char[64]")
+        if not EXTRA.GetFunctionReference(self._env, encode(name), reference):
+            raise RuntimeError(f"CLIPS does not find the function {name}")
+        self._type = _type_of(reference)[0]
+        if name not in self._parsers:
+            self._udfs.define_c(name, EXTRA.LengthFunction, 0, UNBOUNDED, "*")  # never called: see _parse
+            self._parsers[name] = callback(_PARSER, lambda env, top, text: self._parse(name, env, top, text))
+            EXTRA.AddFunctionParser(self._env, encode(name), self._parsers[name])
+
+    def _parse(self, name: str, env: CData, top: CData, text: CData) -> CData:
+        """Read the arguments of a call, as CLIPS does for a deffunction, and return the call of ours."""
+        top = EXTRA.CollectArguments(env, top, text)
+        function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
+        if top == NULL or function == NULL:
+            return NULL
+        _type_of(top)[0], _value_of(top)[0] = self._type, function
+        if EXTRA.GetSequenceOperatorRecognition(env):
+            call, expand = (EXTRA.FindFunction(env, each) for each in (b"(expansion-call)", b"expand$"))
+            failed = EXTRA.ReplaceSequenceExpansionOps(env, _arguments_of(top)[0], top, call, expand)
+        else:
+            count = EXTRA.CountArguments(_arguments_of(top)[0])
+            failed = not EXTRA.CheckDeffunctionCall(env, _value_of(top)[0], count)
+        if failed:
+            EXTRA.ReturnExpression(env, top)
+            return NULL
+        return top
+
+
+_HIDDEN: Final = "cx-6.30-function"
+_PARSER: Final = "void *(Environment *, void *, char *)"
+
+
+def _type_of(expression: CData) -> CData:
+    """Return where an expression of CLIPS has its type: ``struct expr`` begins with it."""
+    return ffi.cast("unsigned short *", expression)
+
+
+def _value_of(expression: CData) -> CData:
+    return ffi.cast("void **", expression) + 1
+
+
+def _arguments_of(expression: CData) -> CData:
+    return ffi.cast("void **", expression) + 2
 
 
 def round_half_down(value: Value) -> int:
@@ -178,12 +264,12 @@ def make_room(env: CData, udfs: UdfTable) -> None:
 
 
 def give_way(env: CData, names: Iterable[str]) -> None:
-    """Rename functions that 6.30 does not have, so that somebody can define his own of these names.
+    """Rename functions that 6.30 or 6.4 does not have, so that an agent can define its own of these names.
 
     Constructs that use them already go on doing so.
     """
     for name in names:
-        if name in ADDED:
+        if name in ADDED or name in _DROPPED:
             _rename(env, name, f"cx-6.4-{name}")
 
 

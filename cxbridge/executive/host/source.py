@@ -33,6 +33,8 @@ _IN_CORE = re.compile(rf"^{CONSTRUCT.pattern}", re.MULTILINE)
 _FIRST_ARGUMENT = re.compile(r"\(\s*(?:modify|duplicate|cx-modify-goal)\s+\Z")
 _GLOBAL = re.compile(r"(\?\*[^\s()&|~]+\*)\s*=")
 _SLOT = re.compile(r"\(\s*([^\s()\";]+)")
+_SINGLE_SLOT = re.compile(r"(?<=\()(\s*)single-slot(?=\s)")
+"""What 6.30 takes for ``slot`` in a defclass, too; editors of ontologies write it."""
 
 _MAX_DEPTH = 500
 """Parentheses in parentheses: CLIPS parses them by recursion, and its stack ends the process."""
@@ -135,6 +137,9 @@ def prepare(
         if found is None:
             continue
         constructs += _constructs(found, code, end, lines)
+        if found[1] == "defclass":
+            single = _SINGLE_SLOT.finditer(code, start, len(code) if end is None else end)
+            edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single)
         if rewrite_modify and end is not None:
             edits += kept_slots(code, start, end)
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
