@@ -6,8 +6,9 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
 from cxbridge.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
+from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements
 from cxbridge.clipstext.parts import Part, parts
-from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 """Conditional elements that have patterns in them."""
@@ -125,13 +126,6 @@ def _piece(part: Part, known: Piece | None) -> Piece:
     return Piece(nodes[0].head, next(own, None), part.text, mentions, closed=part.closed)
 
 
-def literal(node: SyntaxNode) -> str:
-    """Return the text of a word or a string that is written out; empty for anything else."""
-    if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
-        return ""
-    return node.text.strip('"') if node.text.startswith('"') else node.text
-
-
 def _is_variable(node: SyntaxNode) -> bool:
     return node.items is None and node.text.startswith(("?", "$?"))
 
@@ -192,7 +186,10 @@ class _Reader:
     def _rule(self, node: SyntaxNode) -> None:
         rest = self._define(node)
         arrow = next((at for at, item in enumerate(rest) if item.text == "=>"), len(rest))
-        self._conditions(rest[:arrow])
+        for declared in rest[0].arguments if rest and rest[0].head == "declare" else ():
+            for item in declared.arguments:
+                self._expression(item)
+        self._conditions(elements(rest[:arrow]))
         for item in rest[arrow + 1 :]:
             self._expression(item)
 
@@ -253,26 +250,17 @@ class _Reader:
 
     # ---- conditions
 
-    def _conditions(self, nodes: Iterable[SyntaxNode]) -> None:
-        before: list[SyntaxNode] = []
-        for node in nodes:
-            if node.items is not None:
-                binds = len(before) > 1 and before[-1].text == "<-"
-                self._condition(node, before[-2].text if binds else "")
-            before.append(node)
-
-    def _condition(self, node: SyntaxNode, variable: str) -> None:
-        if node.head in CONDITIONS:
-            self._conditions(node.arguments)
-        elif node.head in ("test", "declare"):
-            for item in node.arguments:
-                self._expression(
-                    item if node.head == "test" else item.arguments[0] if item.arguments else item
-                )
-        elif node.items and node.items[0].items is None:
-            self._slots(node, Use.MATCHED)
-            if variable:
-                self._is_fact(variable, without_module(node.head))
+    def _conditions(self, ces: Iterable[CE]) -> None:
+        for ce in ces:
+            if isinstance(ce, GroupCE):
+                self._conditions(ce.items)
+            elif isinstance(ce, TestCE):
+                for item in ce.node.arguments:
+                    self._expression(item)
+            elif ce.node.items and ce.node.items[0].items is None:
+                self._slots(ce.node, Use.MATCHED)
+                if ce.variable:
+                    self._is_fact(f"?{ce.variable}", without_module(ce.template))
 
     def _slots(self, node: SyntaxNode, use: Use) -> None:
         """Read a pattern or a fact: its template, and its slots or fields."""

@@ -9,9 +9,8 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Mention, NameKind, SourceFile, Use
-from cxbridge.clipstext.syntax import SyntaxNode, read
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.config import Configuration, ConfigValue, Mark
 from cxbridge.file_access import is_readable_file
 

@@ -234,6 +234,12 @@ class Agent(Closing):
             slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
         return slots
 
+    @property
+    def time_fields(self) -> int:
+        """How many fields the executive's facts (time ...) have."""
+        now = self.env.call("now")
+        return len(now) if isinstance(now, tuple) else 1
+
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""
         found = self.env.call("path-resolve", name)

@@ -90,6 +90,15 @@ INPUT: Final = Code(
 )
 
 
+PROGRAM: Final = Code(
+    "CX212",
+    Severity.WARNING,
+    "a program that cannot be a part of an agent",
+    "CLIPS takes the file, but not together with the executive's core: facts, templates or functions of both "
+    "have the same names.",
+)
+
+
 def of_error(error: CxbridgeError, code: Code = INPUT) -> Finding:
     """Return the finding for an error."""
     place = SourcePlace(error.file or "", error.line or 0, error.column or 0)

@@ -6,9 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.agent.clips import literal
 from cxbridge.check.agent import ClipsFile
-from cxbridge.clipstext.syntax import SyntaxNode
+from cxbridge.clipstext.syntax import SyntaxNode, literal
 
 _FACT: Final = "plan-action"
 

@@ -2,14 +2,25 @@
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import replace
+from pathlib import Path
+from typing import Final
 
 from cxbridge.check import checks
 from cxbridge.check.agent import Agent, agents
-from cxbridge.check.findings import Finding, of_error
+from cxbridge.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
 from cxbridge.check.silence import without_silenced
+from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import SCENARIO_FILE
+from cxbridge.run.source import CLIPS_SUFFIX
+
+_MOST_FOLDERS: Final = 4
+"""How many folders around a file may have its scenario."""
 
 
 def check(options: RunOptions, *, errors_only: bool = False) -> list[Finding]:
@@ -20,6 +31,13 @@ def check(options: RunOptions, *, errors_only: bool = False) -> list[Finding]:
     :raises CxbridgeError: when the options themselves make no sense.
     """
     options.check()
+    file = options.scenario
+    if file is not None and file.suffix == CLIPS_SUFFIX and file.is_file():
+        return _of_file(options, file.resolve(), errors_only=errors_only)
+    return without_silenced(_found(options, errors_only=errors_only))
+
+
+def _found(options: RunOptions, *, errors_only: bool) -> list[Finding]:
     found: dict[Finding, None] = {}
     try:
         for name in agents(options):
@@ -27,4 +45,33 @@ def check(options: RunOptions, *, errors_only: bool = False) -> list[Finding]:
                 found.update(dict.fromkeys(checks.findings(agent, errors_only=errors_only)))
     except CxbridgeError as error:
         found[of_error(error)] = None
+    return list(found)
+
+
+def _of_file(options: RunOptions, file: Path, *, errors_only: bool) -> list[Finding]:
+    """Return what is wrong in one CLIPS file: as a part of the agent around it, or else as an agent alone."""
+    for folder in file.parents[:_MOST_FOLDERS]:
+        scenario = folder / SCENARIO_FILE
+        if scenario.is_file():
+            around = replace(options, scenario=folder)
+            with suppress(CxbridgeError), Agent(replace(around, agent=agents(around)[0])) as agent:
+                if any(each.path.resolve() == file for each in agent.files):
+                    found = _found(around, errors_only=errors_only)
+                    here = (each for each in found if Path(each.place.file).resolve() == file)
+                    return without_silenced(here)
+    found = _found(options, errors_only=errors_only)
+    if any(each.code.severity is Severity.ERROR for each in found) and _is_program(file):
+        found = [each for each in found if each.code.severity is not Severity.ERROR]
+        hint = "run it with CLIPS, or give its facts and rules names that the core does not have"
+        found.append(Finding(PROGRAM, SourcePlace(str(file)), "the names are those of the CX core", hint))
     return without_silenced(found)
+
+
+def _is_program(file: Path) -> bool:
+    """Whether CLIPS alone takes a file, without the executive's core."""
+    env = ClipsEnvironment("program", EventBus(VirtualClock()))
+    try:
+        env.loader.load(str(file))
+        return not env.loader.diagnostics
+    finally:
+        env.destroy()

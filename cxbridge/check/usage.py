@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Final
 
-from cxbridge.agent.clips import CONDITIONS, literal
+from cxbridge.agent.clips import OBJECT
 from cxbridge.agent.model import AgentModel
 from cxbridge.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.clipstext.syntax import SyntaxNode, read, without_module
+from cxbridge.clipstext.condition import CE, PatternCE, elements, needed
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
 
 _WORD: Final = re.compile(r"[^\s()\"&|~;?$]+")
@@ -22,7 +24,7 @@ _NEARLY: Final = 0.93
 _COMPARISONS: Final = frozenset({"eq", "member$", "switch", "case", "create$"})
 
 OF_PROGRAM: Final = re.compile(
-    r"(initial-fact|init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
+    r"(init|time|startup|confval|plan|plan-action|plugin-status|acquire-control)"
     r"|(executive|ff-feature|domain|pddl|grounded|protobuf|navgraph|robmem|mutex|blackboard|skill|ros2?)-?.*"
 )
 """Templates of facts that the program makes, or a feature of it."""
@@ -38,12 +40,15 @@ class FactUse:
     :param start: where it begins in its piece.
     :param slots: of a pattern, what it asks for; of a fact, the one word that is written out.
     :param named: the slots that are written at all.
+    :param count: the least and the greatest number of fields, if the pattern or the fact is ordered; None:
+        a pattern with slots.
     """
 
     template: str
     start: int
     slots: Slots
     named: frozenset[str]
+    count: tuple[int, float] | None = None
 
     def fits(self, made: FactUse, defaults: Mapping[str, str]) -> bool:
         """Whether this pattern can match a fact that is made so.
@@ -80,6 +85,13 @@ class Construct:
         name = self.placed.piece.name
         return "" if name is None else name.text
 
+    @property
+    def module(self) -> str:
+        """The module that it names, or defines; empty when it does neither."""
+        is_construct = self.keyword.startswith("def") and self.node.arguments
+        written = self.node.arguments[0].text if is_construct else ""
+        return written if self.keyword == "defmodule" else written.rpartition("::")[0]
+
     @cached_property
     def node(self) -> SyntaxNode:
         """Its text, read."""
@@ -88,10 +100,15 @@ class Construct:
     @cached_property
     def patterns(self) -> tuple[FactUse, ...]:
         """The patterns that a rule needs a fact for."""
+        return tuple(_pattern(ce) for ce in needed(self.condition) if ce.template != OBJECT)
+
+    @cached_property
+    def condition(self) -> tuple[CE, ...]:
+        """The condition of a rule; empty for anything else."""
         if self.keyword != "defrule":
             return ()
         arrow = next((n for n, item in enumerate(self.node.arguments) if item.text == "=>"), None)
-        return tuple(_patterns(self.node.arguments[1:arrow]))
+        return tuple(elements(self.node.arguments[1:arrow]))
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:
@@ -110,7 +127,20 @@ class Construct:
         made: list[SyntaxNode] = list(self.actions) if self.keyword == "deffacts" else []
         for action in self.actions:
             made += (fact for node in action.walk() if node.head == "assert" for fact in node.arguments)
-        return tuple(_fact(node, is_made=True) for node in made if node.head)
+        single = self._single
+        return tuple(_fact(node, single) for node in made if node.head)
+
+    @cached_property
+    def _single(self) -> frozenset[str]:
+        """The variables of a rule that have one value each: those of its condition, as ``?x``."""
+        if self.keyword != "defrule":
+            return frozenset()
+        words = [node.text for node in self.node.walk() if node.items is None]
+        before = set(words[: words.index("=>")] if "=>" in words else ())
+        bound = {
+            node.arguments[0].text for node in self.node.walk() if node.head == "bind" and node.arguments
+        }
+        return frozenset(word for word in before - bound if word.startswith("?") and f"${word}" not in before)
 
     @cached_property
     def symbols(self) -> frozenset[str]:
@@ -153,34 +183,28 @@ def constructs_of(file: SourceFile) -> tuple[Construct, ...]:
     return tuple(Construct(file, placed) for placed in file.pieces if placed.piece.keyword)
 
 
-def _patterns(nodes: Iterable[SyntaxNode]) -> Iterator[FactUse]:
-    for node in nodes:
-        if node.head in ("and", "logical", "exists"):
-            yield from _patterns(node.arguments)
-        elif node.head and node.head not in CONDITIONS | {"test", "declare"}:
-            yield _fact(node, is_made=False)
+def _pattern(ce: PatternCE) -> FactUse:
+    named = frozenset(part.slot for part in ce.parts if part.slot)
+    count = ce.count if ce.is_ordered else None
+    return FactUse(without_module(ce.template), ce.node.start, ce.slots, named, count)
 
 
-def _fact(node: SyntaxNode, *, is_made: bool) -> FactUse:
-    slots: dict[str, frozenset[str]] = {}
+def _fact(node: SyntaxNode, single: frozenset[str]) -> FactUse:
+    """Read a fact that is made.
+
+    :param single: variables that have one value each.
+    """
     named = [item for item in node.arguments if item.head]
-    for item in named:
-        words = _words(item.arguments)
-        if words is not None and (not is_made or len(words) == 1):
-            slots[item.head] = words
-    heads = frozenset(item.head for item in named)
-    return FactUse(without_module(node.head), node.start, slots, heads)
-
-
-def _words(values: tuple[SyntaxNode, ...]) -> frozenset[str] | None:
-    """Return the words that a constraint allows; None when these are not all that can be seen."""
-    marks = [value.text for value in values]
-    while len(marks) > 1 and marks[0].startswith("?") and marks[1] == "&":  # ?mode&SELECTED
-        marks, values = marks[2:], values[2:]
-    if not values or any(mark != "|" for mark in marks[1::2]) or len(marks) % 2 == 0:
-        return None
-    words = [literal(value) for value in values[::2]]
-    return frozenset(words) if all(words) else None
+    slots = {
+        item.head: frozenset({literal(item.arguments[0])})
+        for item in named
+        if len(item.arguments) == 1 and literal(item.arguments[0])
+    }
+    least = sum(bool(literal(item)) or item.text in single for item in node.arguments)
+    count = (least, least if least == len(node.arguments) else inf)
+    return FactUse(
+        without_module(node.head), node.start, slots, frozenset(item.head for item in named), count
+    )
 
 
 @dataclass
@@ -237,11 +261,17 @@ class Usage:
 
     def is_made_elsewhere(self, template: str) -> bool:
         """Whether anybody may make a fact of a template in a way that is not an assertion of a construct."""
-        if template in self.templates_in_texts or self._is_of_program(template):
+        if template in self.templates_in_texts or self._is_of_program(template) or self._loads_facts:
             return True
         is_defined = self.model.is_defined(Name(NameKind.TEMPLATE, template))
         # a template that no file defines and that has slots is one of an interface or of a feature
         return (not is_defined and template in self.deftemplates) or self.changed(template)
+
+    @cached_property
+    def _loads_facts(self) -> bool:
+        """Whether facts come from files that nobody has read here."""
+        called = self.model.names(NameKind.FUNCTION, Use.CALLED)
+        return not called.isdisjoint(("load-facts", "bload-facts", "bload"))
 
     def _is_of_program(self, template: str) -> bool:
         """Whether a template may be one of the program's: not if it is nearly one that is known."""

@@ -38,6 +38,8 @@ HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", r
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
 
+_DECLARATION: Final = re.compile(r"\(\s*deffunction\s[^()]*\([^()]*\)\s*\)")
+
 _NOT_A_LINE_END: Final = re.compile(r"[^\n]")
 
 
@@ -171,9 +173,21 @@ def top_level(code: str) -> Iterator[tuple[int, int | None]]:
         yield start, None
 
 
+def literal(node: SyntaxNode) -> str:
+    """Return the text of a word or a string that is written out; empty for anything else."""
+    if node.items is not None or node.text.startswith(("?", "$?")) or node.text in "&|~:=":
+        return ""
+    return node.text.strip('"') if node.text.startswith('"') else node.text
+
+
 def without_module(name: str) -> str:
     """Return the name of a construct without that of its module: ``a`` for ``MAIN::a``."""
     return name.rpartition("::")[2]
+
+
+def is_declaration(construct: str) -> bool:
+    """Whether a construct is a deffunction without actions, for functions that call each other."""
+    return _DECLARATION.fullmatch(blank(construct)) is not None
 
 
 class Definition(Struct, frozen=True):

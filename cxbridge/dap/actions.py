@@ -6,10 +6,10 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.clipstext.condition import CE, GroupCE, PatternCE
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.condition import CE, GroupCE, PatternCE
-from cxbridge.explain.rules.parse import parse_rule
 
 _BODIES: Final = {"progn": 0, "while": 1, "loop-for-count": 1, "progn$": 1, "foreach": 2}
 """Functions whose arguments from this one on are actions."""

@@ -7,11 +7,11 @@ from dataclasses import replace
 from itertools import islice, product
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, TestCE, patterns
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.condition import CE, GroupCE, PatternCE, TestCE
 from cxbridge.explain.rules.matcher import Matcher
-from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.recorded_facts import rows_of
 
 if TYPE_CHECKING:

@@ -6,10 +6,10 @@ import re
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Final
 
+from cxbridge.clipstext.condition import FieldConstraint, PatternCE, patterns
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.condition import FieldConstraint, PatternCE
 from cxbridge.explain.rules.lost import LostRule
-from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.suggestions import likeness
 
 MOST_RULES: Final = 5

@@ -8,6 +8,8 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
+from cxbridge.clipstext.condition import patterns
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import TraceError
 from cxbridge.events import (
@@ -26,7 +28,6 @@ from cxbridge.explain.evidence import Evidence, History
 from cxbridge.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge.explain.rules.constructs import Constructs, TextFile
 from cxbridge.explain.rules.locations import short_path
-from cxbridge.explain.rules.parse import parse_rule, patterns
 from cxbridge.explain.rules.recorded_facts import rows_of
 from cxbridge.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 from cxbridge.history.state import EnvironmentFacts

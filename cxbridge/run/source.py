@@ -43,6 +43,9 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
 )
 """The sources of agents, beside the usual one."""
 
+CLIPS_SUFFIX = ".clp"
+"""The ending of a scenario that is one CLIPS file."""
+
 _EXECUTIVE = "/clips-executive"
 _TIME = f"{_EXECUTIVE}/assert-time-each-loop"
 _MOST_NAMED = 3  # scenarios, in a hint
@@ -177,6 +180,8 @@ class Source:
 
         :raises CxbridgeError: when the file is wrong.
         """
+        if file.suffix == CLIPS_SUFFIX:
+            return _of_program(file)
         return Configuration.load(file, confdir=self.checkouts.confdir(file))
 
     def find_overlays(self) -> Sequence[Path]:
@@ -297,3 +302,15 @@ def _file_in(folder: Path) -> Path:
         if below
         else "name a scenario's folder, or a Fawkes configuration file or folder",
     )
+
+
+def _of_program(file: Path) -> Configuration:
+    """Return the configuration of an agent that is one CLIPS file."""
+    config = Configuration()
+    stage = f"{_EXECUTIVE}/specs/program/init/stage-3/0"
+    config.set(f"{_EXECUTIVE}/spec", "program")
+    config.set(f"{_EXECUTIVE}/clips-dirs", [str(file.parent.absolute())])
+    config.set(f"{stage}/name", "program")
+    config.set(f"{stage}/files", [file.name])
+    config.set(_TIME, True)
+    return config

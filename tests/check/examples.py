@@ -11,6 +11,8 @@ from cxbridge.run import RunOptions
 from tests.support import ROOT
 
 PAGE = ROOT / "docs" / "check-codes.md"
+PROGRAM = "program.clp"
+"""The name of a file that is checked alone."""
 _FENCE = re.compile(r"(?:`(?P<file>[\w./-]+)`:\n\n)?```(?P<language>\w+)\n(?P<text>.*?)```\n", re.DOTALL)
 _SECTION = re.compile(r"^## (?P<title>.+?)\n(?P<body>.*?)(?=^## |\Z)", re.MULTILINE | re.DOTALL)
 
@@ -46,5 +48,7 @@ def output_of(files: dict[str, str], folder: Path) -> str:
         path = folder / name
         path.parent.mkdir(exist_ok=True, parents=True)
         path.write_text(text)
-    findings = check(RunOptions(scenario=folder, skill_dirs=(folder / "lua",)))
+    alone = folder / PROGRAM
+    scenario = alone if PROGRAM in files else folder
+    findings = check(RunOptions(scenario=scenario, skill_dirs=(folder / "lua",)))
     return "".join(f"{each}\n" for each in findings).replace(f"{folder}/", "")

@@ -275,3 +275,97 @@ def test_an_action_that_a_function_of_the_agent_plans(tmp_path, call, code):
 def test_a_template_of_the_program_that_is_misspelt(tmp_path, condition, is_known):
     clips = f"(defrule r ({condition}) => (assert (domain-loaded)))(defrule d (domain-loaded) => (halt))"
     assert (found(agent(tmp_path, clips)) == []) is is_known
+
+
+MODULES = """\
+(defmodule ALONE)
+(deftemplate ALONE::thing (slot c))
+(defclass ALONE::ROBOT (is-a USER)
+  (role concrete) (single-slot label) (multislot seen (create-accessor read)))
+(definstances ALONE::robots (r1 of ROBOT (label "one") (seen a b)) ([r2] of ROBOT))
+(defmessage-handler ALONE::ROBOT greet primary (?who) (printout t ?self:label " " ?who crlf))
+(deffacts ALONE::begin (thing (c 1)) (thing (c 2)))
+(defrule ALONE::greet
+  (thing (c ?x))
+  ?robot <- (object (is-a ROBOT) (label ?name) (seen $? ?y&:(> (length$ (create$ ?y)) 0) $?))
+  =>
+  (make-instance (gensym*) of ROBOT (label (str-cat "r" ?x)) (seen ?y))
+  (modify-instance ?robot (seen (rest$ (create$ ?x ?y))))
+  (do-for-all-instances ((?r ROBOT)) (eq ?r:label ?name) (send ?r greet (nth$ 1 ?r:seen)))
+  (focus ALONE))
+"""
+
+
+def test_modules_and_objects_are_fine(tmp_path):
+    assert found(agent(tmp_path, MODULES)) == []
+
+
+def test_a_mistake_in_a_module_is_found_in_that_file_alone(tmp_path):
+    clips = MODULES + "(defrule ALONE::wrong ?t <- (thing (c 1)) => (modify ?t (d 2)))"
+    assert {(code, name) for code, name, *_ in found(agent(tmp_path, clips))} == {("CX210", "agent.clp")}
+
+
+def test_functions_that_are_declared_before_they_call_each_other(tmp_path):
+    declared = "(deffunction odd (?n))(deffunction even (?n) (odd ?n))"
+    used = "(deffunction odd (?n) (even ?n))(defrule r => (printout t (even 2)))"
+    assert found(agent(tmp_path, declared + used)) == []
+    twice = "(deffunction odd (?n) ?n)(deffunction even (?n) (odd ?n))"
+    assert [code for code, *_ in found(agent(tmp_path, twice + used))] == ["CX208"]
+
+
+@pytest.mark.parametrize(
+    ("clips", "message", "hint"),
+    [
+        ("(defrule r (initial-fact) => (halt))", "no 'initial-fact'", "leave (initial-fact) out"),
+        ("(defrule r (time ?now) => (halt))", "asks for 1 field here, and facts 'time' have 2", "(time ? ?)"),
+        ("(defrule r (time ? ? ? $?) => (halt))", "3 or more fields", "(time ? ?)"),
+        ("(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair ?x 3)))", "1 field", "(pair ? ?)"),
+        ("(deffacts f (e)) (defrule r (exists (e ?x&~3)) => (halt))", "facts 'e' have 0", "write (e)"),
+    ],
+)
+def test_a_pattern_that_no_fact_can_match(tmp_path, clips, message, hint):
+    (finding,) = check(RunOptions(scenario=agent(tmp_path, clips)))
+    assert finding.code.name == "CX501"
+    assert message in finding.message
+    assert hint in finding.hint
+
+
+@pytest.mark.parametrize(
+    "clips",
+    [
+        "(defrule r (time $?now) (time ? ?) (time ?s $?) => (halt))",
+        "(deffacts f (pair 1 2)) (defrule r (pair ?x) => (assert (pair (create$ ?x))))",
+        "(deffacts f (pair 1 2)) (defrule r (pair $?x) (pair ?y) => (assert (pair ?x)))",
+        "(deffacts f (initial-fact)) (defrule r (initial-fact) => (halt))",
+        "(deffacts f (pair 1)) (defrule r (pair ? ?x) => (bind ?x (create$ 1 2)) (assert (pair ?x)))",
+        '(defrule r (pair ?) => (load-facts "pairs.txt"))',
+    ],
+)
+def test_a_pattern_that_a_fact_may_match(tmp_path, clips):
+    assert found(agent(tmp_path, clips)) == []
+
+
+def test_one_file_is_checked_as_a_part_of_the_agent_around_it(tmp_path):
+    folder = agent(
+        tmp_path, "(defrule r (thing (c 1)) => (halt))", people_clp=DOMAIN_CLP + "(deffacts f (no))"
+    )
+    assert [code for code, *_ in found(folder / "agent.clp")] == ["CX203"]
+    assert [code for code, *_ in found(folder / "people.clp")] == ["CX502"]
+
+
+def test_one_file_alone(tmp_path):
+    file = tmp_path / "program.clp"
+    file.write_text(MODULES)
+    assert found(file) == []
+    file.write_text("(defrule begin => (foo))")
+    assert [code for code, *_ in found(file)] == ["CX204"]
+
+
+def test_a_program_whose_facts_have_names_of_the_core(tmp_path):
+    clips = "(deffacts wanted (goal at 1 2)) (defrule r (goal at ?x ?y) => (halt))"
+    file = tmp_path / "program.clp"
+    file.write_text(clips)
+    assert [code for code, *_ in found(file)] == ["CX212"]
+    findings = check(RunOptions(scenario=agent(tmp_path, clips)))
+    assert {each.code.name for each in findings} == {"CX209"}
+    assert all("'goal' has slots" in each.message and "core" in each.hint for each in findings)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pytest
+
 from cxbridge.cli.main import invoke
 
 WRITTEN = "(defrule a\n(b)\n=>\n)\n"
@@ -19,11 +21,17 @@ def test_a_file_is_changed_once(tmp_path, capsys):
     assert invoke(["format", "--check", str(file)]) == 0
 
 
-def test_bytes_that_are_no_text_stay(tmp_path):
-    file = tmp_path / "a.clp"
-    file.write_bytes(b'(a\r\n"\xff\xe4")\r\n')
-    assert invoke(["format", str(file)]) == 0
-    assert file.read_bytes() == b'(a\r\n  "\xff\xe4")\r\n'
+@pytest.mark.parametrize(
+    "content", [b'(a\r\n"\xff\xe4")\r\n', WRITTEN.encode("utf-16"), WRITTEN.encode("utf-16-le")]
+)
+def test_a_file_that_is_not_utf_8_is_refused_and_stays(tmp_path, capsys, content):
+    before, file = tmp_path / "0.clp", tmp_path / "a.clp"
+    before.write_text(WRITTEN)
+    file.write_bytes(content)
+    assert invoke(["format", str(tmp_path)]) == 2
+    assert "not UTF-8" in capsys.readouterr().err
+    assert file.read_bytes() == content
+    assert before.read_text() == WRITTEN
 
 
 def test_a_broken_file_stays_and_says_so(tmp_path, capsys):

@@ -90,6 +90,17 @@ def test_the_session_of_the_manual(editor):
         "(defrule r (u $? 1) => (do-for-fact ((?f no-such)) TRUE (retract ?f)))",
         "(defrule r (object (is-a USER)) => (foreach ?i (create$ (nth$ 1 (create$ 1))) (printout t ?i)))",
         "(defrule r (u ?x) => (if (eq ?x 1) then (switch ?x (case 1 then (halt)) (default (halt)))))",
+        '(defmodule A "of some" (import MAIN ?ALL) (export deftemplate t) (export ?NONE))',
+        (
+            "(defclass C (is-a USER) (role concrete) (single-slot s (type FLOAT) (range 0.0 ?VARIABLE)"
+            " (create-accessor read-write)) (multislot m (default (create$ 1))))"
+        ),
+        "(definstances i active (c1 of C (s 1.0)) ([c2] of C (s (+ 1.0 2.0)) (m a b)))",
+        '(defmessage-handler C say primary "words" (?to $?more) (printout t ?self:s ?to))',
+        (
+            "(defrule r (object (is-a C) (s ?s)) => (make-instance c3 of C (s ?s))"
+            " (any-instancep ((?c C)) (> ?c:s 1)) (modify-instance [c3] (m 1 2)))"
+        ),
     ],
 )
 def test_what_is_right_is_not_marked(editor, text):

@@ -8,7 +8,7 @@ from pkgutil import iter_modules
 from types import ModuleType
 
 from cxbridge.check.agent import Agent
-from cxbridge.check.findings import INPUT, Code, Finding, Severity
+from cxbridge.check.findings import INPUT, PROGRAM, Code, Finding, Severity
 
 
 def modules() -> list[ModuleType]:
@@ -21,7 +21,7 @@ def modules() -> list[ModuleType]:
 
 def codes() -> dict[str, Code]:
     """Return all codes by their names."""
-    found = [INPUT, *(code for module in modules() for code in module.CODES)]
+    found = [INPUT, PROGRAM, *(code for module in modules() for code in module.CODES)]
     return {code.name: code for code in sorted(found, key=lambda code: code.name)}
 
 

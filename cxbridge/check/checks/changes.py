@@ -5,11 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.clips import literal
 from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge.clipstext.syntax import read
+from cxbridge.clipstext.syntax import literal, read
 from cxbridge.suggestions import did_you_mean
 
 SLOT: Final = Code(

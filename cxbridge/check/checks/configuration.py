@@ -11,6 +11,7 @@ from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_err
 from cxbridge.check.keys import KeyCheck, parts_of, prefixes
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
+from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge.run.specs import check_spec, mistaken_keys
 from cxbridge.suggestions import did_you_mean
 
@@ -111,7 +112,7 @@ def _check_time(agent: Agent) -> Iterator[Finding]:
             "nothing is read, no time passes",
             "set assert-time-each-loop: true below clips-executive",
         )
-    elif not place.line:
+    elif not place.line and not place.file.endswith(CLIPS_SUFFIX):
         yield Finding(TIME, place, "assert-time-each-loop is absent: here that means true, in Fawkes false")
 
 

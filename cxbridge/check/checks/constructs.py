@@ -12,6 +12,7 @@ from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
+from cxbridge.clipstext.condition import elements, patterns
 from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
@@ -146,6 +147,15 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
         name = unknown.head
         hint = did_you_mean(name, known.names("deftemplate"))
         return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
+    ordered = _ordered(agent, construct) if construct is not None and code is CONSTRUCT else None
+    if ordered is not None:
+        name = ordered.head
+        of_core = any(file.is_core and _defines(file, name) for file in agent.files)
+        hint = (
+            "it is one of the CX core's: use another name" if of_core else f"write ({name} (SLOT VALUE) ...)"
+        )
+        message = f"{what}the deftemplate '{name}' has slots, and here are fields without one"
+        return Finding(code, file.place(ordered), message, hint)
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
@@ -160,6 +170,26 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     if code is SLOT:
         return Finding(code, place, f"{what}{_slot_message(diagnostic)}", _slot_hint(agent, diagnostic))
     return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
+
+
+def _defines(file: ClipsFile, template: str) -> bool:
+    return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
+
+
+def _ordered(agent: Agent, construct: Definition) -> SyntaxNode | None:
+    """Return the first pattern or fact without slots of a deftemplate that has some."""
+    items = construct.node.arguments[1:]
+    facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
+    if construct.kind == "defrule":
+        arrow = next((n for n, item in enumerate(items) if item.text == "=>"), None)
+        facts += [ce.node for ce in patterns(tuple(elements(items[:arrow])))]
+    elif construct.kind == "deffacts":
+        facts += items
+    for fact in sorted(facts, key=lambda node: node.start):
+        fields = any(item.items is None for item in fact.arguments)
+        if fields and without_module(fact.head) in agent.deftemplates:
+            return fact
+    return None
 
 
 # ---- places

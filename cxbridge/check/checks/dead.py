@@ -56,6 +56,9 @@ FUNCTION: Final = Code(
 
 CODES: Final = (RULE, FACT, NOT_FORMULATED, NOT_SELECTED, NOT_EXPANDED, FUNCTION)
 
+_INITIAL: Final = ("initial-fact", "initial-object")
+"""Facts that CLIPS 6.30 makes at the start, and 6.4 does not."""
+_TIME: Final = "time"
 _CLASS: Final = "class"
 _DEFAULTS: Final = {"sub-type": "nil", "type": "ACHIEVE"}
 """Of the slots of goals that say who expands them."""
@@ -69,7 +72,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each name that is dead."""
     usage = agent.usage
     own = [each for each in usage.constructs if _is_own(agent, each)]
-    yield from _rules(usage, own)
+    yield from _rules(agent, usage, own)
     yield from _facts(agent, usage, own)
     yield from _goals(agent, usage, own)
     yield from _functions(usage, own)
@@ -92,19 +95,49 @@ def _finding(code: Code, construct: Construct, start: int, message: str, hint: s
 # ---- rules and facts
 
 
-def _rules(usage: Usage, own: list[Construct]) -> Iterator[Finding]:
+def _rules(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:
     for construct in own:
         for pattern in construct.patterns:
-            if pattern.template in usage.made or usage.is_made_elsewhere(pattern.template):
-                continue
-            yield _finding(
-                RULE,
-                construct,
-                pattern.start,
-                f"defrule {construct.name} can never match: nobody makes a fact '{pattern.template}'",
-                did_you_mean(pattern.template, set(usage.made) - {pattern.template}),
-            )
-            break  # one fact that is not there is enough
+            found = _unmatched(agent, usage, pattern)
+            if found is not None:
+                message = f"defrule {construct.name} can never match: {found[0]}"
+                yield _finding(RULE, construct, pattern.start, message, found[1])
+                break  # one fact that is not there is enough
+
+
+def _unmatched(agent: Agent, usage: Usage, pattern: FactUse) -> tuple[str, str] | None:
+    """Return why no fact can match a pattern, and what to do about it; None: one may."""
+    name = pattern.template
+    if name not in usage.made and name in _INITIAL:
+        return (
+            f"CLIPS 6.4 has no '{name}'",
+            f"leave ({name}) out: a rule without a pattern fires at the start",
+        )
+    if name not in usage.made and not usage.is_made_elsewhere(name):
+        return f"nobody makes a fact '{name}'", did_you_mean(name, set(usage.made) - {name})
+    counts = _counts(agent, usage, name)
+    if pattern.count is None or not counts:
+        return None
+    least, most = pattern.count
+    if any(least <= most_made and fewest <= most for fewest, most_made in counts):
+        return None
+    have = " or ".join(str(fewest) for fewest, _ in sorted(set(counts)))
+    asked = f"{least} or more fields" if most > least else f"{least} field{'' if least == 1 else 's'}"
+    first = f"({name}{' ?' * counts[0][0]})"
+    return (
+        f"({name} ...) asks for {asked} here, and facts '{name}' have {have}",
+        f"write {first}, or $? for any number of fields",
+    )
+
+
+def _counts(agent: Agent, usage: Usage, template: str) -> list[tuple[int, float]]:
+    """Return how many fields ordered facts of a template have; empty where that is not known."""
+    made = [fact.count for _, fact in usage.made.get(template, ()) if fact.count is not None]
+    if template in agent.deftemplates or template in usage.templates_in_texts:
+        return []
+    if template == _TIME:
+        return [*made, (agent.time_fields, agent.time_fields)]
+    return [] if usage.is_made_elsewhere(template) else made
 
 
 def _facts(agent: Agent, usage: Usage, own: list[Construct]) -> Iterator[Finding]:

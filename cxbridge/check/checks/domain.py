@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.agent.clips import literal
 from cxbridge.check.agent import Agent, ClipsFile, place_of
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.check.planned import planned_actions
-from cxbridge.clipstext.syntax import Definition, SyntaxNode
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, load_domain, names_of

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.agent.clips import literal
 from cxbridge.agent.names import NameKind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.planned import WrittenAction, count, planned_actions
-from cxbridge.clipstext.syntax import SyntaxNode
+from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of

@@ -10,6 +10,7 @@ from cxbridge.check.agent import Agent
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
 from cxbridge.check.usage import Construct
+from cxbridge.clipstext.syntax import is_declaration
 
 TWICE: Final = Code(
     "CX208",
@@ -27,12 +28,17 @@ _KINDS: Final = frozenset({"defrule", "deftemplate", "deffacts", "deffunction", 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each construct of the agent that replaces another one."""
     losses = Losses(agent.usage, agent.is_of_core)
-    first: dict[tuple[str, str], Construct] = {}
+    first: dict[tuple[str, str, str], Construct] = {}
+    module = "MAIN"
     for construct in agent.usage.constructs:
+        module = construct.module or module  # CLIPS goes on in the last one that it was told
         key = construct.keyword, construct.name
         if construct.keyword not in _KINDS or not construct.name:
             continue
-        before = first.setdefault(key, construct)
+        before = first.setdefault((*key, module), construct)
+        if is_declaration(before.placed.piece.text):
+            first[*key, module] = construct  # a declaration, for functions that call each other
+            continue
         here = construct.file
         if before is construct or agent.is_of_core(here.path) or (here.path, *key) in agent.dropped:
             continue

@@ -31,8 +31,8 @@ def format(  # noqa: A001 - the name of the command
     from cxbridge.clipstext.layout import is_balanced, layout
 
     changed = 0
-    for path in _clips_files(files):
-        text = _read(path)
+    texts = {path: _read(path) for path in _clips_files(files)}  # all can be read before one is changed
+    for path, text in texts.items():
         if not is_balanced(text):
             say(f"{path}: parentheses or quotes do not match, left as it is", err=True)
             continue
@@ -42,7 +42,7 @@ def format(  # noqa: A001 - the name of the command
         changed += 1
         say(f"{path}: {'would change' if check else 'changed'}")
         if not check:
-            write_file(path, new.encode("utf-8", "surrogateescape"))
+            write_file(path, new.encode())
     return int(check and changed > 0)
 
 
@@ -64,6 +64,11 @@ def _clips_files(named: list[Path]) -> list[Path]:
 
 def _read(path: Path) -> str:
     try:
-        return path.read_bytes().decode("utf-8", "surrogateescape")
+        text = path.read_bytes().decode("utf-8")
     except OSError as error:
         raise CxbridgeError(f"cannot read it: {error.strerror}", file=path) from None
+    except UnicodeDecodeError:
+        text = "\0"
+    if "\0" in text:  # UTF-16, whose letters of ASCII are UTF-8
+        raise CxbridgeError("it is not UTF-8 text", file=path, hint="save it as UTF-8 in the editor")
+    return text

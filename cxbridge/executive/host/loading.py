@@ -92,6 +92,7 @@ class ClipsLoader:
         self._is_native = is_native
         self._owner = owner
         self._loading: list[str] = []
+        self._declared: set[str] = set()  # functions that have no actions yet
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
@@ -282,6 +283,9 @@ class ClipsLoader:
             name = construct.name.removeprefix("MAIN::")
             if construct.kind == "defglobal":
                 name = name.strip("?*")
-            if (construct.kind, name) in seen or find(self._env, encode(name)):
+            is_there = (construct.kind, name) in seen or find(self._env, encode(name))
+            if is_there and name not in self._declared:
                 self._log.error(f"Redefining {construct.kind}: {name}")
             seen.add((construct.kind, name))
+            if construct.kind == "deffunction":
+                (self._declared.add if construct.declares else self._declared.discard)(name)

@@ -190,13 +190,16 @@ class OldFunctions:
         self._parsers: dict[str, CData] = {}
 
     def build(self, text: str) -> None:
-        """Define a function of :data:`FUNCTIONS`, also anew, after the environment was cleared."""
+        """Define a function of :data:`FUNCTIONS`, and again after the environment was cleared."""
         match = _FUNCTION.match(text)
         assert match is not None
         name = match[1]
-        _rename(self._env, name, _HIDDEN)  # no deffunction may have the name of a UDF
+        function = EXTRA.FindFunction(self._env, encode(name))
+        if function != NULL:  # no deffunction may have the name of a UDF
+            _set_name(self._env, function, name, _HIDDEN)
         self._build(text)
-        _rename(self._env, _HIDDEN, name)
+        if function != NULL:
+            _set_name(self._env, function, _HIDDEN, name)
         reference = ffi.new("char[64]")
         if not EXTRA.GetFunctionReference(self._env, encode(name), reference):
             raise RuntimeError(f"CLIPS does not find the function {name}")
@@ -210,7 +213,7 @@ class OldFunctions:
         """Read the arguments of a call, as CLIPS does for a deffunction, and return the call of ours."""
         top = EXTRA.CollectArguments(env, top, text)
         function = lib.FindDeffunction(env, encode(f"MAIN::{name}"))
-        if top == NULL or function == NULL:
+        if NULL in (top, function):
             return NULL
         _type_of(top)[0], _value_of(top)[0] = self._type, function
         if EXTRA.GetSequenceOperatorRecognition(env):
@@ -276,9 +279,12 @@ def give_way(env: CData, names: Iterable[str]) -> None:
 def _rename(env: CData, name: str, other: str) -> None:
     """Give a built-in another name. Nothing is freed, unlike by ``RemoveUDF``: pointers to it stay good."""
     function = EXTRA.FindFunction(env, encode(name))
-    if function == NULL:
-        return
-    # the first member of its record is its name; CLIPS finds a function by name and looks there, too
+    if function != NULL:
+        _set_name(env, function, name, other)
+
+
+def _set_name(env: CData, function: CData, name: str, other: str) -> None:
+    # the first member of its record is its name; CLIPS looks among those whose first name has the same hash
     field = ffi.cast("CLIPSLexeme **", function)
     if field[0] != lib.CreateSymbol(env, encode(name)):
         raise RuntimeError("this build of CLIPS lays out functions in an unknown way")

@@ -21,7 +21,7 @@ from functools import lru_cache
 
 from msgspec import Struct
 
-from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, top_level
+from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.functions.recursion import guard_at
 from cxbridge.executive.host.functions.shortcuts import shortcut_at
@@ -68,11 +68,13 @@ class SourceConstruct(Struct, frozen=True):
 
     :param kind: ``defrule``, ``deftemplate`` ...
     :param line: counted from 1.
+    :param declares: whether it is a function without actions, which another one may replace.
     """
 
     kind: str
     name: str
     line: int
+    declares: bool = False
 
 
 class Excess(Struct, frozen=True):
@@ -176,7 +178,12 @@ def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) 
     """Return the construct that was found; of a defglobal all its variables, where it is closed."""
     variables = _GLOBAL.finditer(code, found.start(), end) if found[1] == "defglobal" and end else ()
     return [SourceConstruct("defglobal", match[1], lines.at(match.start())) for match in variables] or [
-        SourceConstruct(found[1], found[2], lines.at(found.start()))
+        SourceConstruct(
+            found[1],
+            found[2],
+            lines.at(found.start()),
+            found[1] == "deffunction" and is_declaration(code[found.start() : end]),
+        )
     ]
 
 

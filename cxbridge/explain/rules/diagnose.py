@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Final
 
+from cxbridge.clipstext.condition import CE, Condition, GroupCE, PatternCE, Prefix, TestCE
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.values import show, show_alone
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.condition import CE, Condition, GroupCE, PatternCE, Prefix, TestCE
 from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
 from cxbridge.explain.rules.matcher import Matcher
 from cxbridge.explain.rules.near_misses import find_nearest
-from cxbridge.explain.rules.parse import parse_rule
 from cxbridge.explain.rules.snapshot import Snapshot
 
 MOST_SHOWN: Final = 3

@@ -8,6 +8,8 @@ from typing import Final
 
 from clips._clips import ffi, lib
 
+from cxbridge.clipstext.condition import patterns
+from cxbridge.clipstext.rule import dependencies, parse_rule
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
 from cxbridge.events import Level
@@ -17,7 +19,6 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.values import FactAddress, show
 from cxbridge.explain.rules import snapshot as model
-from cxbridge.explain.rules.parse import dependencies, parse_rule, patterns
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 
 MAX_AGENDA: Final = 1000

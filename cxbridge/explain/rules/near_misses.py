@@ -6,9 +6,9 @@ import re
 from collections import Counter
 from typing import Final
 
+from cxbridge.clipstext.condition import PatternCE, Prefix, SlotConstraint
 from cxbridge.clipstext.values import FactRef, Value, show_alone
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.condition import PatternCE, Prefix, SlotConstraint
 from cxbridge.explain.rules.diagnosis import Deviation, MatchFailure, NearMiss
 from cxbridge.explain.rules.matcher import Matcher
 from cxbridge.explain.rules.snapshot import Snapshot

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from typing import Final
 
+from cxbridge.clipstext.condition import CE, FieldConstraint, GroupCE, PatternCE
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
-from cxbridge.explain.rules.condition import CE, FieldConstraint, GroupCE, PatternCE
 from cxbridge.explain.rules.environment import rule_texts
-from cxbridge.explain.rules.parse import parse_rule
 
 TIME: Final = "time"
 _TICKS: Final = frozenset({"time-retract", "blackboard-read"})

@@ -86,10 +86,24 @@ def test_rubbish_never_raises(env, tmp_path, content):
     env.batch(path)
 
 
+def test_functions_that_call_each_other_are_declared_first_without_a_word(env, log, clp):
+    env.loader.warn_redefinitions = True
+    text = """
+        (deffunction is-odd "whether it is" (?n))
+        (deffunction is-even (?n) (if (= ?n 0) then TRUE else (is-odd (- ?n 1))))
+        (deffunction is-odd (?n) (if (= ?n 0) then FALSE else (is-even (- ?n 1))))
+    """
+    assert env.load(clp(text))
+    assert log.texts(Level.ERROR) == []
+    assert env.eval("(is-odd 7)") == "TRUE"
+    assert env.load(clp("(deffunction is-odd (?n) TRUE)"))
+    assert log.texts(Level.ERROR) == ["Redefining deffunction: is-odd"]
+
+
 def test_a_redefinition_within_one_file_is_said_once_for_each(env, log, clp):
     env.loader.warn_redefinitions = True
     text = """
-        (deffunction f ()) (deffunction f ()) (deffunction MAIN::f ())
+        (deffunction f () 1) (deffunction f () 2) (deffunction MAIN::f () 3)
         (defrule r (a) =>) (defrule r (b) =>)
         (defglobal ?*x* = 1 ?*y* = 2) (defglobal ?*y* = 3)
         (deftemplate t (slot a)) (deftemplate t (slot a))

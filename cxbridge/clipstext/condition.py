@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from math import inf
 
-from cxbridge.clipstext.syntax import SyntaxNode
+from msgspec import Struct
+
+from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
 
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
+_GLOBAL = re.compile(r"\?\*.+\*\Z")
 
 
 def variables(nodes: tuple[SyntaxNode, ...]) -> frozenset[str]:
@@ -40,6 +45,13 @@ class FieldConstraint:
     def wildcard(self) -> str:
         """What stands for any value (or values) in its place."""
         return "$?" if self.binder.startswith("$") else "?"
+
+    @property
+    def words(self) -> frozenset[str] | None:
+        """The words that it allows; None when these are not all that can be seen."""
+        terms = [each[0] for each in self.alternatives if len(each) == 1 and len(each[0]) == 1]
+        found = [literal(term[0]) for term in terms]
+        return frozenset(found) if found and all(found) and len(found) == len(self.alternatives) else None
 
     @property
     def used(self) -> frozenset[str]:
@@ -86,6 +98,11 @@ class SlotConstraint:
         return " ".join(field.text for field in self.fields)
 
     @property
+    def words(self) -> frozenset[str] | None:
+        """The words that its one field allows; None when these are not all that can be seen."""
+        return self.fields[0].words if len(self.fields) == 1 else None
+
+    @property
     def binds(self) -> frozenset[str]:
         """The variables that appear as the first of a field."""
         return frozenset(field.name for field in self.fields if field.name)
@@ -109,17 +126,52 @@ class SlotConstraint:
         return f"({self.slot} {' '.join(fields)})" if self.slot else " ".join(fields)
 
 
-@dataclass(frozen=True, slots=True)
-class PatternCE:
+class PatternCE(Struct, frozen=True, dict=True):
     """A pattern CE.
 
+    :param node: the pattern, as it is written.
     :param variable: the variable that the fact is bound to, without its ``?``; empty for none.
     """
 
-    template: str
-    variable: str
-    parts: tuple[SlotConstraint, ...]
-    text: str
+    node: SyntaxNode
+    variable: str = ""
+
+    @property
+    def template(self) -> str:
+        """The name behind its parenthesis, as it is written; ``object`` for one of instances."""
+        return self.node.head
+
+    @cached_property
+    def text(self) -> str:
+        """The CE, on one line."""
+        text = one_line(self.node.text)
+        return f"?{self.variable} <- {text}" if self.variable else text
+
+    @cached_property
+    def is_ordered(self) -> bool:
+        """Whether it has fields, and no slots; a pattern with nothing in it may be either."""
+        rest = self.node.arguments
+        return not rest or any(item.items is None for item in rest)
+
+    @cached_property
+    def parts(self) -> tuple[SlotConstraint, ...]:
+        """What it says about each slot, or each field of an ordered fact."""
+        rest = self.node.arguments
+        if self.is_ordered:
+            return tuple(SlotConstraint("", place, (each,)) for place, each in enumerate(fields_of(rest)))
+        return tuple(SlotConstraint(item.head, 0, tuple(fields_of(item.arguments))) for item in rest)
+
+    @property
+    def slots(self) -> dict[str, frozenset[str]]:
+        """The words that it allows in slots, of those that it limits to words."""
+        return {part.slot: words for part in self.parts if part.slot and (words := part.words) is not None}
+
+    @property
+    def count(self) -> tuple[int, float]:
+        """The least and the greatest number of fields that it takes, when it is ordered."""
+        several = sum(part.fields[0].binder.startswith("$") for part in self.parts)
+        least = len(self.parts) - several
+        return least, inf if several else least
 
     @property
     def binds(self) -> frozenset[str]:
@@ -179,24 +231,37 @@ class PatternCE:
         return f"({' '.join([self.template, *texts])})"
 
 
-@dataclass(frozen=True, slots=True)
-class TestCE:
+class TestCE(Struct, frozen=True, dict=True):
     """A test CE."""
 
-    text: str
-    used: frozenset[str]
+    node: SyntaxNode
+
+    @cached_property
+    def text(self) -> str:
+        """The CE, on one line."""
+        return one_line(self.node.text)
+
+    @cached_property
+    def used(self) -> frozenset[str]:
+        """The variables in it."""
+        return variables(self.node.arguments)
 
 
-@dataclass(frozen=True, slots=True)
-class GroupCE:
+class GroupCE(Struct, frozen=True, dict=True):
     """CEs in one of ``and or not exists forall``.
 
     :param kind: which.
+    :param nodes: what it is made of, as it is written.
     """
 
     kind: str
     items: tuple[PatternCE | TestCE | GroupCE, ...]
-    text: str
+    nodes: tuple[SyntaxNode, ...]
+
+    @cached_property
+    def text(self) -> str:
+        """The CE, on one line."""
+        return one_line(" ".join(node.text for node in self.nodes))
 
 
 CE = PatternCE | TestCE | GroupCE
@@ -248,3 +313,92 @@ class Condition:
     ces: tuple[CE, ...]
     functions: frozenset[str]
     globals: frozenset[str]
+
+
+def patterns(ces: Sequence[CE]) -> Iterator[PatternCE]:
+    """Yield all patterns, those within groups, too."""
+    for ce in ces:
+        if isinstance(ce, PatternCE):
+            yield ce
+        elif isinstance(ce, GroupCE):
+            yield from patterns(ce.items)
+
+
+def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
+    """Yield the patterns that must match a fact: none below ``not``, ``or``, ``forall``."""
+    for ce in ces:
+        if isinstance(ce, PatternCE):
+            yield ce
+        elif isinstance(ce, GroupCE) and ce.kind == "exists":
+            yield from needed(ce.items)
+
+
+def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:
+    """Yield the CEs of a list; ``and`` and ``logical`` are gone, ``declare`` is none."""
+    for nodes in _joined_bindings(items):
+        node = nodes[-1]
+        if node.items is None or node.head == "declare":
+            continue
+        if len(nodes) > 1:
+            yield PatternCE(node, nodes[0].text.lstrip("$?"))
+        elif node.head in ("and", "logical"):
+            yield from elements(node.arguments)
+        elif node.head == "test":
+            yield TestCE(node)
+        elif node.head == "or":
+            yield GroupCE("or", tuple(map(_branch, _joined_bindings(node.arguments))), (node,))
+        elif node.head in ("not", "exists", "forall"):
+            yield GroupCE(node.head, tuple(elements(node.arguments)), (node,))
+        else:
+            yield PatternCE(node)
+
+
+def _joined_bindings(items: Sequence[SyntaxNode]) -> Iterator[Sequence[SyntaxNode]]:
+    """Yield the elements of a list of CEs; ``?f <- (...)`` is one."""
+    place = 0
+    while place < len(items):
+        binding = items[place : place + 3]
+        binds = len(binding) == 3 and binding[1].text == "<-"  # noqa: PLR2004  variable, arrow, pattern
+        length = 3 if binds and binding[0].items is None and binding[2].items is not None else 1
+        yield items[place : place + length]
+        place += length
+
+
+def _branch(nodes: Sequence[SyntaxNode]) -> CE:
+    """Return a branch of an ``or`` as one CE."""
+    ces = tuple(elements(nodes))
+    return ces[0] if len(ces) == 1 else GroupCE("and", ces, tuple(nodes))
+
+
+def fields_of(nodes: tuple[SyntaxNode, ...]) -> Iterator[FieldConstraint]:
+    """Yield the fields of a slot or an ordered pattern: ``& | ~ : =`` tie nodes together."""
+    group: list[SyntaxNode] = []
+    tied = True
+    for node in nodes:
+        mark = node.text in ("&", "|")
+        if group and not mark and not tied:
+            yield _field(group)
+            group = []
+        group.append(node)
+        tied = mark or node.text in ("~", ":", "=")
+    if group:
+        yield _field(group)
+
+
+def _field(nodes: list[SyntaxNode]) -> FieldConstraint:
+    text = one_line("".join(node.text for node in nodes))
+    first = nodes[0].text
+    binder = first if first.startswith(("?", "$?")) and not _GLOBAL.match(first) else ""
+    if binder and len(nodes) > 1 and nodes[1].text == "|":
+        binder = ""
+    rest = nodes[2:] if binder else nodes
+    alternatives: list[list[list[SyntaxNode]]] = [[[]]]
+    for node in rest:
+        if node.text == "|":
+            alternatives.append([[]])
+        elif node.text == "&":
+            alternatives[-1].append([])
+        else:
+            alternatives[-1][-1].append(node)
+    made = tuple(tuple(tuple(term) for term in terms if term) for terms in alternatives)
+    return FieldConstraint(binder, tuple(terms for terms in made if terms), text)

@@ -8,14 +8,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from cxbridge.clipstext import condition
+from cxbridge.clipstext.condition import GroupCE, PatternCE
+from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules import condition
-from cxbridge.explain.rules.condition import GroupCE, PatternCE
 from cxbridge.explain.rules.constructs import Constructs, TextFile
 from cxbridge.explain.rules.diagnose import diagnose
 from cxbridge.explain.rules.matcher import Matcher
-from cxbridge.explain.rules.parse import parse_rule
 
 
 def first(text: str) -> PatternCE:

@@ -1,0 +1,80 @@
+"""The functions of CLIPS 6.30 that the host makes: known in every module, as built-ins are."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+
+from cxbridge.errors import ClipsError
+from cxbridge.executive.host.shims import FUNCTIONS, OLD_NAMES
+
+ALONE = "(defmodule ALONE)"
+"""A module that imports nothing."""
+
+
+@pytest.fixture
+def alone(env):
+    """An environment whose current module imports nothing."""
+    env.build(ALONE)
+    yield env
+    assert env.eval("(get-current-module)") == "ALONE"
+
+
+def parameters(name: str) -> list[str]:
+    """Return the parameters of a function."""
+    match = re.match(
+        r"\(deffunction \S+ \(([^)]*)\)", next(text for text in FUNCTIONS if f" {name} (" in text)
+    )
+    assert match is not None
+    return match[1].split()
+
+
+@pytest.mark.parametrize("name", OLD_NAMES)
+def test_each_is_known_in_a_module_that_imports_nothing(alone, name):
+    arguments = " ".join("(create$ 1)" for each in parameters(name) if not each.startswith("$"))
+    alone.build(f"(deffunction calls () ({name} {arguments}))")
+
+
+@pytest.mark.parametrize("name", OLD_NAMES)
+def test_a_wrong_number_of_arguments_is_refused_by_the_name_that_is_written(alone, name):
+    least = sum(not each.startswith("$") for each in parameters(name))
+    if least < len(parameters(name)) and least == 0:
+        return  # any number will do
+    with pytest.raises(ClipsError, match=rf"'{re.escape(name)}' expected"):
+        alone.build(f"(deffunction calls () ({name}{' 1' * (least - 1) if least else ' 1'}))")
+
+
+def test_rules_of_modules_use_them(env, log):
+    env.build("(defmodule MAIN (export deftemplate state))")
+    env.build("(deftemplate MAIN::state (multislot way))")
+    env.build("(defrule MAIN::make => (assert (state (way a b c))) (focus REPORT))")
+    env.build("(defmodule REPORT (import MAIN deftemplate state))")
+    env.build(
+        '(defrule REPORT::tell (state (way $?w&:(= 3 (length$ ?w)))) => (printout t (nth$ 2 ?w) " "'
+        ' (length$ ?w) " " (round 2.5) " " (sub-string 1 2 "abc") crlf))'
+    )
+    env.run()
+    assert "b 3 2 ab" in log.texts()
+
+
+def test_they_are_there_again_after_clear(env):
+    env.eval("(clear)")
+    env.build(ALONE)
+    assert env.eval("(nth$ 2 (create$ a b))") == "b"
+    assert env.eval('(length "abc")') == 3
+
+
+def test_the_sequence_operator_spreads_arguments(env):
+    env.eval("(set-sequence-operator-recognition TRUE)")
+    env.build("(deffunction second ($?x) (nth$ 2 (create$ $?x)))")
+    assert env.eval("(second a b c)") == "b"
+
+
+def test_an_agent_that_was_written_for_6_4_defines_what_6_4_lacks(env, clp):
+    assert env.load(clp("(deffunction member (?x $?rest) 99)"))
+    assert env.eval("(member 1 2)") == 99
+
+
+def test_funcall_goes_by_names(env):
+    assert env.eval("(funcall nth$ 2 (create$ a b))") == "b"
