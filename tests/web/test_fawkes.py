@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 import re
+import threading
+import time
+from contextlib import contextmanager
 
 import pytest
 
 from cxbridge.executive.host.values import show
+from cxbridge.web.fawkes import skiller
+from tests.daemon.test_daemon import WAIT_S
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
 from tests.web.support import serving
+
+SKILLS = "/api/skiller/skills"
 
 
 @pytest.fixture(name="there", scope="module")
@@ -268,6 +275,43 @@ def test_skills_are_listed_shown_called_and_stopped():
         assert (stopped.status, stopped.text) == (200, "OK")
         stopped_skill = client.until("/api/skiller/skills/active", lambda skill: skill["status"] != "RUNNING")
         assert stopped_skill["exclusive_controller"] == ""
+
+
+@contextmanager
+def a_deaf_skiller():
+    """A daemon with a second Skiller, which shows nothing that it is asked for."""
+    with serving((("executive", False),)) as (daemon, client, _):
+        daemon.board.open_for_writing("SkillerInterface", "deaf", owner="test")
+        debug = daemon.board.open_for_writing("SkillerDebugInterface", "deaf", owner="test")
+        debug.set("graph_fsm", "goto")
+        debug.write()
+        yield client, debug
+
+
+def test_what_others_look_at_is_shown_again_after_a_list_that_does_not_come(monkeypatch):
+    monkeypatch.setattr(skiller, "GRAPH_S", 0.2)
+    with a_deaf_skiller() as (client, debug):
+        assert client.get("/api/skiller/skills?skiller=deaf").status == 408
+        assert [message.graph_fsm for message in iter(debug.msgq_pop, None)] == ["LIST", "goto"]
+
+
+def test_a_skiller_that_is_slow_keeps_the_readers_of_others_from_nothing(monkeypatch):
+    monkeypatch.setattr(skiller, "GRAPH_S", 4 * WAIT_S)
+    answers = []
+    with a_deaf_skiller() as (client, debug):
+        reader = threading.Thread(target=lambda: answers.append(client.get(f"{SKILLS}?skiller=deaf").status))
+        reader.start()
+        end = time.monotonic() + WAIT_S
+        while (asked := debug.msgq_pop()) is None:
+            assert time.monotonic() < end
+            time.sleep(0.01)
+        assert asked.graph_fsm == "LIST"
+        assert client.get(SKILLS).status == 200
+        assert reader.is_alive()
+        debug.set("graph_fsm", "LIST")
+        debug.write()
+        reader.join(WAIT_S)
+        assert answers == [200]
 
 
 def test_another_skiller_is_asked_by_its_id():

@@ -6,6 +6,7 @@ import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 from weakref import WeakKeyDictionary
 
@@ -27,12 +28,23 @@ LONGEST_NAME: Final = 31
 _PERIOD_S: Final = 0.05
 _ACTIVE: Final = "active"
 _STATUS: Final = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILED"}
-_one_at_a_time = threading.Lock()
-"""There is one graph for all who look."""
 
-_last_graphs: WeakKeyDictionary[WebHost, dict[str, str]] = WeakKeyDictionary()
-"""The state machine that each Skiller showed last. A Skiller that is idle has none: when it was asked for
-something else in between, as for the list of skills, the machine of its last skill is gone."""
+
+@dataclass(slots=True)
+class _ShownGraph:
+    """What a Skiller shows to all clients.
+
+    :ivar lock: held while a client has the Skiller show something.
+    :ivar last: the state machine that the Skiller showed last. An idle Skiller has none: after a request for
+        something else, as for the list of skills, the machine of its last skill is gone.
+    """
+
+    lock: threading.Lock = field(default_factory=threading.Lock)
+    last: str = ""
+
+
+_graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary()
+"""The graphs of each host's Skillers, by the Skillers' ids."""
 
 
 @contextmanager
@@ -78,12 +90,20 @@ def _show(debug: Any, what: str) -> None:
         raise ApiError(408, f"Did not receive '{what}' in time from skiller")
 
 
-def _last_graph(call: ApiCall, debug: Any) -> str:
-    """Return the machine of the skill that runs or ran last, and remember it. Under the lock."""
-    known = _last_graphs.setdefault(call.host, {})
+@contextmanager
+def _alone_with(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
+    """Let no other client have the Skiller show something meanwhile."""
+    shown = _graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
+    with shown.lock:
+        debug.read()
+        _note(shown, debug)
+        yield shown
+
+
+def _note(shown: _ShownGraph, debug: Any) -> None:
+    """Remember the machine of the skill that runs or ran last."""
     if debug.graph_fsm == "ACTIVE" and debug.graph:
-        known[debug.id] = str(debug.graph)
-    return known.get(debug.id, "")
+        shown.last = str(debug.graph)
 
 
 def _ask(debug: Any, what: str) -> None:
@@ -93,25 +113,29 @@ def _ask(debug: Any, what: str) -> None:
 
 
 def _skills(call: ApiCall) -> list[dict[str, Any]]:
-    with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _):
+    with _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, _), _alone_with(call, debug):
         before = debug.graph_fsm
-        _last_graph(call, debug)
-        _show(debug, "LIST")
-        names = str(debug.graph).splitlines()
-        _ask(debug, before)
+        try:
+            _show(debug, "LIST")
+            names = str(debug.graph).splitlines()
+        finally:
+            _ask(debug, before)
     return [{"kind": "SkillInfo", "apiVersion": API_VERSION, "name": name} for name in names]
 
 
 def _skill(call: ApiCall) -> dict[str, Any]:
     name = "ACTIVE" if call.path["id"] == _ACTIVE else call.path["id"]
-    with _one_at_a_time, _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller):
-        _last_graph(call, debug)
+    with (
+        _opened(call, "SkillerDebugInterface", "SkillerInterface") as (debug, skiller),
+        _alone_with(call, debug) as shown,
+    ):
         _show(debug, name)
+        _note(shown, debug)
         model = {"kind": "Skill", "apiVersion": API_VERSION, "name": debug.graph_fsm, "graph": debug.graph}
         if name == "ACTIVE":
             skiller.read()
             if not call.exact:
-                model["graph"] = _last_graph(call, debug)
+                model["graph"] = shown.last
             model |= {
                 "skill-string": skiller.skill_string,
                 "error": skiller.error,
