@@ -192,7 +192,7 @@ def _kept(place: Placeholder, value: str, before: str) -> str:
     if context is quoting.QuotingContext.ESCAPE or not quoting.is_word(value):
         raise _CannotMapError(
             f"Value '{value}' of parameter '{place.name}' is not a single word or number and stands unquoted "
-            f"in the skill string: use ?({place.name})s"
+            f"in the skill string: use ?({place.name})s (docs/action-mapping.md)"
         )
     return value
 

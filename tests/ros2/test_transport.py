@@ -18,6 +18,7 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
 
+from cxbridge.rights import Right, Rights
 from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
 from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
 from cxbridge.ros2.messages import Codec
@@ -284,6 +285,47 @@ def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
     assert polls < 50  # ten, and some for what others have sent; a thousand when it is woken all the time
     assert [each for each in got if each != {"data": "one"}] == []
     mine.close()
+
+
+def test_requests_and_messages_without_the_right_reach_nobody(node: Node, monkeypatch: pytest.MonkeyPatch):
+    """Whatever the transport is: what names no right needs the highest."""
+    refused: list[str] = []
+    monkeypatch.setattr(node, "rights", Rights(control=True, programs=False))
+    monkeypatch.setattr(node, "complain", lambda _kind, text: refused.append(text))
+    asked: list[Any] = []
+
+    def add(request: Any) -> dict[str, int]:
+        asked.append(request)
+        return {"sum": request["a"] + request["b"]}
+
+    kind = "example_interfaces/srv/AddTwoInts"
+    ends = [
+        node.serve("/open_service", kind, add, needs=Right.CONTROL),
+        node.serve("/forgotten_service", kind, add, refuse=lambda _request, _reason: {"sum": -1}),
+        node.subscribe("/here", "std_msgs/msg/String", asked.append, needs=Right.CONTROL),
+        node.subscribe("/here", "std_msgs/msg/String", asked.append),
+    ]
+    for service, answer in (("/open_service", 3), ("/forgotten_service", -1)):
+        client = node.client(service, kind)
+        got: list[Any] = []
+        while not got:
+            poll_until(node, lambda: client.is_served)  # noqa: B023 - it is over before the next one
+            failed: list[str] = []  # a bridge refuses calls of a service that it has not found yet
+            client.call({"a": 1, "b": 2}, got.append, failed.append)
+            poll_until(node, lambda: got or failed)  # noqa: B023
+        assert got[0] == {"sum": answer}
+        client.close()
+    assert [each for each in asked if "a" not in each] == []
+    asked.clear()
+    here = node.publisher("/here", "std_msgs/msg/String")
+    poll_until(node, lambda: here.subscriptions)
+    here.publish({"data": "one"})
+    poll_until(node, lambda: asked and any(text.startswith("refused: /here: ") for text in refused))
+    assert asked == [{"data": "one"}]
+    assert any(text.startswith("refused: /forgotten_service: ") for text in refused)
+    for end in ends:
+        end()
+    here.close()
 
 
 @needs_ros
