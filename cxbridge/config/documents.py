@@ -188,6 +188,10 @@ class _Composer:
         pairs = []
         while not isinstance(child := next(self._events), yaml.MappingEndEvent):
             key = self._node(child, depth + 1)
+            if isinstance(key, YamlScalar) and key.text == "<<":
+                raise key.mark.error(
+                    "'<<' merges no maps, as in Fawkes", "write the values, or use '*name' for a whole map"
+                )
             pairs.append((key, self._node(next(self._events), depth + 1)))
         return YamlMap(self._mark(event), self._tag(event), pairs)
 

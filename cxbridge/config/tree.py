@@ -149,10 +149,6 @@ def _key(node: YamlNode) -> list[str]:
         raise node.mark.error(
             "a key must be a single word or path", "quote braces and brackets that mean text"
         )
-    if node.text == "<<":
-        raise node.mark.error(
-            "'<<' merges no maps in Fawkes' configuration", "write the values, or use '*name' for a whole map"
-        )
     elements = split_path(node.text)
     if not elements:
         raise node.mark.error(f"'{node.text}' is not a key", "a key is a word, or words joined by '/'")

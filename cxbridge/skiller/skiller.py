@@ -295,7 +295,7 @@ class Skiller(SkillerBackend):
         if status is Status.S_FAILED:
             error = self.engine.first_error()
             if self.mode == "strict":
-                error = error or self.engine.failure_text()
+                error = self.engine.init_error() or error or self.engine.failure_text()
             if error:
                 self._interface.error = error
                 if self.mode == "fawkes":

@@ -259,10 +259,3 @@ def test_a_missing_value_of_other_hosts(tmp_path):
         config.get_float("/arm/w")
     assert "for another host" not in str(caught.value)
     assert config.get_int("/arm/z") == 3
-
-
-@pytest.mark.parametrize("key", ["<<", "'<<'"])
-def test_maps_are_not_merged(key):
-    with pytest.raises(ConfigError, match="'<<' merges no maps") as caught:
-        Configuration.from_text(f"a: &a {{b: 1}}\nc:\n  {key}: *a\n", "x.yaml")
-    assert (caught.value.file, caught.value.line) == ("x.yaml", 3)

@@ -87,6 +87,13 @@ def test_alias_without_anchor() -> None:
     assert "quote" in problem.hint
 
 
+@pytest.mark.parametrize("key", ["<<", "'<<'", "!!merge <<"])
+def test_maps_are_not_merged(key: str) -> None:
+    """Fawkes has a key ``<<`` then, which nobody asks for."""
+    found = error(f"a: &a {{b: 1}}\nc:\n  {key}: *a\n")
+    assert (found.line, found.message) == (3, "'<<' merges no maps, as in Fawkes")
+
+
 @pytest.mark.parametrize("text", ["[" * 100_000, "{a: " * 50_000, "- " * 20_000])
 def test_deep_nesting(text: str) -> None:
     assert f"more than {MAX_DEPTH} deep" in error(text).message

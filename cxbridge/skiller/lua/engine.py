@@ -216,6 +216,10 @@ class LuaEngine:
         """Return the error text of the skill that was called first in the last loop."""
         return from_lua(self._text("first_error"))
 
+    def init_error(self) -> str:
+        """Return the error of the init of the failed skill's start state; empty when there was none."""
+        return from_lua(self._text("init_error"))
+
     def failure_text(self) -> str:
         """Return why the first failed skill failed: its error text, or the label of its last transition."""
         return from_lua(self._text("failure_text"))

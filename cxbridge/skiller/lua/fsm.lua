@@ -168,8 +168,7 @@ function FSM:loop()
     if self.current.name == self.fail_state then return explain_failure(self) end
     local looped, result = protected(self.current, "do_loop")
     if not looped then
-        -- A state whose init has failed is looped nevertheless, as in Fawkes: what fails then only follows.
-        self:set_error(self.init_problem or "Loop exception: " .. tostring(result))
+        self:set_error("Loop exception: " .. tostring(result))
         result = self.states[self.fail_state]
     end
     self:trans(result)

@@ -111,6 +111,14 @@ question("first_error", "", function()
     return fsm and fsm.error
 end)
 
+--- The error of the init of the start state, of the first skill that failed. Such a state is looped nevertheless,
+-- as in Fawkes, and the error of its loop, which only follows, replaces that of its init.
+question("init_error", "", function()
+    local name = library.get_failed_skills()
+    local fsm = name and library.get_skill_fsm(name)
+    return fsm and fsm.init_problem
+end)
+
 --- Why the skill string failed, as far as a skill says so: of the first skill that did.
 question("failure_text", "", function()
     local name = library.get_failed_skills()

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.events import Level
+from cxbridge.skiller.mapping import Mode
 from tests.skiller.rig import SKILLS, Rig, write_skills
 
 HEAD = """
@@ -27,12 +28,12 @@ end
 """
 
 
-def make(tmp_path: Path, body: str) -> Rig:
+def make(tmp_path: Path, body: str, mode: Mode = "fawkes") -> Rig:
     """A Skiller whose skill ``test`` has this body; ``follow(STATE...)`` tells what is called."""
     space = SKILLS["space"] + 'skillenv.use_skill("skills.test")'
     write_skills(tmp_path, SKILLS | {"space": space, "test": HEAD + body})
     rig = Rig()
-    rig.lua([tmp_path], space="space", mode="fawkes")
+    rig.lua([tmp_path], space="space", mode=mode)
     rig.forget()
     return rig
 
@@ -179,18 +180,18 @@ function {where}() error("broken") end
     ],
 )
 def test_an_error_of_init_is_not_hidden_by_those_that_follow_from_it(tmp_path: Path, transition: str):
-    rig = make(
-        tmp_path,
-        f"""
+    body = f"""
 fsm:define_states{{export_to = _M, "A", "B"}}
 fsm:add_transitions{{{transition}}}
-function A:init() error("broken") end
-""",
-    )
+function A:init() if fsm.vars.broken then error("broken") end end
+"""
+    rig = make(tmp_path, body, mode="strict")
     for _ in range(2):
-        rig.exec("test{}")
+        rig.exec("test{broken=true}")
         assert rig.status == "S_FAILED"
         assert re.match(r"Init failed: skills/test.lua:\d+: broken", rig.state.error)
+    rig.exec("test{}")
+    assert "broken" not in rig.state.error
 
 
 @pytest.mark.parametrize("kind", ["float", "uint", "int", "bool", "string"])
@@ -204,6 +205,7 @@ function A:init()
     config:get_{kind}("/not/there")
 end
 """,
+        mode="strict",
     )
     rig.exec("test{}")
     assert rig.state.error.startswith("Init failed: skills/test.lua:19: there is no configuration")
