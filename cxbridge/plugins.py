@@ -30,7 +30,7 @@ GROUP: Final = "cxbridge"
 """The group of entry points. Each entry point names a module with the tables of a plug-in."""
 
 HOOKS: Final = frozenset(
-    {"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "SOURCES", "TRANSPORTS"}
+    {"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "OPTIONS", "SOURCES", "TRANSPORTS"}
 )
 """The tables that a plug-in's module may have."""
 

@@ -59,7 +59,6 @@ class Bench:
         skill_dirs: tuple[str | Path, ...] = (),
         config: str | Path | tuple[str | Path, ...] = (),
         fawkes_dir: str | Path | None = None,
-        ros2cx: str | Path | None = None,
         overlays: tuple[str | Path, ...] = (),
         **options: Any,
     ) -> AgentRun:
@@ -68,12 +67,13 @@ class Bench:
         :param skiller: ``scripted``, or who executes skills as for ``cxbridge run``.
         :param config: one file or several, each laid over those before.
         :param patience: seconds of real time that a wait may take.
-        :param options: ``spec``, ``core``, ``clock``.
+        :param options: ``spec``, ``core``, ``clock``, and options of plug-ins, e.g. ``ros2cx``.
         :raises CxbridgeError: when the scenario is wrong.
         :raises AssertionError: when a construct does not load.
         """
         # not before a test asks for it: pytest loads this plug-in for each project on the machine
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
+        from cxbridge.run.program.run import more_options  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
 
@@ -81,6 +81,7 @@ class Bench:
         if self.artifacts is not None:
             number = f"-{len(self.runs) + 1}" if self.runs else ""
             trace = self.artifacts / self.file.stem / f"{file_name(self.test or 'module')}{number}.mcap"
+        more = tuple(more_options(options, self.find))
         given = RunOptions(
             scenario=None if scenario is None else self.find(scenario),
             skiller="none" if skiller == _SCRIPTED else skiller,
@@ -89,8 +90,8 @@ class Bench:
             skill_dirs=tuple(map(self.find, skill_dirs)),
             config=tuple(map(self.find, (config,) if isinstance(config, str | Path) else config)),
             fawkes_dir=None if fawkes_dir is None else self.find(fawkes_dir),
-            ros2cx=None if ros2cx is None else self.find(ros2cx),
             overlays=tuple(map(self.find, overlays)),
+            more=more,
             trace=trace,
             trace_level="facts" if trace is not None else "rules",
             **options,

@@ -16,6 +16,7 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
 from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run.program.run import make_options
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry
@@ -117,6 +118,15 @@ def test_its_source(greeter, tmp_path):
     options = RunOptions(scenario=tmp_path / "agent.greet")
     assert source_of(options).load_configuration()[1].name == "scenario.yaml"
     assert run_scenario(options).status == 0
+
+
+def test_its_options(greeter, tmp_path, capsys):
+    folder = write_scenario(tmp_path / "s")
+    assert invoke(["run", str(folder), "--greeting", ""]) == 2
+    assert "--greeting is empty" in capsys.readouterr().err
+    assert invoke(["run", str(folder), "--greeting", "Hi"]) == 0
+    assert make_options(folder, greeting="Hi").option("greeting") == "Hi"
+    assert make_options(folder).option("greeting") is None
 
 
 def test_a_run_imports_only_the_tables(greeter, tmp_path):

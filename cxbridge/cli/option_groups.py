@@ -66,16 +66,20 @@ class _Group:
             for name in dict.fromkeys(_names(group))
             if get_origin(hints[name]) is Annotated
         ]
+        self._added = [_Group(added) for added in getattr(group, "added_groups", list)()]
+        self._own = len(self.parameters)
+        self.parameters += [parameter for added in self._added for parameter in added.parameters]
 
     def take(self, given: dict[str, Any]) -> Any:
         """Return the group with what was given; it is no longer in ``given``."""
-        values = {parameter.name: given.pop(parameter.name) for parameter in self.parameters}
-        return self._make(
-            **{
-                name: tuple(value or ()) if name in self._repeated else value
-                for name, value in values.items()
-            }
-        )
+        own = self.parameters[: self._own]
+        values = {parameter.name: given.pop(parameter.name) for parameter in own}
+        taken = {
+            name: tuple(value or ()) if name in self._repeated else value for name, value in values.items()
+        }
+        added = [group.take(given) for group in self._added]
+        more = tuple(group for group in added if group != type(group)())
+        return self._make(**taken, **({"more": more} if more else {}))
 
 
 def _names(group: type) -> Iterator[str]:

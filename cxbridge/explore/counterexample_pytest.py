@@ -24,7 +24,6 @@ _OPTIONS: Final = (
     "core",
     "fawkes_dir",
     "overlays",
-    "ros2cx",
     "clips_dirs",
     "interface_dirs",
     "skill_dirs",
@@ -104,6 +103,8 @@ def _given(options: RunOptions, folder: Path) -> Iterator[tuple[str, Any]]:
         value = _plain(getattr(options, key), folder)
         if value:
             yield key, value
+    for group in options.more:
+        yield from ((key, _plain(value, folder)) for key, value in vars(group).items() if value)
 
 
 def _plain(value: object, folder: Path) -> object:

@@ -39,6 +39,17 @@ def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
     return AgentFiles.find(run_options(options))
 
 
+def _names_agent(options: Mapping[str, Any]) -> bool:
+    """Whether the options name an agent; wrong ones do, so that their mistake is reported."""
+    from cxbridge.lsp.examine import run_options  # noqa: PLC0415 - as above
+    from cxbridge.run.source import source_of  # noqa: PLC0415
+
+    try:
+        return source_of(run_options(options)).is_named
+    except CxbridgeError:
+        return True
+
+
 class AgentServer(LanguageServer):
     """A language server for one agent.
 
@@ -105,13 +116,9 @@ class AgentServer(LanguageServer):
         root = self.session.root
         options = dict(self._given)
         recording = options.pop("recording", None) or (last_recording(root) if root else None)
-        if (
-            not options.keys() & {"scenario", "fawkes_dir", "ros2cx"}
-            and root
-            and (own := find_scenario(root))
-        ):
+        if not _names_agent(options) and root and (own := find_scenario(root)):
             options["scenario"] = str(own)
-        self._has_agent = bool(options.keys() & {"scenario", "fawkes_dir", "ros2cx"})
+        self._has_agent = _names_agent(options)
         self._options = options if self._has_agent else {**options, **_FALLBACK}
         if recording:
             self._options["recording"] = str(recording)

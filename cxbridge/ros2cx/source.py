@@ -48,12 +48,11 @@ class Ros2CxSource(Source):
     @property
     def needs_skiller(self) -> bool:
         """Whether an action may go to a Skiller: without executors and configuration all are dummies."""
-        return bool(self.options.executors or self.options.config)
+        return bool(self.options.option("executors") or self.options.config)
 
     @property
     def _checkout(self) -> Ros2CxCheckout:
-        assert self.options.ros2cx is not None  # else the source is another one
-        return Ros2CxCheckout.open(self.options.ros2cx)
+        return Ros2CxCheckout.open(self.options.option("ros2cx"))
 
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when another option does not go with ``--ros2cx``."""
@@ -80,8 +79,7 @@ class Ros2CxSource(Source):
     @property
     def folders(self) -> tuple[Path, ...]:
         """The checkout."""
-        assert self.options.ros2cx is not None
-        return (self.options.ros2cx,)
+        return (self.options.option("ros2cx"),)
 
     @property
     def is_checkout(self) -> bool:
@@ -144,7 +142,7 @@ class Ros2CxSource(Source):
 
     def prepare_board(self, context: SourceContext) -> None:
         """Add the executors of ``--executor``."""
-        for text in self.options.executors:
+        for text in self.options.option("executors"):
             skills = self._skills_of(context)
             assert skills is not None  # the board begins
             skills.add_executor(text)

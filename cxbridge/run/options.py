@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import os
 import stat
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any, ClassVar, Final
 
 import typer
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.plugins import Row, Table
 from cxbridge.resources import shipped_scenarios
 
 CORES = ("builtin", "fawkes")
@@ -36,33 +38,38 @@ def is_speech_target(value: str) -> bool:
     return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
 
 
+OPTIONS: Final[Table[type[Any]]] = Table(
+    "OPTIONS",
+    is_dataclass,
+    "a dataclass whose fields are options",
+    Row("ros2cx", "cxbridge.ros2cx.options:Ros2CxOptions"),
+)
+"""The groups of options that plug-ins add to :class:`SourceOptions`."""
+
+
+def option_groups() -> list[type[Any]]:
+    """Return the dataclasses of :data:`OPTIONS`."""
+    return [OPTIONS.load(row) for row in OPTIONS.rows]
+
+
 @dataclass(frozen=True, kw_only=True)
 class SourceOptions:
-    """Where the files of an agent come from: options of runs and of daemons."""
+    """Where the files of an agent come from: options of runs and of daemons.
+
+    :param more: the options of plug-ins: an instance for each group with an option that was given.
+    """
+
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = option_groups
+
+    more: tuple[Any, ...] = ()
 
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False)
     ] = None
-    ros2cx: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="DIR",
-            help="A checkout of ros2-clips-executive (2021); its files are used unchanged.",
-            show_default=False,
-        ),
-    ] = None
-    executors: Annotated[
-        tuple[str, ...],
-        typer.Option(
-            "--executor",
-            metavar="ACTION=CLASS",
-            help="With --ros2cx: who executes an action, as FILE.py:CLASS; a dummy by default. Repeatable.",
-        ),
-    ] = ()
     core: Annotated[
         str | None,
         typer.Option(
-            help="builtin or fawkes: whose CX core; by default that of --fawkes-dir or --ros2cx, if given.",
+            help="builtin or fawkes: whose CX core; by default that of the checkout, if there is one.",
             show_default=False,
         ),
     ] = None
@@ -76,6 +83,10 @@ class SourceOptions:
     skill_dirs: Annotated[
         tuple[Path, ...], typer.Option("--skill-dir", help="A folder with Lua skills. Repeatable.")
     ] = ()
+
+    def option(self, name: str) -> Any:
+        """Return the value of an option of a plug-in; None when it is not given."""
+        return next((getattr(group, name) for group in self.more if hasattr(group, name)), None)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,7 +111,7 @@ class BrokenOptions:
         typer.Option(
             "--strict/--lenient",
             help="Do not start a broken agent, or start it without what is broken; strict by default, "
-            "lenient with --fawkes-dir or --ros2cx.",
+            "lenient with a checkout.",
             show_default=False,
         ),
     ] = None
@@ -224,6 +235,8 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 names = ", ".join(item for item in known if item)
                 more = _MORE.get(name, "")
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
+        for group in self.more:
+            group.check()
         if self.replay:
             self._check_replay()
         if "://" in self.skiller and self.clock not in (None, "real", "ros2"):

@@ -39,7 +39,9 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
     "SOURCES",
     callable,
     "a subclass of cxbridge.run.source.Source",
-    Row("ros2cx", "cxbridge.ros2cx.source:Ros2CxSource", lambda options: options.ros2cx is not None),
+    Row(
+        "ros2cx", "cxbridge.ros2cx.source:Ros2CxSource", lambda options: options.option("ros2cx") is not None
+    ),
 )
 """The sources of agents, beside the usual one."""
 
@@ -91,11 +93,6 @@ class Source:
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when the options do not name one configuration."""
         self.check_folders()
-        if self.options.executors:
-            raise CxbridgeError(
-                "--executor goes with --ros2cx only",
-                hint="other scenarios name their executors in the configuration, below skill-board",
-            )
         if not self.is_named:
             raise CxbridgeError(
                 "no scenario given",

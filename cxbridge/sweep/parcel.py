@@ -21,7 +21,7 @@ MOST_BYTES: Final = 64 * 1024 * 1024
 
 _SKIPPED: Final = frozenset({"__pycache__", ".git", ".venv", "node_modules"})
 _SHARED: Final = ("interfaces", "luaskills", "share")
-_ELSEWHERE: Final = frozenset({"fawkes_dir", "ros2cx", "overlays"})
+_ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
 """Options whose folders are too large to travel: they must be at the same place everywhere."""
 
 
@@ -53,7 +53,7 @@ def _add_job(parcel: zipfile.ZipFile, job: SweepJob) -> None:
     moved: dict[str, Path] = {}
     size = 0
     options = job.options
-    if options.scenario is not None or not (options.fawkes_dir or options.overlays):
+    if options.scenario is not None:
         options = replace(options, scenario=source_of(options).config_file().parent)
 
     def move(path: Path) -> Path:

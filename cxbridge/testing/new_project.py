@@ -14,6 +14,7 @@ import yaml
 from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
+from cxbridge.run.program.run import make_options
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 
@@ -50,7 +51,7 @@ def new_agent_of_ros2cx(folder: Path, checkout: Path) -> list[Path]:
     :raises CxbridgeError: likewise.
     """
     checkout = checkout.absolute()
-    return _make_around("ros2cx", folder, checkout, RunOptions(ros2cx=checkout))
+    return _make_around("ros2cx", folder, checkout, make_options(None, ros2cx=checkout))
 
 
 def _make_around(template: str, folder: Path, checkout: Path, options: RunOptions) -> list[Path]:

@@ -13,6 +13,7 @@ from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_facts
 from cxbridge.explain.planning import PlannerAnswer, choose_answer, planner_answers
 from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run.program.run import make_options
 from cxbridge.trace.formats.registry import open_run
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
@@ -136,7 +137,7 @@ def test_figure_9_of_the_thesis(tmp_path, capsys):
     figure = re.search(r"^> get problem instances\n.*?(?=^```)", THESIS.read_text(), re.DOTALL | re.MULTILINE)
     assert figure is not None
     file = tmp_path / "run.mcap"
-    assert run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", trace=file)).status == 0
+    assert run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", trace=file)).status == 0
     assert main(["trace", "planning", str(file)]) == 0
     there, ours = figure[0].splitlines(), capsys.readouterr().out.splitlines()
     assert [STEP.sub(r"\1", line) for line in ours] == [STEP.sub(r"\1", line) for line in there]

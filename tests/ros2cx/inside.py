@@ -9,8 +9,9 @@ from pathlib import Path
 from cxbridge.events import Event, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook
-from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.program.run import make_options
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2
@@ -62,7 +63,7 @@ def look_inside(
 
         agent.loop.add(Hook.POST_LOOP, step)
 
-    run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach)
+    run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec=spec, config=config, timeout=40.0), None, attach)
     assert found.constructs, "the agent was not loaded"
     return found
 

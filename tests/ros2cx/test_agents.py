@@ -16,13 +16,15 @@ from tests.support import needs_ros2cx
 pytestmark = needs_ros2cx
 
 
-def agents_run(tmp_path: Path, more: str = "", core: str | None = None, **changes) -> Watched:
+def agents_run(
+    tmp_path: Path, more: str = "", core: str | None = None, executors: tuple[str, ...] = ()
+) -> Watched:
     """Run the two agents, with more configuration."""
     overlay = tmp_path / "more.yaml"
     overlay.write_text(more)
-    chosen = options("agents", None)
+    chosen = options("agents", None, executors)
     files = (DATA / "two-agents.yaml", overlay) if more else (DATA / "two-agents.yaml",)
-    return run(dataclasses.replace(chosen, config=files, core=core, timeout=12.0, **changes))
+    return run(dataclasses.replace(chosen, config=files, core=core, timeout=12.0))
 
 
 def exchange(watched: Watched) -> list[SkillMessage]:

@@ -19,8 +19,9 @@ from cxbridge.mainloop import Hook
 from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
 from cxbridge.ros2cx.features import Ros2CxFeatureContext, make_features
 from cxbridge.ros2cx.parameters import FeatureEntry
-from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.program.run import make_options
 from tests.executive.conftest import Log
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
@@ -171,7 +172,8 @@ def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
         "clips-executive: {specs: {mine: {init: {stage-1: [{name: blackboard}], "
         "stage-3: [{name: mine, file: mine.clp}]}}}}\n"
     )
-    options = RunOptions(
+    options = make_options(
+        None,
         ros2cx=checkout,
         spec="mine",
         config=tmp_path / "mine.yaml",

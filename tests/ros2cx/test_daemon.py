@@ -12,6 +12,7 @@ import pytest
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
+from cxbridge.run.program.run import more_options
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROS2CX_DIR, needs_ros2cx
 from tests.web.support import serving
@@ -23,7 +24,8 @@ ENV = "/api/cxbridge/environments/executive"
 
 
 def options(**more: Any) -> DaemonOptions:
-    return DaemonOptions(**{"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more)
+    given = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "settings": QUIET} | more
+    return DaemonOptions(more=tuple(more_options(given)), **given)
 
 
 def wait_for(what: str, lines: list[str], start: int = 0) -> None:
@@ -39,7 +41,11 @@ def wait_for(what: str, lines: list[str], start: int = 0) -> None:
 @pytest.mark.parametrize("core", [None, "builtin"])
 def test_it_plans_and_moves_and_clients_see_it(core):
     settings = (FAST, *([("core", core)] if core else []))
-    with serving(settings, ros2cx=ROS2CX_DIR, spec="test-nav2") as (_, client, lines):
+    with serving(settings, more=tuple(more_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2") as (
+        _,
+        client,
+        lines,
+    ):
         components = [entry["name"] for entry in client.get("/api/cxbridge/status").json["components"]]
         assert components[-2:] == ["skill-board", "executive"]
         wait_for("Action move is running", lines)
@@ -65,8 +71,8 @@ def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
         "        self.log.info('the robot moves')\n"
         "        yield 0.5\n"
     )
-    named = {"ros2cx": ROS2CX_DIR, "spec": "test-nav2", "executors": (f"move={file}:Move",)}
-    with serving((FAST,), **named) as (_, client, lines):
+    more = tuple(more_options({"ros2cx": ROS2CX_DIR, "executors": (f"move={file}:Move",)}))
+    with serving((FAST,), more=more, spec="test-nav2") as (_, client, lines):
         wait_for("TESTGOAL.* completed", lines)
         start = len(lines)
         assert client.ask("POST", "/api/cxbridge/reset").status == 200

@@ -12,8 +12,9 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.ros2cx.checkout import Ros2CxCheckout
 from cxbridge.ros2cx.confvals import ParametersFeature
-from cxbridge.run import RunOptions, run_scenario
+from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
+from cxbridge.run.program.run import make_options
 from tests.ros2cx.mutations import Mutation, mutations
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
@@ -65,7 +66,7 @@ def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str
 def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
     """What is said before anything runs: the error, or the warnings."""
     try:
-        with Assembly(RunOptions(ros2cx=checkout, spec=spec, **more)) as agent:  # type: ignore[arg-type]
+        with Assembly(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
             return "\n".join([*agent.context.warnings, *map(str, agent.context.missing)])
     except CxbridgeError as error:
         return str(error)
@@ -211,7 +212,7 @@ def test_another_commit_says_which_parts_are_known(checkout):
 )
 def test_options_that_contradict_one_another(more, message):
     with pytest.raises(CxbridgeError, match=re.escape(message)):
-        run_scenario(RunOptions(**{"ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more))
+        run_scenario(make_options(**{"scenario": None, "ros2cx": ROS2CX_DIR, "spec": "test-nav2"} | more))
 
 
 EXECUTORS = """
@@ -254,7 +255,9 @@ def test_an_executor_of_the_wrong_shape(tmp_path, target, message):
     file.write_text(EXECUTORS)
     with pytest.raises(CxbridgeError, match=message):
         run_scenario(
-            RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(target.format(file=file),), timeout=5)
+            make_options(
+                None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(target.format(file=file),), timeout=5
+            )
         )
 
 
@@ -270,7 +273,7 @@ def test_an_executor_whose_file_does_not_load(tmp_path, text, message):
     file = tmp_path / "executors.py"
     file.write_text(text)
     with pytest.raises(CxbridgeError, match=message):
-        run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",)))
+        run_scenario(make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=(f"move={file}:A",)))
 
 
 def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
@@ -278,7 +281,9 @@ def test_an_executor_that_takes_no_steps_fails_its_action_at_once(tmp_path):
     file = tmp_path / "executors.py"
     file.write_text(EXECUTORS)
     executors = (f"move={file}:Returns",)
-    result = run_scenario(RunOptions(ros2cx=ROS2CX_DIR, spec="test-nav2", executors=executors, timeout=60))
+    result = run_scenario(
+        make_options(None, ros2cx=ROS2CX_DIR, spec="test-nav2", executors=executors, timeout=60)
+    )
     assert result.status == 1
     assert result.run_seconds < 5
 

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run import RunOptions
+from cxbridge.run.program.run import make_options
 from tests.ros2cx.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
@@ -19,7 +20,8 @@ pytestmark = [needs_ros2cx, needs_shared]
 
 
 def options(spec: str, overlay: str | None = None, executors: tuple[str, ...] = ()) -> RunOptions:
-    return RunOptions(
+    return make_options(
+        None,
         ros2cx=ROS2CX_DIR,
         spec=spec,
         config=DATA / overlay if overlay else None,
