@@ -5,6 +5,8 @@ Its operation: tests/operations/test_table.py.
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 
 import pytest
@@ -120,11 +122,20 @@ def test_its_source(greeter, tmp_path):
     assert run_scenario(options).status == 0
 
 
-def test_its_options(greeter, tmp_path, capsys):
+def test_its_options(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
-    assert invoke(["run", str(folder), "--greeting", ""]) == 2
-    assert "--greeting is empty" in capsys.readouterr().err
-    assert invoke(["run", str(folder), "--greeting", "Hi"]) == 0
+
+    def run(word):
+        """Run in a process of its own: a command has the options of the plug-ins at its import."""
+        program = "from cxbridge.cli.entry import main; main()"
+        call = [sys.executable, "-c", program, "run", str(folder), "--greeting", word]
+        environ = {**os.environ, "PYTHONPATH": str(tmp_path / "site")}
+        return subprocess.run(call, capture_output=True, text=True, env=environ, check=False)
+
+    refused = run("")
+    assert refused.returncode == 2
+    assert "--greeting is empty" in refused.stderr
+    assert run("Hi").returncode == 0
     assert make_options(folder, greeting="Hi").option("greeting") == "Hi"
     assert make_options(folder).option("greeting") is None
 
