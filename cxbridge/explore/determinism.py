@@ -17,6 +17,7 @@ from cxbridge.explore.graph import ROOT, Edge, Graph
 from cxbridge.explore.playing import MakeRun
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.process.python import spawning
 from cxbridge.worlds.points import USUAL, ChoicePoint, DivergedError
 
 if TYPE_CHECKING:
@@ -62,8 +63,7 @@ class UsualRun:
     def __init__(self, make: MakeRun, *, is_detailed: bool = False, seed: int | None = None) -> None:
         self._receiving, sending = multiprocessing.Pipe(duplex=False)
         arguments = sending, make, is_detailed, seed
-        self._process = _process(_play, arguments)
-        self._process.start()
+        self._process = _started(_play, arguments)
         sending.close()
 
     def moments(self) -> list[Moment] | None:
@@ -82,10 +82,16 @@ class UsualRun:
         self._receiving.close()
 
 
-def _process(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
+def _started(target: Callable[..., None], arguments: tuple[object, ...]) -> BaseProcess:
+    process: BaseProcess
     if sys.platform != "win32":
-        return multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
-    return multiprocessing.get_context("spawn").Process(target=target, args=arguments, daemon=True)
+        process = multiprocessing.get_context("fork").Process(target=target, args=arguments, daemon=True)
+        process.start()
+        return process
+    with spawning() as context:
+        process = context.Process(target=target, args=arguments, daemon=True)
+        process.start()
+    return process
 
 
 def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | None) -> None:

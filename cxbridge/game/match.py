@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from multiprocessing import get_context
 from typing import Any, Final, Protocol
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.game.score import GameResult
+from cxbridge.process.python import spawned_pool
 from cxbridge.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
 
 _SHOWN_SEEDS: Final = 10
@@ -36,7 +36,7 @@ def play_games(
     :raises CxbridgeError: when a scenario is wrong, or a process dies.
     """
     found: dict[str, dict[int, GameResult]] = {name: {} for name in games}
-    with ProcessPoolExecutor(processes, mp_context=get_context("spawn")) as pool:
+    with spawned_pool(processes) as pool:
         waiting = {
             pool.submit(game.play, seed): (name, seed) for seed in seeds for name, game in games.items()
         }

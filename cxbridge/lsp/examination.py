@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import asyncio
-import sys
 from collections.abc import Callable, Mapping
 from typing import Any
 
 import msgspec
 
 from cxbridge.lsp.knowledge import AgentKnowledge, decode
+from cxbridge.process.python import python_command
 
 _LAST_WORDS = 300
 
@@ -45,9 +45,7 @@ class Examinations:
 
     async def _examine(self) -> AgentKnowledge:
         self._process = process = await asyncio.create_subprocess_exec(
-            sys.executable,
-            "-m",
-            "cxbridge.lsp.examine",
+            *python_command("-m", "cxbridge.lsp.examine"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,

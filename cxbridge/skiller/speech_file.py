@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import shutil
 import subprocess
-import sys
 import tempfile
 import wave
 from collections.abc import Sequence
@@ -14,6 +13,7 @@ from typing import IO
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import SkillerError
+from cxbridge.process.python import python_command
 from cxbridge.skiller.speech import INSTALL_VOICE, Voice
 
 _PROGRAMS = ("espeak-ng", "espeak")
@@ -41,7 +41,7 @@ def synthesise(text: str, file: Path) -> None:
     command: Sequence[str] = (
         [program, "-b", "1", "-w", str(file), "--stdin"]
         if program
-        else [sys.executable, "-c", _PYTTSX3, str(file)]
+        else python_command("-c", _PYTTSX3, str(file))
     )
     try:
         # The text goes to the standard input: it may begin like an option.

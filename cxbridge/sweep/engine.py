@@ -5,7 +5,6 @@ from __future__ import annotations
 import pickle
 import queue
 import subprocess
-import sys
 import threading
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -14,6 +13,7 @@ from typing import Final, Protocol
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
+from cxbridge.process.python import python_command
 from cxbridge.sweep.frames import read_frame, write_frame
 from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
 
@@ -55,8 +55,8 @@ class WorkerProcess(Closing):
     """
 
     def __init__(self, job: SweepJob) -> None:
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge.sweep.worker"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
+        self._process = subprocess.Popen(  # noqa: S603 - ourselves
+            python_command("-m", "cxbridge.sweep.worker"), stdin=subprocess.PIPE, stdout=subprocess.PIPE
         )
         self._is_loaded = False
         self._send(job)

@@ -72,7 +72,7 @@ def _worker(parcel: bytes, digest: str) -> subprocess.Popen[bytes]:
         folder = _unpacked(parcel, digest)
         environment = {**os.environ, "PYTHONPATH": str(folder / CODE)}
         worker = _CACHE[key] = subprocess.Popen(
-            [sys.executable, "-m", "cxbridge.sweep.worker"],
+            [sys.executable, "-P", "-m", "cxbridge.sweep.worker"],
             cwd=folder / AGENT,
             env=environment,
             stdin=subprocess.PIPE,

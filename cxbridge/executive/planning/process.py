@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import signal
 import subprocess
-import sys
 import tempfile
 from contextlib import suppress
 from typing import Final
@@ -13,6 +12,7 @@ from typing import Final
 from cxbridge.executive.planning.folder import EngineFolder
 from cxbridge.executive.planning.jobs import Job, receive, send
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.process.python import python_command
 
 _WORDS: Final = 500
 
@@ -24,9 +24,8 @@ class PlannerProcess:
         self._killed = False
         self._noise = tempfile.TemporaryFile()  # noqa: SIM115  as long as the process
         self._folder = EngineFolder()
-        self._process = subprocess.Popen(
-            # -P: modules that are in the current folder are none of ours
-            [sys.executable, "-P", "-m", "cxbridge.executive.planning.worker"],
+        self._process = subprocess.Popen(  # noqa: S603 - ourselves
+            python_command("-m", "cxbridge.executive.planning.worker"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._noise,

@@ -5,7 +5,6 @@ from __future__ import annotations
 import importlib.util
 import shutil
 import subprocess
-import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 from cxbridge.errors import ProtobufError
 from cxbridge.extras import install_command
+from cxbridge.process.python import python_command
 
 _SECONDS = 60
 
@@ -68,7 +68,7 @@ def _command() -> list[str]:
     """
     if importlib.util.find_spec("grpc_tools") is not None:
         # in a process of its own: imported it changes how Python imports, and prints its errors
-        return [sys.executable, "-m", "grpc_tools.protoc"]
+        return python_command("-m", "grpc_tools.protoc")
     found = shutil.which("protoc")
     if found is not None:
         return [found]

@@ -11,7 +11,6 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 from typing import Final
 
 import msgspec
@@ -19,6 +18,7 @@ import msgspec
 from cxbridge.explain.rules.diagnose import diagnose, undiagnosed
 from cxbridge.explain.rules.diagnosis import Diagnosis
 from cxbridge.explain.rules.snapshot import Snapshot
+from cxbridge.process.python import python_command
 
 LIMIT_S: Final = 25.0
 """Seconds that a diagnosis may take."""
@@ -36,8 +36,7 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     if snapshot.too_many:
         return diagnose(snapshot)  # there is nothing to match
     process = subprocess.Popen(  # noqa: S603 - ourselves
-        # -P: modules that are in the current folder are none of ours
-        [sys.executable, "-P", "-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)],
+        python_command("-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

@@ -7,7 +7,6 @@ program of this installation: ``ros2 run cxbridge cxbridge ...``, ``ros2 launch 
 from __future__ import annotations
 
 import shlex
-import sys
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from string import Template
@@ -17,6 +16,7 @@ from cxbridge import __version__
 from cxbridge.errors import Ros2Error
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
+from cxbridge.process.python import python_command
 from cxbridge.ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
 
 _SUFFIXES: Final = {"msg": ".msg", "srv": ".srv", "action": ".action"}
@@ -115,7 +115,7 @@ def _program() -> dict[str, str]:
     manifest = _MANIFEST.substitute(
         name="cxbridge", version=_version(), description=about, depends=_OF_PROGRAM
     )
-    start = f'#!/bin/sh\nexec {shlex.quote(sys.executable)} -m cxbridge "$@"\n'
+    start = f'#!/bin/sh\nexec {shlex.join(python_command("-m", "cxbridge"))} "$@"\n'
     return {
         "package.xml": manifest,
         "CMakeLists.txt": _BUILD_PROGRAM,

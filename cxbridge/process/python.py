@@ -1,0 +1,47 @@
+"""Starts Python processes of our own; none finds modules in the current folder, which may be a stranger's."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import sys
+from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
+from multiprocessing.context import SpawnContext
+from typing import Final
+
+_SAFE_PATH: Final = "PYTHONSAFEPATH"
+
+
+def python_command(*arguments: str) -> list[str]:
+    """Return the command of a process of this Python; -P keeps the current folder off its path."""
+    return [sys.executable, "-P", *arguments]
+
+
+@contextmanager
+def spawning() -> Iterator[SpawnContext]:
+    """Yield a context of multiprocessing whose processes start without the current folder on their path.
+
+    It holds for processes that start before the context is left.
+    """
+    before = os.environ.get(_SAFE_PATH)
+    os.environ[_SAFE_PATH] = "1"
+    try:
+        yield multiprocessing.get_context("spawn")
+    finally:
+        _restore(before)
+
+
+@contextmanager
+def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
+    """Yield a pool of such processes. What they start in their turn has the path that the user wants."""
+    before = os.environ.get(_SAFE_PATH)
+    with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (before,)) as pool:
+        yield pool
+
+
+def _restore(before: str | None) -> None:
+    os.environ.pop(_SAFE_PATH, None)
+    if before is not None:
+        os.environ[_SAFE_PATH] = before
