@@ -19,10 +19,14 @@ from cxbridge.agent.names import NameKind, SourceFile
 from cxbridge.check.findings import SourcePlace
 from cxbridge.check.usage import Construct, Usage, constructs_of
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
+from cxbridge.clock import VirtualClock
 from cxbridge.closing import Closing
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.errors import ClipsError
+from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.host.loading import Diagnostic
+from cxbridge.executive.host.looking import LookEnvironment
+from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.context import RunContext
@@ -32,6 +36,7 @@ from cxbridge.run.specs import STAGES
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.robmem.store import Store
 
 _LOADERS: Final = frozenset({"path-load", "path-load*", "load", "load*"})
 _BATCHES: Final = frozenset({"path-batch", "path-batch*", "batch", "batch*"})
@@ -120,23 +125,29 @@ class Agent(Closing):
     """An agent that is checked. A context manager.
 
     :param options: as those of a run.
+    :param sources: gets the files that it is made of, as they are read.
     :raises CxbridgeError: when the configuration cannot be read, or names no spec.
     """
 
     options: RunOptions
+    sources: Sink | None = None
     files: list[ClipsFile] = field(default_factory=list, init=False)
     asked: list[AskedFile] = field(default_factory=list, init=False)
     missing: list[AskedFile] = field(default_factory=list, init=False)
     _requested: set[str] = field(default_factory=set, init=False)
 
     def __post_init__(self) -> None:
-        agent_context = make_agent_context(self.options)
-        self.context = RunContext.make(agent_context, replace(self.options, skiller="none", strict=False))
+        agent_context = make_agent_context(self.options, VirtualClock())
+        if self.sources is not None:
+            agent_context.bus.subscribe(self.sources, SourceRead)
+        options = replace(self.options, skiller="none", strict=False)
+        self.context = context = RunContext.make(agent_context, options, is_look=True)
+        context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
-            self.manager, self.executive = make_executive(self.context)
+            self.manager, self.executive = make_executive(context, LookEnvironment)
             try:
                 self.executive.load_core()
-                for name in unasked_features(self.context):
+                for name in unasked_features(context):
                     self._request(name)
                 self._load_files()
                 self.env.eval("(set-current-module MAIN)")  # names without a module are asked for there
@@ -144,7 +155,7 @@ class Agent(Closing):
                 self.close()
                 raise
         except Exception:
-            self.context.close()
+            context.close()
             raise
 
     @property
@@ -239,6 +250,13 @@ class Agent(Closing):
         """How many fields the executive's facts (time ...) have."""
         now = self.env.call("now")
         return len(now) if isinstance(now, tuple) else 1
+
+    @property
+    def domains(self) -> list[Path]:
+        """The PDDL domains that its files parse and that are there."""
+        calls = (call for file in self.files for call in file.calls("parse-pddl-domain") if call.arguments)
+        paths = (self.find(name) for call in calls if (name := self.text_of(call.arguments[0])))
+        return [*dict.fromkeys(path for path in paths if path is not None)]
 
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""
@@ -357,6 +375,15 @@ class Agent(Closing):
         self.context.close()
 
 
+class _VolatileMemory(RobotMemory):
+    """A robot memory that opens neither a file nor a database."""
+
+    def _open_store(self) -> Store:
+        from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415 - bson takes long
+
+        return EmbeddedStore(self.clock)
+
+
 def place_of(value: ConfigValue) -> SourcePlace:
     """Return where a value of the configuration was read."""
     return SourcePlace(value.file, value.line, value.mark.column or 0)
@@ -369,7 +396,7 @@ def agents(options: RunOptions) -> list[str | None]:
     """
     if options.agent:
         return [options.agent]
-    return [*agent_names(make_agent_context(options).config)] or [None]
+    return [*agent_names(source_of(options).load_configuration()[0])] or [None]
 
 
 def _literal(call: SyntaxNode) -> str:

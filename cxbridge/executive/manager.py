@@ -54,12 +54,18 @@ class EnvironmentManager:
     :param features: what environments may request.
     :param library: the folder of utils.clp, time.clp and path.clp; ours by default, Fawkes' own
         (``src/plugins/clips/clips``) to run Fawkes' files unchanged.
+    :param environment: the class of the environments.
     """
 
     def __init__(
-        self, bus: EventBus, features: Iterable[Feature | LazyFeature] = (), library: Path = HOST_LIBRARY
+        self,
+        bus: EventBus,
+        features: Iterable[Feature | LazyFeature] = (),
+        library: Path = HOST_LIBRARY,
+        environment: type[ClipsEnvironment] = ClipsEnvironment,
     ) -> None:
         self.bus = bus
+        self._environment = environment
         self.library = library
         self.log: Logger = bus.logger("ClipsEnvManager")
         self._features: dict[str, Feature] = {}
@@ -177,7 +183,7 @@ class EnvironmentManager:
         """
         if name in self._entries:
             raise ClipsError(f"CLIPS environment '{name}' already exists")
-        env = ClipsEnvironment(name, self.bus, log_component)
+        env = self._environment(name, self.bus, log_component)
         self._entries[name] = _Entry(env)
         env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
         env.watcher.start()

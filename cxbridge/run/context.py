@@ -59,6 +59,7 @@ class RunContext:
     :param pddl_parser: the PDDL domains of the environments, one for rules and planners.
     :param make_planning: makes what plans for the environment of that name; None: planners.
     :param source: where the files of the agent come from, and how its executive differs.
+    :param is_look: whether the agent is only looked at: no module that its configuration names is imported.
     :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
     :param additions: what a program adds to the run.
     """
@@ -85,6 +86,7 @@ class RunContext:
     experts: SharedExperts = field(default_factory=SharedExperts)
     pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
+    is_look: bool = False
     waits_for_skiller: bool = True
     additions: Additions = NOTHING
 

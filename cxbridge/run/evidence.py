@@ -4,27 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import partial
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
-from cxbridge.events import Event, Sink, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
 from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
 from cxbridge.explain.rules.rewritten import as_written
 from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
-from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
-from cxbridge.trace.sourcing import emit_configuration
-
-INIT_SECONDS = 30.0
-"""How long an initialisation may take, on the virtual clock, whose constructs are wanted only."""
 
 
 class EnvironmentEvidence(Evidence):
@@ -146,73 +139,3 @@ def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
         known = ", ".join(sorted(assembly.manager.environments))
         raise CxbridgeError(f"there is no CLIPS environment '{env}'", hint=f"there are: {known}")
     return found
-
-
-class InitialisedRules:
-    """The rules of a scenario that was initialised, and no more: for facts of somewhere else.
-
-    :param env: the environment, which is left alone.
-    """
-
-    def __init__(self, env: ClipsEnvironment, folders: tuple[object, ...]) -> None:
-        self._env = env
-        self._folders = folders
-
-    def rulebook(self) -> Rulebook:
-        """Return which rules there are."""
-        return rulebook(self._env, self._folders)
-
-    def snapshot(self, rule: str, env: str, time_us: int) -> Snapshot:
-        """Return a rule without facts."""
-        found = take(self._env, rule, most_facts=0)
-        return replace(
-            found, env=env, time_us=time_us, facts=(), agenda=None, own_counts=(), too_many=0, halted=""
-        )
-
-    def rule_texts(self) -> Mapping[str, str]:
-        """Return all defrules by name."""
-        return as_written(rule_texts(self._env))
-
-
-@contextmanager
-def scenario_rules(
-    options: RunOptions, sources: Sink | None = None, env: str | None = None
-) -> Iterator[InitialisedRules]:
-    """Load a scenario, and yield its rules; it is not run further than its initialisation.
-
-    :param sources: gets what it is made of, as it is read.
-    :param env: whose rules, of several agents.
-    :raises CxbridgeError: when the input is bad.
-    """
-    options.check()
-    if env is not None and options.agent is None and env in agent_names(make_agent_context(options).config):
-        options = replace(options, agent=env)
-    with Assembly(options) as assembly:
-        if sources is not None:
-            assembly.bus.subscribe(sources, SourceRead)
-            emit_configuration(assembly.bus, assembly.config)
-        limit_us = assembly.clock.now_us() + int(INIT_SECONDS * MICROSECONDS)
-        with Interrupt(assembly.loop.stop, assembly.interrupt) as interrupt:
-            assembly.start()
-            assembly.loop.run(
-                lambda: (
-                    interrupt.received or assembly.executive.initialized or assembly.clock.now_us() > limit_us
-                )
-            )
-            interrupt.check()
-        yield InitialisedRules(assembly.executive.env, assembly.paths.clips_dirs)
-
-
-def scenario_sources(options: RunOptions) -> list[SourceRead]:
-    """Load a scenario, and return what it is made of, in the order in which it was read.
-
-    :raises CxbridgeError: when the input is bad.
-    """
-    sources: list[SourceRead] = []
-
-    def keep(event: Event) -> None:
-        if isinstance(event, SourceRead):
-            sources.append(event)
-
-    with scenario_rules(options, keep):
-        return sources

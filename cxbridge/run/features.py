@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -72,6 +73,8 @@ def _protobuf(context: RunContext) -> Feature:
     from cxbridge.executive.protobuf.settings import ProtobufSettings  # noqa: PLC0415
 
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
+    if context.is_look:
+        settings = replace(settings, modules=())
     return ProtobufFeature(settings, context.additions.connections)
 
 

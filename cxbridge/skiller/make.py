@@ -25,6 +25,12 @@ if TYPE_CHECKING:
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills are in a Fawkes checkout."""
 
+SKILL_SPACE = "/skiller/skillspace"
+"""What names the skill space in the configuration."""
+
+DEFAULT_SPACE = "test"
+"""The skill space that a Skiller loads when nothing names one."""
+
 FAWKES_INTERFACES_DIR = Path("src/libs/interfaces")
 """Where the definitions of interfaces are in a Fawkes checkout."""
 
@@ -87,8 +93,8 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :raises BlackBoardError: when somebody else writes one of the interfaces.
     """
     if space is None:
-        known = config is not None and config.exists("/skiller/skillspace")
-        space = config.get_str("/skiller/skillspace") if config is not None and known else "test"
+        known = config is not None and config.exists(SKILL_SPACE)
+        space = config.get_str(SKILL_SPACE) if config is not None and known else DEFAULT_SPACE
     if watch is None and config is not None and config.exists("/skiller/watch_files"):
         watch = ModuleWatch() if config.get_bool("/skiller/watch_files") else None
     bus.logger("SkillerExecutionThread").debug(f"Skill space: {space}")

@@ -27,14 +27,17 @@ def check_world(world: WorldModel, run: Assembly | Team) -> None:
     check_world_of(world, [agent.context for agent in run.agents], names)
 
 
-def check_world_of(world: WorldModel, agents: Iterable[RunContext], names: Collection[str]) -> None:
+def check_world_of(
+    world: WorldModel, agents: Iterable[RunContext], names: Collection[str], *, as_written: bool = False
+) -> None:
     """Check what a world says about a scenario.
 
     :param names: of its agents; none when there is only one.
+    :param as_written: whether the skills of executors are read from their texts, and nothing is imported.
     :raises ConfigError: when it names what is not there.
     """
     for agent in agents:
-        _check_agent(world, agent)
+        _check_agent(world, agent, known_skills(agent, as_written=as_written))
     for kill in world.kills if names else ():
         _must_be_known("agent", kill.agent, (*names, "*"), kill.place)
     if not names and (world.kills or world.order):
@@ -44,8 +47,7 @@ def check_world_of(world: WorldModel, agents: Iterable[RunContext], names: Colle
         raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
 
 
-def _check_agent(world: WorldModel, agent: RunContext) -> None:
-    skills = known_skills(agent)
+def _check_agent(world: WorldModel, agent: RunContext, skills: Collection[str]) -> None:
     for skill in world.skills:
         if skills:
             _must_be_known("skill", skill.pattern.name, (*skills, "*"), skill.place)
@@ -59,8 +61,12 @@ def _check_agent(world: WorldModel, agent: RunContext) -> None:
         _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
 
 
-def known_skills(agent: RunContext) -> set[str]:
-    """Return the skills that an action is mapped to, or that an executor of the skill board has."""
+def known_skills(agent: RunContext, *, as_written: bool) -> set[str]:
+    """Return the skills that an action is mapped to, or that an executor of the skill board has.
+
+    :param as_written: see :func:`check_world_of`.
+    :returns: none when an executor computes its skills, and only its text is read.
+    """
     found = {
         name.group()
         for item in agent.config.search("/clips-executive/specs")
@@ -69,7 +75,10 @@ def known_skills(agent: RunContext) -> set[str]:
     board = agent.skill_board
     for each in () if board is None else board.agents:
         for executor in each.executors:
-            found.update(executor.skills())
+            skills = executor.written_skills() if as_written else executor.skills()
+            if skills is None:
+                return set()
+            found.update(skills)
     return found
 
 

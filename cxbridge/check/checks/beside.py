@@ -38,7 +38,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     if (world := find_world(folder)) is not None:
         names = [name for name in agents(replace(agent.options, agent=None)) if name]
         try:
-            check_world_of(read_world(world), [agent.context], names)
+            check_world_of(read_world(world), [agent.context], names, as_written=True)
         except CxbridgeError as error:
             yield of_error(error, WORLD)
     if (properties := folder / FILE).is_file():

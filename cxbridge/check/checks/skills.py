@@ -10,11 +10,11 @@ from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import NameKind
 from cxbridge.check.agent import Agent, place_of
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
+from cxbridge.check.skillspace import LuaCompiler, written_space
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.run.skillers import skiller_settings
-from cxbridge.skiller.lua.limits import limits_of
-from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph
+from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
 from cxbridge.suggestions import did_you_mean
 
 BROKEN: Final = Code(
@@ -49,7 +49,6 @@ COMPILES: Final = Code(
 
 CODES: Final = (BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
-_LUA_LINE = re.compile(r"\]:(\d+): (.*)")
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
@@ -83,19 +82,13 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
 
     :param known: one that has its finding.
     """
-    from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only agents with Lua skills pay for it
-
-    lua = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
+    compiler = LuaCompiler()
     for folder in agent.context.paths.skill_dirs:
         for path in sorted(folder.rglob("*.lua")):
             if str(path) == known:
                 continue
-            text = path.read_bytes()
-            try:  # as Lua's loadfile, which passes over the line of a script's interpreter
-                lua.compile(b"--" + text if text.startswith(b"#") else text)
-            except LuaError as error:
-                match = _LUA_LINE.search(str(error))
-                line, message = (int(match[1]), match[2]) if match else (0, str(error))
+            if (problem := compiler.problem(path.read_bytes())) is not None:
+                line, message = problem
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
 
 
@@ -131,9 +124,9 @@ def _texts(agent: Agent) -> dict[str, tuple[set[str], str]]:
 
 
 def _skills(agent: Agent) -> set[str] | None:
-    """Return the skills that the agent can use; None when somebody elsewhere has them.
+    """Return the skills that the agent can use, as their texts say it; None when these cannot say it.
 
-    :raises CxbridgeError: when one does not load.
+    :raises CxbridgeError: when one of them does not load.
     """
     context = agent.context
     if agent.options.skiller != "lua" or not context.source.has_fawkes_configuration:
@@ -144,22 +137,16 @@ def _skills(agent: Agent) -> set[str] | None:
     found: set[str] = set()
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            found.update(executor.skills())
+            skills = executor.written_skills()
+            if skills is None:
+                return None
+            found.update(skills)
     for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
         if item.kind != "lua":
             return None
-        sees = skills_see_navgraph(context.config)
-        with make_lua_skiller(
-            context.board,
-            context.clock,
-            context.bus,
-            folders=context.paths.skill_dirs,
-            config=context.config,
-            space=item.space,
-            name=item.name,
-            mode=item.mode,
-            limits=limits_of(context.config),
-            navgraph=context.navgraph.get(context.config, context.paths, context.bus) if sees else None,
-        ) as skiller:
-            found.update(skiller.skills)
+        space: str = context.config.get_str(SKILL_SPACE, default=DEFAULT_SPACE)
+        skills_of_space = written_space(item.space or space, context.paths.skill_dirs, LuaCompiler())
+        if skills_of_space is None:
+            return None
+        found.update(skills_of_space)
     return found

@@ -148,7 +148,7 @@ def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, f
 
 def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
     """Add the files that a scenario loads."""
-    from cxbridge.run.evidence import scenario_sources
+    from cxbridge.check.sources import scenario_sources
 
     for source in scenario_sources(options):
         agent.add_source(source, core=core)

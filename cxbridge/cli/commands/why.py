@@ -149,13 +149,14 @@ def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
     """Yield what the options name."""
-    from cxbridge.run.evidence import scenario_evidence, scenario_rules
+    from cxbridge.run.evidence import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
     if run is None:
         with scenario_evidence(options, at_s, env) as evidence:
             yield evidence
         return
+    from cxbridge.check.sources import scenario_rules
     from cxbridge.explain.recorded import RecordedEvidence
     from cxbridge.trace.formats.registry import open_run
 

@@ -52,6 +52,7 @@ _SIGNATURES = {
     "GetHaltRules": "bool(*)(Environment *)",
     "WatchString": "bool(*)(Environment *, char *)",
     "UnwatchString": "bool(*)(Environment *, char *)",
+    "AddPeriodicFunction": "bool(*)(Environment *, char *, void *, int, void *)",
     "FindFunction": "void *(*)(Environment *, char *)",
     "RetainLexeme": "void(*)(Environment *, CLIPSLexeme *)",
     "AddFunctionParser": "bool(*)(Environment *, char *, void *)",

@@ -9,6 +9,7 @@ import os
 import re
 from collections.abc import Callable
 from contextlib import suppress
+from itertools import pairwise
 from pathlib import Path
 
 from clips._clips import lib
@@ -93,6 +94,8 @@ class ClipsLoader:
         self._owner = owner
         self._loading: list[str] = []
         self._declared: set[str] = set()  # functions that have no actions yet
+        self.is_parsing = False
+        """Whether CLIPS parses the constructs of a file: it cannot load another one meanwhile."""
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
@@ -221,10 +224,12 @@ class ClipsLoader:
     def _read(
         self, name: str, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]
     ) -> bool:
-        outer = self._output.begin_errors()
+        outer, was_parsing = self._output.begin_errors(), self.is_parsing
+        self.is_parsing = load is lib.Load
         try:
             result = load(self._env, encode(name))
         finally:
+            self.is_parsing = was_parsing
             errors = self._output.end_errors(outer)
         if errors.strip():
             self._diagnose(errors, name, file, source)
@@ -246,7 +251,7 @@ class ClipsLoader:
         """Turn what CLIPS printed on stderr into diagnostics."""
         lines = {(construct.kind, construct.name): construct.line for construct in source.constructs}
         starts = [match.start() for match in _MESSAGE.finditer(errors)]
-        for start, end in zip(starts, [*starts[1:], len(errors)], strict=True):
+        for start, end in pairwise((*starts, len(errors))):
             block = errors[start:end]
             head = _MESSAGE.match(block)
             assert head is not None

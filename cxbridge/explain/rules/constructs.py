@@ -87,6 +87,11 @@ class Constructs:
             self._refused,
         )
 
+    @property
+    def global_texts(self) -> Mapping[str, str]:
+        """The expressions of the global variables, by name, in the order in which they are defined."""
+        return self._globals
+
     def has_function(self, name: str) -> bool:
         """Whether there is a deffunction of this name."""
         return name in self._functions

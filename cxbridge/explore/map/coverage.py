@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
+from cxbridge.check.sources import scenario_sources
 from cxbridge.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
 from cxbridge.explain.coverage.report import short_names
 from cxbridge.explore.use import ACTION, MODE, OUTCOME, RULE, SKILL, Used
-from cxbridge.run.evidence import scenario_sources
 from cxbridge.run.options import RunOptions
 
 

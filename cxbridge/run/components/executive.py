@@ -7,6 +7,7 @@ from functools import partial
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
 from cxbridge.executive.executive import ENVIRONMENT, Executive, action_mapping
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
@@ -106,14 +107,17 @@ def unasked_features(context: RunContext) -> list[str]:
     return [name for name in names if not init_mentions(context.config, context.spec, name)]
 
 
-def make_executive(context: RunContext) -> tuple[EnvironmentManager, Executive]:
+def make_executive(
+    context: RunContext, environment: type[ClipsEnvironment] = ClipsEnvironment
+) -> tuple[EnvironmentManager, Executive]:
     """Make the executive of an agent; nothing of the agent is loaded yet.
 
+    :param environment: the class of its environment.
     :returns: the manager of its environment, to be closed after it, and the executive.
     :raises CxbridgeError: when the configuration or the library is wrong.
     """
     config, spec, paths = context.config, context.spec, context.paths
-    manager = EnvironmentManager(context.bus, run_features(context), paths.library)
+    manager = EnvironmentManager(context.bus, run_features(context), paths.library, environment)
     try:
         for feature in context.additions.features:
             manager.add_feature(feature)

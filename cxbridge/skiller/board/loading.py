@@ -12,7 +12,8 @@ from typing import Any
 from cxbridge.errors import SkillError
 from cxbridge.skiller.board.executor import SkillExecutor
 
-_CLASS_FORM = "write MODULE:CLASS, e.g. cxbridge.skiller.navigation:Move, or FILE.py:CLASS"
+CLASS_FORM = "write MODULE:CLASS, e.g. cxbridge.skiller.navigation:Move, or FILE.py:CLASS"
+"""How a class of an executor is named, for hints."""
 
 
 def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
@@ -24,7 +25,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     """
     place, colon, name = target.rpartition(":")
     if not colon or not place or not name:
-        raise SkillError(f"'{target}' names no class of an executor", hint=_CLASS_FORM)
+        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
     module = _load_file(folder / place) if place.endswith(".py") else _load_module(place)
     kind = getattr(module, name, None)
     if not isinstance(kind, type) or not issubclass(kind, SkillExecutor):
@@ -69,7 +70,7 @@ def _load_module(name: str) -> Any:
     try:
         return import_module(name)
     except ModuleNotFoundError as error:
-        raise SkillError(f"there is no Python module '{name}': {error}", hint=_CLASS_FORM) from None
+        raise SkillError(f"there is no Python module '{name}': {error}", hint=CLASS_FORM) from None
     except (Exception, SystemExit) as error:
         raise SkillError(f"the Python module '{name}' does not load: {_words(error)}") from error
 

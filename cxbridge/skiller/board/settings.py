@@ -15,6 +15,7 @@ from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.loading import checked_executor, load_executor
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
+from cxbridge.skiller.board.written import written_skills
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -25,6 +26,8 @@ TREE = "/skill-board"
 _SETTINGS = ("name", "in-process", "timeouts", "agents")
 _TIMEOUTS = ("start", "silence", "cancel")
 _AGENT = ("skiller", "executors")
+_OURS = f"{__name__.partition('.')[0]}."
+"""What the names of modules of this package begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +62,15 @@ class ExecutorSettings:
         :raises CxbridgeError: as :meth:`load`, or when its settings make no sense.
         """
         return self.load().skills_with(self.settings)
+
+    def written_skills(self) -> tuple[str, ...] | None:
+        """Return the skills that its text says it executes, without importing it; None: it computes them.
+
+        :raises CxbridgeError: when there is no such class, or it is none of an executor; with file and line.
+        """
+        if not isinstance(self.target, str) or self.target.startswith(_OURS):
+            return self.skills()
+        return written_skills(self.target, self.folder)
 
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False

@@ -1,0 +1,130 @@
+"""The skills that a skill space loads, read from the texts of its Lua files: none of them is executed."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.agent.lua import read_lua
+from cxbridge.agent.names import NameKind
+from cxbridge.errors import SkillError
+from cxbridge.skiller.lua.modulepath import ModulePath
+
+_LINE: Final = re.compile(r"\]:(\d+): (.*)")
+_PRECOMPILED: Final = b"\x1b"
+_LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
+_LONG: Final = re.compile(r"\[(=*)\[")
+_USE: Final = re.compile(r"\buse_skill\b")
+_USE_ONE: Final = re.compile(r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""")
+_USE_EACH: Final = re.compile(
+    r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)"""
+)
+_TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
+
+
+class LuaCompiler:
+    """Compiles Lua and runs nothing of it."""
+
+    def __init__(self) -> None:
+        from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only agents with Lua skills pay for it
+
+        self._error: type[Exception] = LuaError
+        self._lua: Any = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
+
+    def problem(self, text: bytes) -> tuple[int, str] | None:
+        """Return the line of a mistake (0: unknown) and Lua's message; None when the text compiles."""
+        if text.startswith(_PRECOMPILED):
+            return 1, "precompiled Lua is not accepted"
+        try:  # as Lua's loadfile, which passes over the line of a script's interpreter
+            self._lua.compile(b"--" + text if text.startswith(b"#") else text)
+        except self._error as error:
+            match = _LINE.search(str(error))
+            return (int(match[1]), match[2]) if match else (0, str(error))
+        return None
+
+
+def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> frozenset[str] | None:
+    """Return the names of the skills of a skill space; None when its files compute what they load.
+
+    :raises SkillError: when a file of it is not there, or does not compile; with file and line.
+    """
+    try:
+        return _Space(ModulePath(folders), compiler).skills(f"skills.{space}")
+    except SkillError as error:
+        error.message = f"cannot load skill space '{space}': {error.message}"
+        raise
+
+
+class _Space:
+    """The reading of one skill space."""
+
+    def __init__(self, modules: ModulePath, compiler: LuaCompiler) -> None:
+        self._modules = modules
+        self._compiler = compiler
+
+    def skills(self, module: str) -> frozenset[str] | None:
+        path, text = self._read(module)
+        code = _without_comments(text)
+        loaded = list(_loaded(code))
+        if sum(number for number, _, _ in loaded) != len(_USE.findall(code)) or not loaded:
+            return None
+        found: set[str] = set()
+        for _, offset, names in loaded:
+            for name in names:
+                skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
+                if skill is None:
+                    return None
+                if skill in found:
+                    raise SkillError(f"A skill with the name {skill} already exists", file=path)
+                found.add(skill)
+        return frozenset(found)
+
+    def _skill(self, module: str, space: Path, line: int) -> str | None:
+        """Return the name of the skill of a module; None when it is computed."""
+        try:
+            path, text = self._read(module)
+        except SkillError as error:
+            if error.file is None:
+                error.file, error.line = str(space), line
+            raise
+        name = read_lua(str(path), text).pieces[0].piece.name
+        return None if name is None or name.kind is not NameKind.SKILL else name.text
+
+    def _read(self, module: str) -> tuple[Path, str]:
+        text, _ = self._modules.read(module)
+        path = self._modules.find(module)
+        if (problem := self._compiler.problem(text.encode("latin-1"))) is not None:
+            line, message = problem
+            raise SkillError(message, file=path, line=line or None)
+        return path, text
+
+
+def _loaded(code: str) -> Iterator[tuple[int, int, list[str]]]:
+    """Yield calls of ``use_skill``: how many, the offset of the first, and the modules that they load."""
+    for match in _USE_ONE.finditer(code):
+        if not code.startswith("..", match.end()):
+            yield 1, match.start(), [match[1]]
+    for match in _USE_EACH.finditer(code):
+        yield 1, match.start(), [match[2] + name for name in _TEXT.findall(match[1])]
+
+
+def _without_comments(text: str) -> str:
+    """Return Lua that compiles with blanks in place of its comments."""
+    kept, at = [], 0
+    while (match := _LEXEME.search(text, at)) is not None:
+        start, end = match.span()
+        kept.append(text[at:start])
+        is_comment = match[0] == "--"
+        opened = _LONG.match(text, end if is_comment else start)
+        if opened is not None:
+            close = text.find(f"]{opened[1]}]", opened.end())
+            end = len(text) if close < 0 else close + len(opened[1]) + 2
+        elif is_comment:
+            close = text.find("\n", end)
+            end = len(text) if close < 0 else close
+        piece = text[start:end]
+        kept.append(re.sub(r"[^\n]", " ", piece) if is_comment else piece)
+        at = end
+    return "".join(kept) + text[at:]

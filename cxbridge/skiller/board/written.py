@@ -1,0 +1,156 @@
+"""Reads which skills an executor has from the text of its class: nothing of the program is executed.
+
+:mod:`.loading` imports the class for a run. The errors of both are the same, as far as a text shows them.
+"""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+from collections.abc import Iterable, Iterator
+from importlib.machinery import PathFinder
+from pathlib import Path
+from typing import Final
+
+from cxbridge.errors import SkillError
+from cxbridge.skiller.board.loading import CLASS_FORM
+
+_BASES: Final = frozenset({"SkillExecutor", "Skill"})
+"""What the base class of all executors is called."""
+
+_EXECUTE: Final = "write: def execute(self, call)"
+_ARGUMENTS: Final = 2
+
+
+def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
+    """Return the skills of an executor; None when they are computed, or its text is not there.
+
+    :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
+    :param folder: what a relative file is seen from.
+    :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
+    """
+    place, colon, name = target.rpartition(":")
+    if not colon or not place or not name:
+        raise SkillError(f"'{target}' names no class of an executor", hint=CLASS_FORM)
+    file = folder / place if place.endswith(".py") else _file_of_module(place)
+    if file is None:
+        return None
+    body = _read(file).body
+    classes = {each.name: each for each in _statements(body) if isinstance(each, ast.ClassDef)}
+    if name not in classes:
+        if _may_bind(body, name):
+            return None
+        found = ", ".join(each.name for each in classes.values() if each.bases)
+        raise SkillError(f"{place} has no executor '{name}'", hint=f"it has: {found or 'no SkillExecutor'}")
+    return _skills_of(classes[name], classes, file)
+
+
+def _read(file: Path) -> ast.Module:
+    if not file.is_file():
+        raise SkillError("there is no such file", file=file)
+    try:
+        return ast.parse(file.read_bytes(), str(file))
+    except SyntaxError as error:
+        raise SkillError(f"it does not load: {error.msg}", file=file, line=error.lineno) from None
+    except (OSError, ValueError, RecursionError, MemoryError) as error:
+        raise SkillError(f"it does not load: {type(error).__name__}: {error}", file=file) from None
+
+
+def _file_of_module(name: str) -> Path | None:
+    """Return the Python file of a module, without importing it or a package around it; None: it has none.
+
+    :raises SkillError: when there is no such module.
+    """
+    top, *inner = name.split(".")
+    try:
+        spec = importlib.util.find_spec(top)
+        for depth in range(len(inner)):
+            if spec is None:
+                break
+            below = ".".join((top, *inner[: depth + 1]))
+            spec = PathFinder.find_spec(below, spec.submodule_search_locations or [])
+    except (ImportError, ValueError):
+        spec = None
+    if spec is None:
+        raise SkillError(f"there is no Python module '{name}'", hint=CLASS_FORM)
+    return Path(spec.origin) if spec.origin is not None and spec.origin.endswith(".py") else None
+
+
+def _statements(body: Iterable[ast.stmt]) -> Iterator[ast.stmt]:
+    """Yield the statements of a module, those below ``if``, ``try`` and ``with``, too."""
+    for each in body:
+        yield each
+        if not isinstance(each, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
+            yield from _statements(node for node in ast.iter_child_nodes(each) if isinstance(node, ast.stmt))
+            for handler in getattr(each, "handlers", ()):
+                yield from _statements(handler.body)
+
+
+def _may_bind(body: Iterable[ast.stmt], name: str) -> bool:
+    """Whether something but a class may have the name: an import, or an assignment."""
+    for each in _statements(body):
+        if isinstance(each, ast.Import | ast.ImportFrom):
+            if any(alias.asname == name or alias.name in (name, "*") for alias in each.names):
+                return True
+        elif isinstance(each, ast.FunctionDef):
+            continue
+        elif any(isinstance(node, ast.Name) and node.id == name for node in ast.walk(each)):
+            return True
+    return False
+
+
+def _skills_of(
+    kind: ast.ClassDef, classes: dict[str, ast.ClassDef], file: Path, below: tuple[str, ...] = ()
+) -> tuple[str, ...] | None:
+    """Return the skills of a class; None when they are computed, or a class elsewhere has them.
+
+    :param below: the classes that inherit from it.
+    """
+    bases = [ast.unparse(base).rpartition(".")[2] for base in kind.bases]
+    is_first = not below
+    if is_first and not bases and not kind.keywords:
+        raise SkillError(f"{kind.name} is no SkillExecutor", file=file, line=kind.lineno)
+    members = list(_statements(kind.body))
+    if is_first:
+        _check_execute(kind, members, file, is_last=set(bases) <= _BASES)
+    if any(isinstance(each, ast.FunctionDef) and each.name == "skills_with" for each in members):
+        return None
+    for each in reversed(members):
+        targets = each.targets if isinstance(each, ast.Assign) else [getattr(each, "target", None)]
+        if any(isinstance(target, ast.Name) and target.id == "skills" for target in targets):
+            return _names(getattr(each, "value", None))
+    for base in bases:
+        if base in classes and base not in (*below, kind.name):
+            return _skills_of(classes[base], classes, file, (*below, kind.name))
+    return () if set(bases) <= _BASES else None
+
+
+def _names(value: ast.expr | None) -> tuple[str, ...] | None:
+    """Return the texts of a tuple or list that is written out; None when it is computed."""
+    if not isinstance(value, ast.Tuple | ast.List):
+        return None
+    texts = [each.value for each in value.elts if isinstance(each, ast.Constant)]
+    names = tuple(text for text in texts if isinstance(text, str))
+    return names if len(names) == len(value.elts) else None
+
+
+def _check_execute(kind: ast.ClassDef, members: list[ast.stmt], file: Path, *, is_last: bool) -> None:
+    """See that a class can execute something.
+
+    :param is_last: whether no class in between can have its ``execute``.
+    :raises SkillError: when it cannot.
+    """
+    found = next((m for m in members if isinstance(m, ast.FunctionDef) and m.name == "execute"), None)
+    if found is None:
+        if is_last and not any("execute" in ast.unparse(each) for each in members):
+            hint = f"{_EXECUTE}: yield 0.5"
+            raise SkillError(f"{kind.name} has no execute()", file=file, line=kind.lineno, hint=hint)
+        return
+    arguments = found.args
+    most = len(arguments.posonlyargs) + len(arguments.args)
+    least = most - len(arguments.defaults)
+    required = any(default is None for default in arguments.kw_defaults)
+    takes = least <= _ARGUMENTS and (most >= _ARGUMENTS or arguments.vararg is not None) and not required
+    if not takes and not found.decorator_list:
+        message = f"{kind.name}.execute() does not take a call"
+        raise SkillError(message, file=file, line=found.lineno, hint=_EXECUTE)

@@ -1,0 +1,444 @@
+"""Looking at a program executes nothing of it: no function of its CLIPS files, none of its Python and Lua.
+
+The program is hostile in each kind of construct with each kind of effect. A run of it shows that its traps
+work; then each command that only looks is called in a folder that is full of traps, too.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import signal
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from functools import cache
+from importlib.metadata import packages_distributions
+from pathlib import Path
+from typing import Any
+from urllib.request import urlopen
+
+import pytest
+from clips._clips import ffi
+
+import cxbridge
+from cxbridge.cli.main import invoke
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.executive.host.capi import EXTRA, encode
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.looking import ENDLESS, LOOKING, LookEnvironment
+from cxbridge.plugins import GROUP
+from tests.cli.test_help import COMMANDS
+
+RECORDING = "run.mcap"
+PROGRAM = Path(sys.executable).with_name("cxbridge")
+
+CONSTRUCTS = {
+    "defglobal": "(defglobal ?*g{n}* = {call})",
+    "deftemplate-default": "(deftemplate t{n} (slot a (default {call})))",
+    "deftemplate-default-dynamic": """(deftemplate u{n} (slot a (default-dynamic {call})))
+        (defrule u{n} (executive-initialized) => (assert (u{n})))""",
+    "deffunction": "(deffunction f{n} () {call}) (defglobal ?*h{n}* = (f{n}))",
+    "defrule-salience": "(defrule s{n} (declare (salience (progn {call} 5))) =>)",
+    "defrule-test": "(defrule r{n} (test (progn {call} TRUE)) =>)",
+    "defrule-constraint": "(defrule p{n} (executive-initialized $?x&:(progn {call} TRUE)) =>)",
+    "defrule-actions": "(defrule q{n} (executive-initialized) => {call})",
+    "deffacts": "(deffacts d{n} (x {call}))",
+    "defclass-default": "(defclass C{n} (is-a USER) (slot s (default {call})))",
+    "definstances": "(defclass D{n} (is-a USER) (slot s)) (definstances i{n} (of D{n} (s {call})))",
+    "defmethod-query": "(defmethod m{n} ((?x (progn {call} TRUE))) 1) (defglobal ?*i{n}* = (m{n} 1))",
+    "defmethod": "(defmethod o{n} (?x) {call}) (defglobal ?*o{n}* = (o{n} 1))",
+    "defmessage-handler": """(defclass K{n} (is-a USER) (role concrete))
+        (defmessage-handler K{n} init after () {call}) (defglobal ?*k{n}* = (make-instance of K{n}))""",
+}
+"""Where a construct has an expression."""
+
+COMMANDS_OF_FILES = {"command": "{call}", "bind": "(bind ?x {call})"}
+"""Where a file that is batched has one."""
+
+DORMANT = {"deffacts", "definstances"}
+"""Evaluated when the environment is reset: no run of an agent does that."""
+
+EFFECTS = {
+    "system": '(system "touch {mark}")',
+    "open": '(open "{mark}" l{n} "w")',
+    "with-open-file": '(with-open-file ("{mark}" l{n} "w") 1)',
+    "rename": '(rename "to-rename-{n}" "{mark}")',
+    "remove": '(remove "to-remove-{n}")',
+    "save": '(save "{mark}")',
+    "bsave": '(bsave "{mark}")',
+    "save-facts": '(save-facts "{mark}")',
+    "bsave-facts": '(bsave-facts "{mark}")',
+    "save-instances": '(save-instances "{mark}")',
+    "bsave-instances": '(bsave-instances "{mark}")',
+    "dribble-on": '(dribble-on "{mark}")',
+    "build": '(build "(defglobal ?*b{n}* = (system \\"touch {mark}\\"))")',
+    "eval": '(eval "(system \\"touch {mark}\\")")',
+    "funcall": '(funcall system "touch {mark}")',
+    "load": '(load "to-load-{n}.clp")',
+    "load*": '(load* "to-load-{n}.clp")',
+    "batch*": '(batch* "to-load-{n}.clp")',
+}
+
+SCENARIO = """
+clips-executive:
+  spec: evil
+  specs:
+    evil:
+      init:
+        stage-1:
+          - {name: protobuf, feature-request: true}
+          - {name: robot_memory, feature-request: true}
+        stage-3: [{name: agent, files: [FILES]}]
+      action-mapping: {go: 'wave{}'}
+clips-protobuf: {modules: [evilmodule]}
+cxbridge: {robot-memory: {file: ran-memory.db}}
+skiller: {skillspace: evil}
+skill-board:
+  agents:
+    robot1: {executors: {arm: {class: "evilexec.py:Wave"}}}
+"""
+WORLD = "skills: [{skill: wave, hangs: 0.5}]\n"
+PYTHON = """
+open({mark!r}, "w").close()
+from cxbridge.skiller.board.executor import SkillExecutor
+class Wave(SkillExecutor):
+    skills = ("wave",)
+    def execute(self, call):
+        yield 1.0
+"""
+LUA = 'module(..., skillenv.module_init)\nname = "evil"\nerror("ran-lua")\n'
+
+
+def traps() -> Iterator[tuple[str, str, str, str]]:
+    """Yield each kind of place with each effect: the place, the effect, a name, and the text."""
+    for place, template in (CONSTRUCTS | COMMANDS_OF_FILES).items():
+        for effect, call in EFFECTS.items():
+            name = f"{place}-{effect}".replace("*", "-star")
+            filled = call.replace("{n}", name).replace("{mark}", f"ran-{name}")
+            yield place, effect, name, template.replace("{n}", name).replace("{call}", filled)
+
+
+def write_program(folder: Path) -> Path:
+    """Write the hostile program."""
+    (folder / "lua" / "skills").mkdir(parents=True)
+    files = []
+    for place, _, name, text in traps():  # a file each: CLIPS loses its place in one that loads another
+        (folder / f"{name}.clp").write_text(f"{text}\n")
+        files.append(f"{'BATCH|' if place in COMMANDS_OF_FILES else ''}{name}.clp")
+    (folder / "scenario.yaml").write_text(SCENARIO.replace("FILES", ", ".join(files)))
+    (folder / "world.yaml").write_text(WORLD)
+    (folder / "evilexec.py").write_text(PYTHON.format(mark="ran-executor"))
+    (folder / "lua" / "skills" / "evil.lua").write_text(LUA)
+    return folder
+
+
+def write_bait(folder: Path) -> Path:
+    """Write what the effects work on, and modules and a plug-in that Python finds in the current folder."""
+    for _, _, name, _ in traps():
+        (folder / f"to-rename-{name}").touch()
+        (folder / f"to-remove-{name}").touch()
+        (folder / f"to-load-{name}.clp").write_text(f'(defglobal ?*l{name}* = (system "touch ran-{name}"))\n')
+    for module in (*shadowed(), "evilmodule"):
+        (folder / f"{module}.py").write_text(PYTHON.format(mark=f"ran-module-{module}"))
+    metadata = folder / "evil-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: evil\nVersion: 1.0\n")
+    (metadata / "entry_points.txt").write_text(f"[{GROUP}]\nevil = evilmodule\n")
+    return folder
+
+
+@cache
+def shadowed() -> list[str]:
+    """Return the modules of other packages that ours import."""
+    imports = re.compile(r"^ *(?:from|import) (\w+)", re.MULTILINE)
+    found = {name for text in own_texts().values() for name in imports.findall(text)}
+    return sorted(found & packages_distributions().keys() - {"cxbridge"})
+
+
+@cache
+def own_texts() -> dict[str, str]:
+    """Return the texts of our modules by their paths in the package."""
+    package = Path(cxbridge.__file__).parent
+    return {file.relative_to(package).as_posix(): file.read_text() for file in package.rglob("*.py")}
+
+
+def sprung(folder: Path) -> set[str]:
+    """Return which traps have gone off in a folder, by the names of the traps."""
+    found = {file.name.removeprefix("ran-") for file in folder.rglob("ran-*")}
+    removed = (name for _, effect, name, _ in traps() if effect == "remove")
+    return found | {name for name in removed if not (folder / f"to-remove-{name}").exists()}
+
+
+@pytest.fixture(name="program", scope="module")
+def _program(tmp_path_factory) -> Path:
+    return write_program(tmp_path_factory.mktemp("program"))
+
+
+@pytest.fixture(name="run", scope="module")
+def _run(program, tmp_path_factory) -> Path:
+    """A folder in which the program ran, with a recording."""
+    folder = write_bait(tmp_path_factory.mktemp("run"))
+    command = [PROGRAM, "run", program, "--lenient", "--skiller", "simulator", "--timeout", "1"]
+    trace = ["--trace", folder / RECORDING, "--trace-level", "facts"]
+    subprocess.run([*map(str, [*command, *trace])], cwd=folder, capture_output=True, timeout=120, check=False)
+    return folder
+
+
+def test_the_traps_work(run):
+    found = sprung(run)
+    live = {(place, effect) for place, effect, name, _ in traps() if name in found}
+    assert {place for place, _ in live} == (CONSTRUCTS | COMMANDS_OF_FILES).keys() - DORMANT
+    assert {effect for _, effect in live} == EFFECTS.keys()
+    assert "executor" in found
+
+
+LOOKS = {
+    "check": [["check", "PROGRAM", "--skill-dir", "PROGRAM/lua"]],
+    "coverage": [["coverage", "RUN"], ["coverage", "RUN", "--scenario", "PROGRAM", "--core"]],
+    "format": [["format", "--check", "PROGRAM"]],
+    "lsp": [],  # asked below
+    "monitor": [],  # of a recording as view, of a daemon a client
+    "trace cat": [["trace", "cat", "RUN"]],
+    "trace convert": [["trace", "convert", "RUN", "OUT/run.txt", "--to", "transitions"]],
+    "trace diff": [["trace", "diff", "RUN", "RUN", "--level", "facts"]],
+    "trace exchange": [["trace", "exchange", "RUN"]],
+    "trace extract": [["trace", "extract", "RUN", "-o", "OUT/extracted"]],
+    "trace info": [["trace", "info", "RUN"]],
+    "trace planning": [["trace", "planning", "RUN"]],
+    "trace repair": [["trace", "repair", "RUN", "-o", "OUT/repaired.mcap"]],
+    "trace report": [["trace", "report", "RUN", "-o", "OUT/report.html"]],
+    "trace rules": [["trace", "rules", "RUN"]],
+    "trace timeline": [["trace", "timeline", "RUN", "-o", "OUT/timeline.json"]],
+    "trace transitions": [["trace", "transitions", "RUN"]],
+    "view": [],  # asked below
+    "why": [
+        ["why", "rule", "qdefrule-actions-system", "--run", "RUN"],
+        ["why", "rule", "rdefrule-test-system", "PROGRAM", "--run", "RUN"],
+        ["why", "rule", "sdefrule-salience-open", "PROGRAM", "--run", "RUN"],
+        ["why", "goal", "NONE", "PROGRAM", "--run", "RUN"],
+    ],
+}
+"""The commands that look, and how each is called here."""
+
+NO_LOOKS = {
+    "runs a program, or a part of one": (
+        *("run", "daemon start", "explore", "sweep", "game", "dap", "plan", "gateway"),
+        *("skill executor", "skill board", "trace record", "trace replay", "ros2 terminal"),
+    ),
+    "asks a daemon, or a blackboard": ("daemon", "env", "bb", "skill"),
+    "has no program to look at": ("new", "interface", "ros2 package", "doctor", "keys"),
+}
+"""All other commands, or their groups."""
+
+
+def test_each_command_looks_or_not():
+    others = [words for names in NO_LOOKS.values() for words in names]
+    for words in map(" ".join, COMMANDS):
+        assert (words in LOOKS) is not any(f"{words} ".startswith(f"{name} ") for name in others), words
+    assert LOOKS.keys() <= set(map(" ".join, COMMANDS))
+
+
+@pytest.fixture(name="here")
+def _here(tmp_path) -> Path:
+    """A folder full of traps, to look from."""
+    (tmp_path / "here").mkdir()
+    return write_bait(tmp_path / "here")
+
+
+def check_look(call, program, run, out, look):
+    """See that no trap goes off in a look."""
+    before = sprung(program)
+    words = list(call)
+    for name, path in {"PROGRAM": program, "RUN": run / RECORDING, "OUT": out}.items():
+        words = [word.replace(name, str(path)) for word in words]
+    said = look(words)
+    assert "Traceback" not in said, (words, said)
+    assert "ran-lua" not in said, words
+    assert sprung(Path.cwd()) == set(), words
+    assert sprung(program) == before, words
+
+
+def test_a_look_springs_no_trap(program, run, here, tmp_path, monkeypatch, capsys):
+    def look(words):
+        invoke(words)
+        return "".join(capsys.readouterr())
+
+    monkeypatch.chdir(here)
+    for call in (call for calls in LOOKS.values() for call in calls):
+        check_look(call, program, run, tmp_path, look)
+
+
+@pytest.mark.parametrize(
+    "starter", [[str(PROGRAM)], [sys.executable, "-m", "cxbridge"]], ids=["program", "-m"]
+)
+def test_a_look_finds_no_module_in_the_current_folder(program, run, here, tmp_path, monkeypatch, starter):
+    def look(words):
+        done = subprocess.run([*starter, *words], capture_output=True, text=True, timeout=120, check=False)
+        return done.stdout + done.stderr
+
+    monkeypatch.chdir(here)
+    for name in ("coverage", "why"):
+        check_look(LOOKS[name][-1], program, run, tmp_path, look)
+
+
+def test_the_page_of_a_recording_springs_no_trap(run, here):
+    with subprocess.Popen(
+        [PROGRAM, "view", run / RECORDING], cwd=here, stderr=subprocess.PIPE, text=True
+    ) as process:
+        assert process.stderr is not None
+        url = re.search(r"http://\S+", process.stderr.readline())
+        assert url is not None
+        with urlopen(url[0], timeout=60) as answer:
+            assert answer.status == 200
+        process.send_signal(signal.SIGINT)
+        assert process.wait(60) == 0
+    assert sprung(here) == set()
+
+
+def test_an_editor_springs_no_trap(program, here):
+    pytest.importorskip("pygls", reason="the extra 'lsp' (pygls) is not installed")
+    for file in program.rglob("*"):
+        if file.is_file() and file.suffix not in (".db", ".pyc"):
+            place = here / file.relative_to(program)
+            place.parent.mkdir(parents=True, exist_ok=True)
+            place.write_bytes(file.read_bytes())
+    file = here / "deffunction-system.clp"
+    document = {"uri": file.as_uri()}
+    at = {"textDocument": document, "position": {"line": 0, "character": 12}}
+    opened = {**document, "languageId": "clips", "version": 1, "text": file.read_text()}
+    with subprocess.Popen(
+        [PROGRAM, "lsp"], cwd=here, stdin=subprocess.PIPE, stdout=subprocess.PIPE
+    ) as process:
+        watchdog = threading.Timer(240, process.kill)
+        watchdog.start()
+        editor = _Editor(process)
+        editor.ask("initialize", {"processId": None, "rootUri": here.as_uri(), "capabilities": {}})
+        editor.tell("initialized", {})
+        editor.tell("textDocument/didOpen", {"textDocument": opened})
+        for question in ("hover", "completion", "definition"):
+            editor.ask(f"textDocument/{question}", at)
+        editor.tell("textDocument/didSave", {"textDocument": document})
+        editor.wait_for(OF_WHOLE_CHECK)
+        editor.ask("shutdown", None)
+        editor.tell("exit", None)
+        assert process.wait(60) == 0
+        watchdog.cancel()
+    assert sprung(here) == set()
+
+
+OF_WHOLE_CHECK = "CX113"
+"""A finding that only the check of the whole agent has: about the configuration."""
+
+
+class _Editor:
+    """Writes messages to a language server, and reads those that come."""
+
+    def __init__(self, process: subprocess.Popen[bytes]) -> None:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        self._stdin, self._stdout = process.stdin, process.stdout
+        self._asked = 0
+        self._text = ""
+
+    def tell(self, method: str, parameters: object, **more: object) -> None:
+        body = json.dumps({"jsonrpc": "2.0", "method": method, "params": parameters, **more}).encode()
+        self._stdin.write(b"Content-Length: %d\r\n\r\n%b" % (len(body), body))
+        self._stdin.flush()
+
+    def ask(self, method: str, parameters: object) -> None:
+        self._asked += 1
+        self.tell(method, parameters, id=self._asked)
+        while self._read().get("id") != self._asked:
+            pass
+
+    def wait_for(self, text: str) -> None:
+        while text not in self._text:
+            self._read()
+
+    def _read(self) -> dict[str, Any]:
+        length = 0
+        while (line := self._stdout.readline().strip()) != b"":
+            name, _, value = line.partition(b":")
+            length = int(value) if name.lower() == b"content-length" else length
+        assert length, "the server has ended"
+        body = self._stdout.read(length).decode()
+        self._text += body
+        message: dict[str, Any] = json.loads(body)
+        return message
+
+
+# ---- the mechanism: CLIPS' own table of functions
+
+
+@pytest.fixture(name="env")
+def _env() -> Iterator[LookEnvironment]:
+    env = LookEnvironment("look", EventBus(VirtualClock()))
+    yield env
+    env.destroy()
+
+
+def pointer(env: ClipsEnvironment, function: str) -> int:
+    """Return what CLIPS calls for a function."""
+    return int(ffi.cast("intptr_t *", EXTRA.FindFunction(env.env, encode(function)))[3])
+
+
+def test_each_function_of_the_table_has_a_reason_or_is_a_stub(env):
+    env.define("from-a-feature", lambda: pytest.fail("it is called"), 0)
+    plain = ClipsEnvironment("plain", EventBus(VirtualClock()))
+    names = {str(name) for name in env.call("get-function-list")}
+    assert {str(name) for name in plain.call("get-function-list")} <= names
+    stubs = {function for function in names if pointer(env, function) in set(env.stubs)}
+    plain.destroy()
+    assert stubs == names - LOOKING.keys()
+    assert "from-a-feature" in stubs
+    assert EFFECTS.keys() - LOOKING.keys() <= stubs
+
+
+def test_a_stub_has_a_value_of_its_type(env):
+    assert env.eval('(system "false")') == 0
+    assert env.eval("(time)") == 0.0
+    assert env.eval("(read)") == 0
+    assert env.eval("(assert (a))") == "FALSE"
+    assert env.eval("(facts)") is None
+    assert env.eval("(find-all-instances ((?x USER)) TRUE)") == ()
+
+
+@pytest.mark.parametrize(
+    "text",
+    [
+        "(defglobal ?*x* = (while TRUE do (+ 1 1)))",
+        "(defglobal ?*x* = (loop-for-count 1000000000 (+ 1 1)))",
+        """(deffunction f (?n) (if (> ?n 0) then (f (- ?n 1)) (f (- ?n 1))) 1)
+           (defglobal ?*x* = (f 50))""",
+        "(deftemplate t (slot a (default (while TRUE do 1))))",
+        "(defrule r (declare (salience (while TRUE do 1))) =>)",
+    ],
+)
+def test_an_evaluation_without_end_ends(env, tmp_path, text):
+    file = tmp_path / "endless.clp"
+    file.write_text(text)
+    env.load(file)
+    assert ENDLESS in {each.code for each in env.loader.diagnostics}
+
+
+# ---- processes
+
+
+def test_each_process_of_python_finds_no_module_in_the_current_folder():
+    for name, text in own_texts().items():
+        assert text.count("sys.executable") == STARTS.get(name, 0), name
+        assert text.count("get_context(") == SPAWNS.get(name, 0), name
+
+
+STARTS = {
+    "process/python.py": 1,  # with -P
+    "sweep/remote.py": 1,  # with -P: it travels alone
+    "extras.py": 1,  # a text for people
+}
+"""Where Python is named as a program."""
+
+SPAWNS = {"process/python.py": 1, "explore/determinism.py": 1}
+"""Where processes of multiprocessing come from; those of determinism are forked."""
