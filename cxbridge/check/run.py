@@ -14,7 +14,7 @@ from cxbridge.check.silence import without_silenced
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
-from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
@@ -69,7 +69,7 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool) -> list[Find
 
 def _is_program(file: Path) -> bool:
     """Whether CLIPS alone takes a file, without the executive's core."""
-    env = ClipsEnvironment("program", EventBus(VirtualClock()))
+    env = LookEnvironment("program", EventBus(VirtualClock()))
     try:
         env.loader.load(str(file))
         return not env.loader.diagnostics

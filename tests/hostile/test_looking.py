@@ -196,7 +196,11 @@ def test_the_traps_work(run):
 
 
 LOOKS = {
-    "check": [["check", "PROGRAM", "--skill-dir", "PROGRAM/lua"]],
+    "check": [
+        ["check", "PROGRAM", "--skill-dir", "PROGRAM/lua"],
+        ["check", "PROGRAM/defglobal-system.clp"],
+        ["check", "ALONE"],
+    ],
     "coverage": [["coverage", "RUN"], ["coverage", "RUN", "--scenario", "PROGRAM", "--core"]],
     "format": [["format", "--check", "PROGRAM"]],
     "lsp": [],  # asked below
@@ -248,11 +252,19 @@ def _here(tmp_path) -> Path:
     return write_bait(tmp_path / "here")
 
 
+def alone(folder: Path) -> Path:
+    """Write a hostile file without a scenario; it has a name of the core, so it is taken for a program."""
+    file = folder / "alone.clp"
+    trap = '(deftemplate goal (slot x (default (system "touch ran-alone"))))'
+    file.write_text(f"{trap}\n(defrule a (goal (x 1)) =>)\n")
+    return file
+
+
 def check_look(call, program, run, out, look):
     """See that no trap goes off in a look."""
     before = sprung(program)
     words = list(call)
-    for name, path in {"PROGRAM": program, "RUN": run / RECORDING, "OUT": out}.items():
+    for name, path in {"PROGRAM": program, "RUN": run / RECORDING, "OUT": out, "ALONE": alone(out)}.items():
         words = [word.replace(name, str(path)) for word in words]
     said = look(words)
     assert "Traceback" not in said, (words, said)
@@ -422,6 +434,15 @@ def test_an_evaluation_without_end_ends(env, tmp_path, text):
     file.write_text(text)
     env.load(file)
     assert ENDLESS in {each.code for each in env.loader.diagnostics}
+
+
+ENVIRONMENTS = {"cli/health.py": 1, "rcll/referee.py": 1}
+"""Where all functions work, and no look comes: with constructs of ours, and in a game that is played."""
+
+
+def test_no_look_makes_an_environment_in_which_all_functions_work():
+    for name, text in own_texts().items():
+        assert len(re.findall(r"\bClipsEnvironment\([^\s):]", text)) == ENVIRONMENTS.get(name, 0), name
 
 
 # ---- processes
