@@ -11,7 +11,7 @@ from typing import Any
 
 from cxbridge.errors import InterfaceError
 from cxbridge.interfaces.block import Block
-from cxbridge.interfaces.schema import EnumItem, EnumSchema, FieldSchema
+from cxbridge.interfaces.schema import FieldSchema
 
 _ASSIGNMENT = re.compile(r"(?P<name>[A-Za-z_]\w*)(?:\[(?P<index>\d+)\])?=(?P<value>.*)", re.DOTALL)
 _QUOTED = re.compile(r'".*"', re.DOTALL)
@@ -47,13 +47,13 @@ def assign(block: Block, assignments: Iterable[str]) -> bool:
                 raise InterfaceError(
                     f"{field.name} is a single value and has no index", hint="write NAME=VALUE"
                 )
-            block.set(field.name, _element(field, match["value"]), int(match["index"]))
+            put(block, field.name, _element(field, match["value"]), int(match["index"]))
         elif field.is_array:
             elements = match["value"].strip().removeprefix("[").removesuffix("]").split(",")
             values = [_element(field, element) for element in elements if element.strip()]
-            block.set(field.name, values)
+            put(block, field.name, values)
         else:
-            block.set(field.name, _element(field, match["value"]))
+            put(block, field.name, _element(field, match["value"]))
     return block.to_bytes() != before
 
 
@@ -62,21 +62,16 @@ def _element(field: FieldSchema, text: str) -> bool | int | float | str:
     stripped = text.strip()
     try:
         if field.is_string:
-            return _text(field, text)
+            return _unquoted(text)
         if field.type == "bool":
             return _BOOLS[stripped.lower()]
         if field.type in ("float", "double"):
             return float(stripped)
-        if field.enum is not None:
-            return _enum_item(field.enum, stripped).value
+        if field.enum is not None and any(item.name == stripped for item in field.enum.items):
+            return stripped
         return _whole_number(stripped)
     except (KeyError, ValueError):
-        wanted = field.storage.fits
-        if field.enum is not None:
-            wanted = "one of " + ", ".join(item.name for item in field.enum.items)
-        raise InterfaceError(
-            f"'{stripped}' is not a value for {field.name} of type {field.type}", hint=f"it holds {wanted}"
-        ) from None
+        raise _wrong(field, stripped) from None
 
 
 def _whole_number(text: str) -> int:
@@ -87,31 +82,38 @@ def _whole_number(text: str) -> int:
         return int(text, 0)
 
 
-def _enum_item(enum: EnumSchema, text: str) -> EnumItem:
-    """Return the item of an enum by its name or number.
-
-    :raises ValueError: when the enum has no such item.
-    """
-    for item in enum.items:
-        if item.name == text:
-            return item
-    number = _whole_number(text)
-    for item in enum.items:
-        if item.value == number:
-            return item
-    raise ValueError(text)
-
-
-def _text(field: FieldSchema, text: str) -> str:
-    """Return the text of a field, without the quotes that :func:`shown` writes.
-
-    :raises InterfaceError: when it is too long for the field, or has a NUL, which would end it.
-    :raises ValueError: when it is not Unicode.
-    """
+def _unquoted(text: str) -> str:
+    """Return a text without the quotes that :func:`shown` writes."""
     if _QUOTED.fullmatch(text):
         with suppress(ValueError):
             text = json.loads(text, strict=False)
-    size = len(text.encode("utf-8", "surrogateescape"))
+    return text
+
+
+def put(block: Block, name: str, value: Any, index: int | None = None) -> None:
+    """Set a field to a value that a user gives.
+
+    :meth:`Block.set <cxbridge.interfaces.block.Block.set>` cuts texts and takes any number for an enum, as
+    Fawkes does.
+
+    :raises InterfaceError: when that would change the value, or the enum has no such item.
+    """
+    field = block.field(name)
+    elements = value if field.is_array and isinstance(value, list | tuple) else (value,)
+    for element in elements:
+        if field.is_string and isinstance(element, str):
+            _check_text(field, element)
+        items = () if field.enum is None else field.enum.items
+        if items and type(element) is int and element not in {item.value for item in items}:
+            raise _wrong(field, str(element))
+    block.set(name, value, index)
+
+
+def _check_text(field: FieldSchema, text: str) -> None:
+    try:
+        size = len(text.encode("utf-8", "surrogateescape"))
+    except UnicodeEncodeError:
+        return  # the field refuses it
     if size > field.text_room:
         raise InterfaceError(
             f"this text for {field.name} has {size} bytes: '{text}'",
@@ -119,7 +121,15 @@ def _text(field: FieldSchema, text: str) -> str:
         )
     if "\0" in text:
         raise InterfaceError(f"the text for {field.name} has a NUL", hint="a NUL ends a text: leave it out")
-    return text
+
+
+def _wrong(field: FieldSchema, text: str) -> InterfaceError:
+    wanted = field.storage.fits
+    if field.enum is not None:
+        wanted = "one of " + ", ".join(item.name for item in field.enum.items)
+    return InterfaceError(
+        f"'{text}' is not a value for {field.name} of type {field.type}", hint=f"it holds {wanted}"
+    )
 
 
 def plain(value: Any) -> Any:

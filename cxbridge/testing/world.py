@@ -8,6 +8,7 @@ from cxbridge.blackboard import BlackBoard, parse_uid
 from cxbridge.executive.host.constructs import template_names
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
+from cxbridge.interfaces.assignments import put
 from cxbridge.interfaces.block import Block
 from cxbridge.interfaces.instance import Interface
 from cxbridge.suggestions import or_similar
@@ -114,7 +115,7 @@ class World:
 
 def _set(block: Block, fields: dict[str, object]) -> None:
     for name, value in fields.items():
-        block.set(name, value)
+        put(block, name, value)
 
 
 def _plain(value: object) -> object:

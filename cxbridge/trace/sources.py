@@ -147,11 +147,12 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
         if not fnmatchcase(file.name, pattern):
             continue
         path = folder / _checked(run, file.name)
+        data = file.read()  # before there is a file: it may be damaged
         with writing(path):
             try:
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with path.open("xb") as target:
-                    target.write(file.read())
+                    target.write(data)
             except FileExistsError:
                 hint = "name another folder"
                 raise TraceError("there is such a file already", file=path, hint=hint) from None

@@ -7,6 +7,7 @@ from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.explain.rules.written import WrittenConstructs
+from cxbridge.interfaces.assignments import put
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
 from cxbridge.web.clips_views import RuleRow, activations, census, rules
@@ -165,7 +166,7 @@ def _send(call: ApiCall) -> dict[str, Any]:
         message = instance.create_message(name if name in known else f"{name}Message")
         for field, value in fields.items():
             try:
-                message.set(field, tuple(value) if isinstance(value, list) else value)
+                put(message, field, tuple(value) if isinstance(value, list) else value)
             except (TypeError, ValueError, OverflowError) as error:
                 raise ApiError(400, f"{name} cannot have this in '{field}': {error}") from error
         return _model("MessageId", msgid=instance.msgq_enqueue(message))

@@ -206,6 +206,9 @@ def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) ->
     (file,) = run.files()
     with pytest.raises(TraceError, match=r"pddl/d.pddl in it is damaged: .*checksum"):
         file.read()
+    with pytest.raises(TraceError, match="is damaged"):
+        extract(run, tmp_path / "out")
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize("before", [None, INT.format("old") + INT.format("new")], ids=["unknown", "changed"])
