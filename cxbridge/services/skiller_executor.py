@@ -9,12 +9,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, ClassVar
 
 from cxbridge.blackboard.urls import open_blackboard
-from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge.skiller.skillstring import parse_skill_string
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -22,6 +23,8 @@ if TYPE_CHECKING:
 
 class SkillerExecutor(SkillExecutor):
     """Sends the mapped skill string of an action to a Skiller, and has control of it meanwhile.
+
+    Only data is sent: calls of skills with literal arguments.
 
     Settings: ``url`` of the blackboard with the Skiller, and ``skiller``, its id.
 
@@ -44,6 +47,10 @@ class SkillerExecutor(SkillExecutor):
         skill_string = str(call.get(MAPPED_ACTION, ""))
         if not skill_string:
             raise SkillFailedError(f"no skill is mapped to {call.skill}: see action-mapping")
+        try:
+            parse_skill_string(skill_string)  # a client may have sent it, and a Fawkes would evaluate it
+        except SkillError as error:
+            raise SkillFailedError(f"'{skill_string}' is not sent: {error.message}") from error
         assert self._far is not None
         yield Progress(0.0, skill_string)
         try:

@@ -196,10 +196,29 @@ def test_what_is_in_no_table_is_refused():
         ("cxbridge: {fawkes: {host: 192.168.0.1, enable: false}}", True),
         ("cxbridge: {remote-programs: true, fawkes: {host: 192.168.0.1}}", True),
         ("cxbridge: {web: {port: 0}}", True),
+        ("cxbridge: {zmq: {endpoints: ['ipc://@x'], insecure: true}}", False),
+        ("cxbridge: {foxglove: {host: 0.0.0.0, insecure: true}}", False),
+        ("cxbridge: {foxglove: {port: 0}}", True),
+        ("ros2: {node: {transport: dds, reach: localhost}}", True),
+        ("ros2: {node: {transport: dds, reach: subnet}}", False),
+        ("ros2: {tf: {transport: dds, reach: subnet}}", False),
+        ("ros2: {tf: {use_tf2: true}}", True),
+        ("ros2: {clock: {transport: dds, reach: subnet}}", True),
+        ("ros2: {skiller: {transport: zenoh}}", False),
+        ("ros2: {experts: {transport: rosbridge}}", False),
+        ("ros2: {interfaces: {a: {reach: 'off'}, b: {reach: system_default}}}", False),
+        ("ros2: {performers: {hub: {reach: 'off'}}}", True),
     ],
 )
-def test_programs_are_off_beyond_the_loopback(text, programs):
+def test_programs_are_off_beyond_the_loopback(text, programs, monkeypatch):
+    for name in ("CYCLONEDDS_URI", "ROS_LOCALHOST_ONLY", "ROS_AUTOMATIC_DISCOVERY_RANGE"):
+        monkeypatch.delenv(name, raising=False)
     assert settings(text).rights.programs is programs
+
+
+def test_a_configuration_of_cyclone_dds_may_reach_anywhere(monkeypatch):
+    monkeypatch.setenv("CYCLONEDDS_URI", "file:///there.xml")
+    assert settings("ros2: {node: {transport: dds, reach: localhost}}").rights.programs is False
 
 
 @pytest.mark.parametrize("skiller", ["{mode: fawkes}", "{instances: {arm: {mode: fawkes}}}"])

@@ -54,6 +54,15 @@ LISTENS = {
 }
 """The modules that bind a socket, and what decides where."""
 
+SENDS_SKILL_STRINGS = {
+    "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
+    "cxbridge.run.components.ros2_skiller": "Rights.of_message",
+    "cxbridge.services.skiller_executor": "parse_skill_string: only data is sent",
+    "cxbridge.skiller.client.calls": "its callers, which are above",
+    "cxbridge.web.fawkes.skiller": "Endpoint.is_skill",
+}
+"""The modules that send skill strings to a Skiller, and what keeps clients from sending programs."""
+
 _BINDING = {
     *("bind", "bind_to_random_port", "create_server", "start_server", "start_unix_server"),
     *("create_unix_server", "HTTPServer", "TCPServer", "UDPServer", "ThreadingHTTPServer"),
@@ -100,6 +109,19 @@ def test_each_service_and_each_topic_of_a_node_names_its_right():
     ]
     assert len(found) > 12
     assert [module for module, keywords in found if "needs" not in keywords] == []
+
+
+def test_each_sender_of_skill_strings_is_known():
+    found = {
+        module.removesuffix(".__init__")
+        for module, call, _, name in calls()
+        if name == "SkillerCall"
+        or (
+            name in ("create_message", "_send")
+            and [each.value for each in call.args if isinstance(each, ast.Constant)] == ["ExecSkillMessage"]
+        )
+    }
+    assert found == set(SENDS_SKILL_STRINGS)
 
 
 def test_a_frame_without_an_entry_needs_the_highest_right():

@@ -75,7 +75,10 @@ def test_a_skill_goes_to_the_skiller_and_comes_to_its_end(execute):
     [
         ("", "Skiller", "no skill is mapped to say-hello"),
         ("say{}", "Nobody", "no Skiller writes SkillerInterface::Nobody"),
-        ("say{text=", "Skiller", "."),
+        ("say{text=", "Skiller", "is not sent"),
+        ('print("evaluated by a Fawkes")()', "Skiller", "is not sent"),
+        ("say{text=1 + 1}", "Skiller", "is not sent"),
+        ("say{text=os.time()}", "Skiller", "is not sent"),
     ],
 )
 def test_what_fails_says_why(execute, skill_string, skiller, error):
