@@ -23,6 +23,15 @@ class _Request:
         self.load = load
         self.done = threading.Event()
         self.error: CxbridgeError | None = None
+        self._fate = threading.Lock()
+
+    def claim(self) -> bool:
+        """Return whether the caller decides about the request: the first caller does.
+
+        The main loop claims a request that it carries out, a client that waits no longer one that it takes
+        back.
+        """
+        return self._fate.acquire(blocking=False)
 
 
 class Watchers(Protocol):
@@ -81,7 +90,8 @@ class DaemonPlugins:
         if self._closed:
             raise LifecycleError("the daemon is stopping")
         if not request.done.wait(ANSWER_S):
-            raise LifecycleError(f"{request.name}: no answer within {ANSWER_S:g} s")
+            late = "nothing is done any more" if request.claim() else "it is being done now"
+            raise LifecycleError(f"{request.name}: no answer within {ANSWER_S:g} s, {late}")
         if request.error is not None:
             raise request.error
 
@@ -92,6 +102,8 @@ class DaemonPlugins:
         found = False
         while self._requests:
             request = self._requests.popleft()
+            if not request.claim():
+                continue
             found = True
             try:
                 (self._manager.start_one if request.load else self._manager.stop_one)(request.name)

@@ -129,7 +129,7 @@ class InterfaceMirror:
             _check_layouts(self._reader, self._writer)
             self._writer.read()  # the last block of an earlier writer: readers have that
             self._last = self._writer.to_bytes()
-            self._answers = AnswerTranslator(self._reader.SCHEMA, hide=hide_past, sender_of=self._sender_of)
+            self._answers = AnswerTranslator(type(self._reader), hide=hide_past, sender_of=self._sender_of)
             self.capture(self._reader)
             self._stack = stack.pop_all()
 

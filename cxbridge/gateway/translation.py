@@ -7,19 +7,20 @@ from collections.abc import Callable
 from typing import Final
 
 from cxbridge.blackboard.farewell import CONTROLLER
+from cxbridge.blackboard.stale_errors import OwnError
 from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
-from cxbridge.interfaces.instance import STAMP
+from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in, id_offset, with_id
-from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
+from cxbridge.interfaces.schema import FieldSchema
 
 
 class AnswerTranslator:
-    """Translates blocks of one interface: ids of messages, and the serial of who has control.
+    """Translates blocks of one interface: ids of messages, the serial of the controller, an old error.
 
     A message has another id on the writer's board than its sender knows, and the controller there is an
     instance of the gateway.
 
-    :param schema: of the interface.
+    :param interface_class: of the interface.
     :param hide: show an idle writer, as if nobody had used it before, until it does something for a sender of
         ours.
     :param sender_of: takes a serial as text; returns that of the sender that the gateway stands in for with
@@ -27,13 +28,17 @@ class AnswerTranslator:
     """
 
     def __init__(
-        self, schema: InterfaceSchema, *, hide: bool, sender_of: Callable[[str], str | None]
+        self, interface_class: type[Interface], *, hide: bool, sender_of: Callable[[str], str | None]
     ) -> None:
+        schema = interface_class.SCHEMA
+        self._class: Final = interface_class
         self._id_at: Final = id_offset(schema)
         self._controller: Final = schema.field(CONTROLLER)
         self.hides = hide and self._id_at is not None and self._controller is not None
         """Whether the writer is shown as an idle one."""
         self._sender_of: Final = sender_of
+        self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
+        self._own_error = OwnError()
         self._known: array[int] | None = None  # by id on the writer's board: what the sender knows it as
         self._orders: set[int] = set()  # ids of messages that make the writer do something, while it hides
 
@@ -52,6 +57,8 @@ class AnswerTranslator:
         if self._id_at is None:
             return block
         message_id = id_in(block, self._id_at)
+        if self._controller is not None and self._error is not None:
+            block = self._with_own_error(block, message_id, self._error)
         known = (
             self._known[message_id]
             if self._known is not None and message_id <= MESSAGE_ID_MASK
@@ -67,6 +74,18 @@ class AnswerTranslator:
         if known not in (NO_MESSAGE, message_id):
             block = with_id(block, self._id_at, known)
         return block if self._controller is None else self._with_controller(block, self._controller)
+
+    def _with_own_error(self, block: bytes, message_id: int, field: FieldSchema) -> bytes:
+        """Return the block without the error of an earlier skill string."""
+        view = self._class.VIEW.from_buffer_copy(block)
+        values = dict(zip(self._class.ACCESSORS, self._class.READ(view), strict=False))
+        skill_string, error = (values[name].decode("utf-8", "replace") for name in ("skill_string", "error"))
+        failed = values["status"] == getattr(self._class, "S_FAILED", None)
+        own = self._own_error.of(message_id, skill_string, error, failed=failed)
+        if own == error:
+            return block
+        here = _place(field)
+        return block[: here.start] + own.encode()[: field.size - 1].ljust(field.size, b"\0") + block[here.stop :]
 
     def _idle(self, block: bytes) -> bytes:
         """Return the block of a writer that nobody has used, controlled by who has control."""

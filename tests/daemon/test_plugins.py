@@ -74,6 +74,15 @@ def test_what_is_not_there_cannot_be_changed(manager, name):
     assert manager.nodes[0].state is State.ACTIVE
 
 
+def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypatch):
+    monkeypatch.setattr("cxbridge.daemon.plugins.ANSWER_S", 0)
+    plugins = DaemonPlugins(manager, allowed=True)
+    with pytest.raises(LifecycleError, match="skiller: no answer"):
+        plugins.unload("skiller")
+    assert plugins.poll() is False
+    assert plugins.loaded() == ["skiller", "executive"]
+
+
 def test_a_load_that_fails_is_an_error_for_the_client_and_not_the_end():
     clock = VirtualClock()
     manager = LifecycleManager([Broken("broken")], clock, EventBus(clock).logger("L"))

@@ -335,6 +335,32 @@ def test_a_gateway_that_closes_gives_control_back(rig):
     ]
 
 
+# -- errors
+
+
+BROKEN = "go{to=1"
+
+
+@pytest.mark.parametrize("before", ["no way", ""])
+@pytest.mark.parametrize(("text", "is_own"), [(BROKEN, False), ("go{to=1}", True)])
+def test_a_skill_string_that_a_fawkes_cannot_compile_has_not_the_error_of_the_one_before(
+    rig, before, text, is_own
+):
+    """What a Fawkes writes: at once S_FAILED, and the error stays as it was."""
+    skiller = rig.skiller(rig.left)
+    rig.gateway.loop()
+    agent = rig.agent(rig.right)
+    for message_id, skill_string in ((7, "go{}"), (8, text), (9, text)):
+        skiller.skill_string, skiller.msgid = skill_string, message_id
+        skiller.status, skiller.error = "S_FAILED", before
+        skiller.write()
+        rig.gateway.loop()
+        agent.read()
+        assert agent.msgid == message_id
+        assert (agent.error == before) == (is_own or skill_string == "go{}")
+    assert is_own or "'}' expected" in agent.error
+
+
 # -- coming and going
 
 

@@ -9,6 +9,7 @@ from typing import Any, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
+from cxbridge.blackboard.stale_errors import OwnError
 from cxbridge.blackboard.stale_ids import skip_stale_ids
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, SkillerError
@@ -193,6 +194,7 @@ class SkillerCall(Closing):
             have had the same id, so this is not an answer.
         """
         us, taken, reported = str(self._interface.serial), False, ""
+        own_error = OwnError(before.values["msgid"], before.values["error"])
         while True:
             news = yield None
             assert news is not None  # it sets no limit
@@ -216,11 +218,12 @@ class SkillerCall(Closing):
                     return SkillResult(CallOutcome.FAILED, reason, msgid)
                 continue
             taken = True
+            error = own_error.of(msgid, other, values["error"], failed=status == _FAILED)
             if status != reported:
                 reported = status
-                self._on_status(status, values["error"])
+                self._on_status(status, error)
             if status != _RUNNING:
-                return _result(status, values["error"], msgid)
+                return _result(status, error, msgid)
 
 
 def _result(status: str, error: str, msgid: int) -> SkillResult:
