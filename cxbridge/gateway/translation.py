@@ -85,7 +85,8 @@ class AnswerTranslator:
         if own == error:
             return block
         here = _place(field)
-        return block[: here.start] + own.encode()[: field.size - 1].ljust(field.size, b"\0") + block[here.stop :]
+        text = own.encode()[: field.size - 1].ljust(field.size, b"\0")
+        return block[: here.start] + text + block[here.stop :]
 
     def _idle(self, block: bytes) -> bytes:
         """Return the block of a writer that nobody has used, controlled by who has control."""
