@@ -11,7 +11,7 @@ from uuid import UUID, uuid4
 
 from cxbridge.blackboard.base import BlackBoard, Registry
 from cxbridge.blackboard.errors import BlackBoardGoneError, ForeignInstanceError, InvalidInstanceError
-from cxbridge.blackboard.farewell import write_farewell
+from cxbridge.blackboard.exclusive_control import write_farewell
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.transport import BadUrlError, Transport
 from cxbridge.blackboard.listeners import EventKind, ListenerTable

@@ -130,6 +130,11 @@ class InterfaceMemory(BoardPort):
         """Return the readers' owners, in the order of opening."""
         return tuple(reader.owner for reader in tuple(self._readers.values()))
 
+    def reader_owner(self, serial: str) -> str:
+        """Return who has opened the reading instance with this serial; empty: there is none."""
+        readers = tuple(self._readers.values())
+        return next((reader.owner for reader in readers if str(reader.serial) == serial), "")
+
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
         """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
         self._lock.acquire()  # half the price of a with statement, at each read

@@ -7,11 +7,13 @@ from typing import Any, Final
 from uuid import uuid4
 
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.exclusive_control import CONTROLLER, name_controller
 from cxbridge.blackboard.following import Deadline, Feed
 from cxbridge.daemon.board import DAEMON_ID, EXPLAIN_ID, EXPLAIN_TYPE, REQUEST_TYPE
 from cxbridge.errors import BlackBoardError, CxbridgeError
 
 OWNER = "cxbridge daemon client"
+SKILLER = "SkillerInterface"
 _TYPE = "DaemonInterface"
 
 MOST_ARGUMENTS: Final = 8191
@@ -35,13 +37,21 @@ def _check(board: BlackBoard) -> None:
 def read_status(board: BlackBoard) -> dict[str, Any]:
     """Return how a daemon and its components stand, as JSON can have it.
 
-    ``stopped`` says why the executive's rules are; empty while they are not.
+    ``stopped`` says why the executive's rules are; empty while they are not. ``controllers`` says for each
+    Skiller which client has control of it, or ``nobody``.
 
     :raises BlackBoardError: when there is no daemon.
     """
     _check(board)
     with Feed(board, OWNER) as feed:
         daemon = feed.now(feed.open(_TYPE, DAEMON_ID)).values
+        skillers = [
+            (info.id, feed.open(info.type, info.id)) for info in board.list(SKILLER) if info.has_writer
+        ]
+        controllers = {
+            skiller: name_controller(instance, str(feed.now(instance).values[CONTROLLER]))
+            for skiller, instance in skillers
+        }
         parts = [feed.now(feed.open(info.type, info.id)) for info in board.list("ComponentInterface")]
         rules = any(info.has_writer for info in board.list(REQUEST_TYPE, DAEMON_ID))
         stopped = feed.now(feed.open(REQUEST_TYPE, DAEMON_ID)).values["stopped"] if rules else ""
@@ -55,6 +65,7 @@ def read_status(board: BlackBoard) -> dict[str, Any]:
         "endpoints": daemon["endpoints"],
         "error": daemon["error"],
         "stopped": stopped,
+        "controllers": controllers,
         "components": [
             {
                 "name": news.uid.partition("::")[2],

@@ -11,8 +11,8 @@ from typing import Final
 from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
-from cxbridge.blackboard.farewell import write_farewell
-from cxbridge.blackboard.stale_ids import RELEASE
+from cxbridge.blackboard.exclusive_control import name_controller, write_farewell
+from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.errors import BlackBoardError
 from cxbridge.gateway.proxy import SenderProxy
 from cxbridge.gateway.translation import AnswerTranslator
@@ -205,8 +205,10 @@ class InterfaceMirror:
 
     def _write(self, block: bytes) -> None:
         """Write a block on the other board, with the time stamp that it has."""
-        if self._orphans:
-            self._release(self._answers.controller(block))
+        controller = self._answers.controller(block)
+        self._release(controller)
+        if any(proxy.may_control for proxy in self._proxies.values()):
+            self._warn_of(controller)
         block = self._answers.translate(block)
         if block == self._last:
             return  # nothing that a reader could tell from what it has
@@ -231,6 +233,8 @@ class InterfaceMirror:
             if len(self._proxies) > MAX_PROXIES:
                 self._proxies.popitem(last=False)[1].close(self._controller())
         self._proxies.move_to_end(source)
+        if message.type == ACQUIRE and not message.get("steal_control"):
+            self._warn_of(self._controller())
         sent_as = proxy.send(message)
         self.sent += 1
         self._answers.sent(message.type, sent_as, message.id)
@@ -242,6 +246,11 @@ class InterfaceMirror:
             message = self._reader.create_message(RELEASE)
             message.address(0, 0, self._reader.serial, UUID(controller))
             self._reader.msgq_enqueue(message, proxy=True)
+
+    def _warn_of(self, controller: str) -> None:
+        """Warn if a client has control that is none of ours."""
+        if controller and self._sender_of(controller) is None:
+            self._hooks.warn(f"{name_controller(self._reader, controller)} has control")
 
     def _controller(self) -> str:
         """Return the serial of the exclusive controller that the writer shows; empty: there is none."""

@@ -6,7 +6,7 @@ from array import array
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.blackboard.farewell import CONTROLLER
+from cxbridge.blackboard.exclusive_control import CONTROLLER
 from cxbridge.blackboard.stale_errors import OwnError
 from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.interfaces.instance import STAMP, Interface

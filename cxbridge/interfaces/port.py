@@ -82,6 +82,9 @@ class Port(Protocol[InstanceT_contra]):
     def reader_owners(self) -> tuple[str, ...]:
         """Return who has the interface open for reading, in the order of opening."""
 
+    def reader_owner(self, serial: str) -> str:
+        """Return who has opened the reading instance with this serial; empty when that is not known."""
+
     def close(self, instance: InstanceT_contra) -> None:
         """Take the instance off the blackboard."""
 
@@ -127,6 +130,9 @@ class ClosedPort:
 
     def reader_owners(self) -> tuple[str, ...]:
         raise self._refuse("readers()")
+
+    def reader_owner(self, serial: str) -> str:
+        raise self._refuse("reader_owner()")
 
     def close(self, instance: object) -> None:
         pass

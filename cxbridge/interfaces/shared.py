@@ -146,6 +146,10 @@ class SharedBlock(BufferedBlock):
         """Owners of the readers, in the order of opening."""
         return self._port.reader_owners()
 
+    def reader_owner(self, serial: str) -> str:
+        """Return the owner of the reader with this serial; empty when it is not known, as behind a Fawkes."""
+        return self._port.reader_owner(serial)
+
     # -- reading and writing
 
     @property

@@ -121,7 +121,7 @@ def hold_control(reader):
 def test_somebody_elses_control_is_respected_unless_it_is_stolen(skiller, capsys):
     hold_control(skiller)
     assert run("exec", "say{}") == 1
-    assert "somebody else has control" in capsys.readouterr().out
+    assert "has control of the Skiller" in capsys.readouterr().out
     assert run("exec", "say{}", "--steal") == 0
 
 

@@ -73,6 +73,9 @@ class CountingPort:
     def has_writer(self) -> bool:
         return True
 
+    def reader_owner(self, serial: str) -> str:
+        return ""
+
     def reader_owners(self) -> tuple[str, ...]:
         return ("r",)
 

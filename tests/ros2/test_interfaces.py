@@ -311,7 +311,7 @@ def test_a_goal_is_a_skill_string(tmp_path: Path, domain: int, node: Node):
         refused = play(node, client, 'say{text="mine"}')
         assert refused.status is GoalStatus.ABORTED
         assert refused.result is not None
-        assert "somebody else has control" in refused.result["error"]
+        assert "has control of the Skiller" in refused.result["error"]
         stolen = play(node, client, 'say{text="mine"}', steal=True)
         assert stolen.status is GoalStatus.SUCCEEDED
         thief.close()

@@ -1,9 +1,10 @@
-"""A robot that a test can lose and bring back, and clients of its Skiller: a run, a run through a gateway, a daemon."""
+"""A robot that a test can lose and bring back, and an agent that drives it: a run or a daemon."""
 
 from __future__ import annotations
 
 import socket
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
@@ -37,10 +38,12 @@ AGENT = """
 (defrule try-begin (executive-initialized) (not (begun)) =>
   (assert (begun) (skiller-control) (domain-operator (name act) (param-names text)))
   (goal-tree-assert-retry TRY 3 (assert (goal (id G) (class G)))))
-(defrule try-select ?g <- (goal (class TRY) (mode FORMULATED)) (skiller-control (acquired TRUE)) => (modify ?g (mode SELECTED)))
+(defrule try-select ?g <- (goal (class TRY) (mode FORMULATED)) (skiller-control (acquired TRUE)) =>
+  (modify ?g (mode SELECTED)))
 (defrule try-expand ?g <- (goal (id G) (mode SELECTED)) =>
   (assert (plan (id P) (goal-id G) (type SEQUENTIAL)))
-  (assert (plan-action (id 1) (plan-id P) (goal-id G) (action-name act) (param-names text) (param-values "x")))
+  (assert (plan-action (id 1) (plan-id P) (goal-id G) (action-name act)
+                       (param-names text) (param-values "x")))
   (modify ?g (mode EXPANDED)))
 (defrule try-commit ?g <- (goal (id G) (mode EXPANDED)) => (modify ?g (mode COMMITTED) (committed-to P)))
 (defrule try-dispatch ?g <- (goal (id G) (mode COMMITTED)) => (modify ?g (mode DISPATCHED)))
@@ -63,7 +66,7 @@ def until(condition: Callable[[], bool], what: str) -> None:
 
 
 class Wire(threading.Thread):
-    """Carries bytes between clients and the robot, until it is cut off: as if the robot's process stood still."""
+    """Carries bytes between clients and the robot. It stands still as if the robot's process did."""
 
     def __init__(self, there: int) -> None:
         super().__init__(daemon=True)
@@ -101,9 +104,9 @@ class Wire(threading.Thread):
             while data := source.recv(65536):
                 self._open.wait()
                 sink.sendall(data)
-        for end in (source, sink):
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
+        with suppress(OSError):
+            sink.shutdown(socket.SHUT_RDWR)
+        source.close()  # the other direction closes the sink
 
     def close(self) -> None:
         self._open.set()
@@ -183,7 +186,7 @@ class Robot:
 
     def stand_still(self, seconds: float) -> None:
         self.wire.stand_still()
-        threading.Event().wait(seconds)
+        time.sleep(seconds)
         self.wire.go_on()
         self._frozen.clear()
 
@@ -249,8 +252,10 @@ class Client(threading.Thread):
         self.lines: list[str] = []
         self.daemon_: Daemon | None = None
         if way == "daemon":
-            settings = (("fawkes/enable", False), ("zmq/endpoints", []), ("skiller", url))
-            options = DaemonOptions(config=self._scenario, settings=settings)
+            options = DaemonOptions(
+                config=self._scenario,
+                settings=(("fawkes/enable", False), ("zmq/endpoints", []), ("skiller", url)),
+            )
             self.daemon_ = Daemon(options, lambda line: self.lines.append(line.text))  # type: ignore[attr-defined]
 
     def run(self) -> None:

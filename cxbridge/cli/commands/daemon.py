@@ -187,6 +187,8 @@ def _print_status(row: dict[str, Any]) -> None:
         f"started {_when(row['started_us'])}, clock {row['clock']}"
     )
     say(f"at {row['endpoints']}")
+    for skiller, controller in row["controllers"].items():
+        say(f"Skiller {skiller} is controlled by {controller}")
     if row["stopped"]:
         say(f"rules are stopped {row['stopped']}")
     if (stop := row["stop"]) is not None:

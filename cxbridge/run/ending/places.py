@@ -132,7 +132,7 @@ class UnexecutedActions:
             self._executive.log.error(self._mistake(action))
 
     def _mistake(self, action: str) -> str:
-        """Return the mistake: the plan has a wrong name, or the action mapping has, or lacks it."""
+        """Return the mistake: a wrong name in plan or action mapping, an action not mapped, no control."""
         context = self._context
         facts = self._executive.env.facts("domain-operator")
         operators = {str(slots["name"]) for _, _, slots in facts}
@@ -140,6 +140,9 @@ class UnexecutedActions:
         if action not in operators:
             hint = did_you_mean(action, operators & mapped or operators | mapped)
             return _joined(self._places.of_action(action), f"nobody executes the action '{action}'", hint)
+        if action in mapped:
+            why = f"'{action}' found no Skiller under control, and a monitor fails actions that wait for it"
+            return _joined(self._places.of_action(action), why, "")
         wrong = nearest(action, mapped - operators)
         base = f"/clips-executive/specs/{context.spec}/action-mapping"
         values = [context.config.get(f"{base}/{wrong[0]}")] if wrong else context.config.search(base)

@@ -193,9 +193,11 @@ def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
             words = " ".join(map(str, values)) if isinstance(values, tuple) else ""
             place = _at(places.of_action(str(slots["action-name"])))
             yield f"action {slots['action-name']} {words}".rstrip() + f" is {slots['state']}{place}"
+    shown = env.facts("SkillerInterface") if env.has_template("SkillerInterface") else ()
+    controllers = {slots["id"]: slots["exclusive_controller"] for _, _, slots in shown}
     for _, _, slots in env.facts("skiller-control"):
         if slots["acquired"] != "TRUE":
-            yield f"nobody has got control of {slots['skiller']}"
+            yield f"{controllers.get(slots['skiller']) or 'nobody'} has control of {slots['skiller']}"
     if not any(True for _ in env.facts("skiller-control")) and env.has_template("skiller-control"):
         yield "no (skiller-control) asks for control of a Skiller"
 

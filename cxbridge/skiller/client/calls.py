@@ -8,6 +8,7 @@ from enum import Enum
 from typing import Any, TypeAlias, TypeVar
 
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.exclusive_control import name_controller
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.blackboard.stale_errors import OwnError
 from cxbridge.blackboard.stale_ids import skip_stale_ids
@@ -175,13 +176,20 @@ class SkillerCall(Closing):
         while (holder := news.values["exclusive_controller"]) not in ("", us) and not self._steal:
             news = yield deadline
             if news is None:
-                return f"somebody else has control of the Skiller (serial {holder}); --steal takes it"
+                name = name_controller(self._interface, holder)
+                return f"{name} has control of the Skiller; --steal takes it"
         self._send("AcquireControlMessage", steal_control=self._steal)
         deadline = Deadline(CONTROL_S)
         while news is not None and news.values["exclusive_controller"] != us:
             news = yield deadline
         self._in_control = news is not None
         return "" if self._in_control else f"the Skiller did not give control within {CONTROL_S:g} s"
+
+    def _loss(self, controller: str) -> str:
+        """Return how control was lost."""
+        if not controller and not self._interface.has_writer:
+            return "the Skiller is gone"
+        return f"control of the Skiller was lost to {name_controller(self._interface, controller)}"
 
     def _wait(self, msgid: int, skill_string: str, before: InterfaceChange) -> _Steps[SkillResult]:
         """Wait until the skill string of a message is over.
@@ -210,8 +218,7 @@ class SkillerCall(Closing):
             if (controller := values["exclusive_controller"]) != us:
                 self._in_control = False
                 if controller or not ended:
-                    lost = f"control of the Skiller was lost to {controller or 'nobody'}"
-                    return SkillResult(CallOutcome.FAILED, lost, msgid)
+                    return SkillResult(CallOutcome.FAILED, self._loss(controller), msgid)
             if values["msgid"] != msgid or replaced:
                 if taken or replaced:
                     reason = f"it was replaced by '{other}'" if other else "it was stopped"

@@ -270,6 +270,10 @@ class RemotePort(BoardPort):
         """Return an empty text for each reader: the wire only counts them."""
         return anonymous(self._num_readers)
 
+    def reader_owner(self, serial: str) -> str:  # noqa: ARG002 - a port
+        """Return the empty text: the wire does not tell owners."""
+        return ""
+
 
 def anonymous(count: int) -> tuple[str, ...]:
     """Return the owners of so many readers: empty texts."""

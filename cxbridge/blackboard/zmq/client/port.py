@@ -272,3 +272,7 @@ class InterfaceCopy(BoardPort):
     def reader_owners(self) -> tuple[str, ...]:
         """Return the readers' owners, in the order of opening."""
         return tuple(member.owner for member in self._members.values() if not member.writer)
+
+    def reader_owner(self, serial: str) -> str:
+        """Return who has opened the reading instance with this serial; empty: there is none."""
+        return next((member.owner for key, member in self._members.items() if str(key) == serial), "")

@@ -95,10 +95,12 @@ def list_skills(
 
     Example: cxbridge skill list
     """
+    from cxbridge.blackboard.exclusive_control import name_controller
     from cxbridge.interfaces.assignments import plain
     from cxbridge.skiller.client.calls import OWNER, TYPE, skill_names
 
     rows: list[dict[str, Any]] = []
+    names: dict[str, str] = {}
     with connect(url, interface_dir) as board:
         for info in board.list(TYPE):
             if not info.has_writer:
@@ -108,13 +110,14 @@ def list_skills(
                 row: dict[str, Any] = {"skiller": info.id}
                 for name, value in instance.as_dict().items():
                     row[name] = plain(value)
+                names[info.id] = name_controller(instance, row["exclusive_controller"])
             row["skills"] = skill_names(board, info.id, _LIST_S)
             rows.append(row)
     if as_json:
         say_json(rows, indent=2)
         return
     for row in rows:
-        control = row["exclusive_controller"] or "nobody"
+        control = names[row["skiller"]]
         say(f"{row['skiller']}: {row['status']} {row['skill_string']!r}, controlled by {control}")
         for name in row["skills"] or ():
             say(f"  {name}")

@@ -154,7 +154,9 @@
   (retract ?below))
 
 (defrule retry-again-over
-  "It is a leaf, its expander has made sub-goals, or it is gone."
+  "It is a leaf, its expander has made sub-goals, or it is gone. At once: it must not be EXPANDED
+   again, with all of these RETRACTED."
+  (declare (salience ?*SALIENCE-FIRST*))
   ?again <- (goal-tried-again ?id)
   (not (goal (id ?id) (sub-type ~nil) (mode FORMULATED|SELECTED|EXPANDED)))
   =>

@@ -1,4 +1,4 @@
-"""The last block of an interface with exclusive control whose writer leaves.
+"""Interfaces with exclusive control: which client has it, and the last block of a writer that leaves.
 
 Readers keep the last block of a writer that is gone. A Skiller that is killed in the middle of a skill would
 show the skill as running, and its controller in control, until the end of all time.
@@ -17,6 +17,18 @@ _STATUS: Final = "status"
 _ERROR: Final = "error"
 _RUNNING: Final = "S_RUNNING"
 _FAILED: Final = "S_FAILED"
+
+
+def name_controller(instance: Interface, serial: str) -> str:
+    """Return the client with exclusive control for people: its owner, if that is known, and its serial.
+
+    :param instance: of the interface.
+    :param serial: what the interface shows; empty: no client has control.
+    """
+    if not serial:
+        return "nobody"
+    owner = instance.reader_owner(serial)
+    return f"{owner} ({serial})" if owner else serial
 
 
 def write_farewell(writer: Interface, reason: str) -> None:
