@@ -160,6 +160,11 @@ class Gateway(Closing):
             for (kind, id_), mirror in tuple(self._mirrors.items())
         ]
 
+    @property
+    def owes_release(self) -> bool:
+        """Whether control may have to be given back as soon as a writer that is gone has returned."""
+        return any(orphans and key not in self._mirrors for key, orphans in tuple(self._orphans.items()))
+
     # -- work
 
     def loop(self) -> None:

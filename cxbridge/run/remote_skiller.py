@@ -15,6 +15,9 @@ PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
 PATIENCE_S = 5.0
 """Seconds that the Skiller has to appear."""
 
+RELEASE_S = 2.0
+"""Seconds that a Skiller which is gone has to return, when a client had control of it."""
+
 _POLL_S = 0.05
 
 Opener = Callable[[str], BlackBoard]
@@ -93,7 +96,14 @@ class RemoteSkiller:
         return self._loss
 
     def close(self) -> None:
-        """Carry over what is under way, and leave both blackboards."""
+        """Carry over what is under way, and leave both blackboards.
+
+        A Fawkes that loads its Skiller again keeps its controller. So this waits a moment for the Skiller, to
+        give control back.
+        """
+        end_s = time.monotonic() + RELEASE_S
+        while self._remote.connected and self._gateway.owes_release and time.monotonic() < end_s:
+            time.sleep(_POLL_S)
         if not self._remote.connected:
             self._remote.shutdown()  # else who is asking there waits for an answer first
         self._gateway.close()

@@ -179,6 +179,37 @@ def test_control_is_given_back_when_the_run_has_ended(robot, stack, tmp_path):
         raise AssertionError(watch.exclusive_controller)
 
 
+def test_control_is_given_back_when_a_fawkes_loads_its_skiller_again_after_the_run(stack):
+    """Fawkes' new Skiller shows the controller of the old one, which has left while no Skiller was there."""
+    there, here = (stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock())) for _ in range(2))
+    first = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    remote = RemoteSkiller("there:", here, EventBus(RealClock()), lambda _url: there)
+    agent = here.open_for_reading(SkillerInterface, "Skiller", owner="agent")
+    agent.msgq_enqueue(SkillerInterface.AcquireControlMessage())
+    until(lambda: not first.msgq_empty())
+    source = first.msgq_pop().source_id
+    first.close()
+    until(lambda: remote.loss)
+    closing = threading.Thread(target=remote.close)
+    closing.start()
+    second = there.open_for_writing(SkillerInterface, "Skiller", owner="skiller")
+    second.exclusive_controller = str(source)
+    second.write()
+    until(lambda: not second.msgq_empty())
+    message = second.msgq_pop()
+    assert (message.type, message.source_id) == ("ReleaseControlMessage", source)
+    closing.join(WAIT_S)
+
+
+def until(condition):
+    """Wait until a condition holds."""
+    for _ in range(WAIT_S * 100):
+        if condition():
+            return
+        threading.Event().wait(0.01)
+    raise AssertionError("it did not come")
+
+
 def test_without_a_skiller_there_it_says_so(stack, tmp_path):
     empty = stack.enter_context(LocalBlackBoard(InterfaceRegistry(), RealClock()))
     endpoint = serve_zmq(stack, empty, tmp_path)
