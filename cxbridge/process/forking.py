@@ -8,9 +8,23 @@ import socket
 import sys
 import time
 from pathlib import Path
-from typing import Final
+from typing import Final, Protocol
 
 HAS_FORK: Final = hasattr(os, "fork")
+
+
+class Stoppable(Protocol):
+    """A thread beside a process that is copied: it is stopped meanwhile, and goes on in both processes."""
+
+    def start(self) -> None:
+        """Begin, in the thread that copies the process."""
+
+    def stop(self) -> None:
+        """End, and wait for that."""
+
+
+threads: Final[list[Stoppable]] = []
+"""The threads there are that :func:`fork` may stop."""
 
 
 class NoForkError(NotImplementedError):
@@ -18,14 +32,21 @@ class NoForkError(NotImplementedError):
 
 
 def fork() -> int:
-    """Copy this process, which may have no other thread.
+    """Copy this process, which may have no other thread than those of :data:`threads`.
 
     :returns: the copy's number; 0 in the copy.
     :raises OSError: when the system has no room for it.
     """
     if sys.platform == "win32":
         raise NoForkError
-    return os.fork()
+    paused = [*threads]
+    for thread in paused:
+        thread.stop()
+    try:
+        return os.fork()
+    finally:
+        for thread in paused:
+            thread.start()
 
 
 def has_ended(child: int) -> bool:

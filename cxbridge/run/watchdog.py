@@ -6,21 +6,29 @@ import sys
 import threading
 import time
 from collections import Counter, deque
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from msgspec import Struct
 
-from cxbridge.executive.host.activity import MATCHING, executing
+from cxbridge.executive.host.activity import MATCHING, executing, executing_functions
+from cxbridge.process import forking
 
 if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.mainloop import MainLoop
 
 LIMIT_S: Final = 5.0
 """Seconds that a loop may take by default before it counts as a stall."""
+
+SPIN_S: Final = 1.5
+"""Seconds after which a right-hand side that does not end counts as a stall, if the limit is not less."""
+
+HOPELESS_S: Final = 5.0
+"""Seconds after which a right-hand side is ended where nobody looks on: in tests, explorations, sweeps."""
 
 _TICK_S = 0.25
 _AGAIN_S = 0.02
@@ -39,16 +47,42 @@ class Stall(Struct, frozen=True):
     :param component: which component is at work; empty: it is not known.
     :param what: what it does, for people.
     :param in_rules: whether rules are at work, and nothing that they wait for.
+    :param is_spin: whether it is one right-hand side that does not end.
     """
 
     seconds: float
     component: str
     what: str
     in_rules: bool
+    is_spin: bool = False
 
     def __str__(self) -> str:
         """Return it for people."""
         return f"{self.what}, for {self.seconds:.0f} s now"
+
+
+class WatchedAgent(Protocol):
+    """An agent of a run."""
+
+    @property
+    def name(self) -> str:
+        """Its name."""
+
+    @property
+    def executive(self) -> Executive:
+        """Its executive."""
+
+
+class WatchedRun(Protocol):
+    """A run of agents."""
+
+    @property
+    def loop(self) -> MainLoop:
+        """Its main loop."""
+
+    @property
+    def agents(self) -> Sequence[WatchedAgent]:
+        """Its agents."""
 
 
 class Watchdog:
@@ -79,10 +113,13 @@ class Watchdog:
         self._thread: threading.Thread | None = None
         self._watched = 0
         self._seen: deque[str] = deque(maxlen=_MOST_LOOKS)
+        self._fired, self._still_s = 0, 0.0
 
     def start(self) -> None:
         """Watch the loop of the calling thread."""
-        self._watched = threading.get_ident()
+        self._watched, self._over = threading.get_ident(), False
+        self._wake.clear()
+        forking.threads.append(self)
         self._thread = threading.Thread(target=self._run, name="watchdog", daemon=True)
         self._thread.start()
 
@@ -90,6 +127,7 @@ class Watchdog:
         """Watch no more; a second call does nothing."""
         thread, self._thread = self._thread, None
         if thread is not None:
+            forking.threads.remove(self)
             self._over = True
             self._wake.set()
             thread.join()
@@ -112,13 +150,15 @@ class Watchdog:
             if self._loop.turns != turn or not self._loop.working:
                 turn, took_s = self._loop.turns, 0.0
                 self._seen.clear()
+                self._still_s = 0.0
                 if reported_s:
                     reported_s = 0.0
                     self._report(None)
                 continue
             took_s += tick_s
             self._look()
-            if self._limit_s and took_s >= max(self._limit_s, 2 * reported_s):
+            limit_s = min(self._limit_s, SPIN_S) if self._is_spinning(tick_s) else self._limit_s
+            if self._limit_s and took_s >= max(limit_s, 2 * reported_s):
                 reported_s = took_s
                 self._report(self._describe(took_s))
 
@@ -143,27 +183,62 @@ class Watchdog:
                     break
                 time.sleep(_BETWEEN_LOOKS_S)
 
+    def _is_spinning(self, tick_s: float) -> bool:
+        """Whether one right-hand side has been at work for long, and not the matching of facts."""
+        fired = sum(env.endless.fired for env in tuple(self._environments().values()))
+        if fired != self._fired:
+            self._fired, self._still_s = fired, 0.0
+            return False
+        self._still_s += tick_s
+        return self._still_s >= min(self._limit_s, SPIN_S) and self._rules(_LOOKS)[:1] != [MATCHING]
+
+    def _rules(self, looks: int = _MOST_LOOKS) -> list[str]:
+        """Return the rules that were at work in the last looks, the most frequent first."""
+        return [rule for rule, _ in Counter([*self._seen][-looks:]).most_common(_MOST_NAMES)]
+
     def _describe(self, took_s: float) -> Stall:
         frames = list(_frames(sys._current_frames().get(self._watched)))  # noqa: SLF001 - how Python names it
         component = next(filter(None, map(_component, frames)), "")
         function = next(filter(None, map(_udf, frames)), "")
-        firing = any(env.is_firing for env in tuple(self._environments().values()))
-        return Stall(took_s, component, self._what(frames, function, firing=firing), firing and not function)
+        firing = [env for env in tuple(self._environments().values()) if env.is_firing]
+        in_rules, is_spin = bool(firing) and not function, not function and self._is_spinning(0.0)
+        what = self._what(frames, function, firing)
+        return Stall(took_s, component, what, in_rules, is_spin)
 
-    def _what(self, frames: list[FrameType], function: str, *, firing: bool) -> str:
-        rules = [rule for rule, _ in Counter(self._seen).most_common(_MOST_NAMES)]
+    def _what(self, frames: list[FrameType], function: str, firing: list[ClipsEnvironment]) -> str:
+        rules = self._rules()
         if not firing:
             skill = next(filter(None, map(_skill, frames)), "")
             return f"skill {skill} does not end" if skill else f"a loop does not end, at {_place(frames)}"
         if function:
             by = f", which rule {rules[0]} has called" if rules and rules[0] != MATCHING else ""
             return f"function {function}{by}, does not end, at {_place(frames)}"
+        if text := next(filter(None, (env.endless.text for env in firing)), ""):
+            return text
         if rules == [MATCHING]:
             return "matching facts against the conditions of rules does not end"
         names = [rule for rule in rules if rule != MATCHING]
-        if len(names) == 1:
-            return f"rule {names[0]} does not end"
-        return f"rules fire without an end: {', '.join(names)}" if names else "the rules do not end"
+        if self._is_spinning(0.0):
+            functions = [name for env in firing for name in executing_functions(env)]
+            within = f", in function {', '.join(functions)}" if functions else ""
+            return f"rule {self._rules(_LOOKS)[0]} does not end{within}"
+        fired = sum(env.endless.fired for env in firing)
+        return f"the rules of a loop do not end: {', '.join(names)}; {fired:,} have fired"
+
+
+def end_spins(run: WatchedRun) -> Watchdog:
+    """Return a watchdog for a run that nobody looks at: it ends a rule whose right-hand side does not end."""
+
+    def environments() -> dict[str, ClipsEnvironment]:
+        return {agent.name: agent.executive.env for agent in run.agents}
+
+    def report(stall: Stall | None) -> None:
+        if stall is not None and stall.is_spin and stall.seconds >= HOPELESS_S:
+            for env in environments().values():
+                if env.is_firing:
+                    env.end_for_good(stall.what)
+
+    return Watchdog(run.loop, environments, report)
 
 
 def _frames(frame: FrameType | None) -> Iterator[FrameType]:

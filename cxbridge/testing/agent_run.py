@@ -26,6 +26,7 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
+from cxbridge.run.watchdog import end_spins
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.watching import violations_of
@@ -92,7 +93,10 @@ class AgentRun(Closing):
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
             assembly.loop.add(Hook.PRE_LOOP, self._do_what_is_due)
-            with self._watched() as out_of_patience:
+            watchdog = end_spins(assembly)
+            stack.callback(watchdog.stop)
+            watchdog.start()
+            with self._watched() as out_of_patience, assembly.loop.busy():
                 assembly.start()
             self._check_patience(out_of_patience)
             self._check(self._checks.start)

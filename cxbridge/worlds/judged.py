@@ -9,6 +9,7 @@ from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
+from cxbridge.run.watchdog import end_spins
 from cxbridge.worldmodel.model import WorldModel
 from cxbridge.worlds.points import Chooser
 from cxbridge.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
@@ -40,6 +41,8 @@ class JudgedRun(Closing):
         assembly.bus.subscribe(self._errors, LogLine)
         self._watch = StuckWatch(assembly.agents, on=True)
         self.world.onlookers += [self._checks, self._watch]
+        self._watchdog = end_spins(assembly)
+        self._watchdog.start()
         self._is_stuck = self._is_checked = False
         self._loss = ""
 
@@ -73,4 +76,5 @@ class JudgedRun(Closing):
 
     def close(self) -> None:
         """End it and let go of everything."""
+        self._watchdog.stop()
         self.world.close()

@@ -189,7 +189,8 @@ class WorldRun(Closing):
         """Load the agents; a second call does nothing. No choice is made meanwhile."""
         if not self._is_started:
             self._is_started = True
-            self.assembly.start()
+            with self.assembly.loop.busy():
+                self.assembly.start()
 
     def play(self, look: Callable[[], bool] = lambda: False) -> WorldResult:
         """Run to the end, or until ``look`` is true after a loop."""

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from cxbridge.executive.host.capi import MATCHING, executing_rule
+from clips._clips import ffi, lib
 
-__all__ = ["MATCHING", "executing"]
+from cxbridge.executive.host.capi import MATCHING, NULL, decode, executing_rule
+
+__all__ = ["MATCHING", "executing", "executing_functions"]
+
+_EXECUTING: Final = 17
+"""Where a deffunction of CLIPS 6.4.2 counts its calls that are under way, in units of ``unsigned int``."""
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -21,3 +26,18 @@ def executing(env: ClipsEnvironment) -> str:
     """
     with env.life:
         return executing_rule(env.env) if env.is_firing else ""
+
+
+def executing_functions(env: ClipsEnvironment) -> list[str]:
+    """Return the deffunctions of the current module that run at this moment, the outer ones first.
+
+    As far as they are defined after those that they call.
+    """
+    found: list[str] = []
+    with env.life:
+        function = lib.GetNextDeffunction(env.env, NULL) if env.is_firing else NULL
+        while function != NULL:
+            if ffi.cast("unsigned int *", function)[_EXECUTING]:
+                found.insert(0, decode(lib.DeffunctionName(function)))
+            function = lib.GetNextDeffunction(env.env, function)
+    return found

@@ -21,6 +21,7 @@ CData = Any
 NULL = ffi.NULL
 
 _HOOK = b"cxbridge"
+_TRACE = b"cxbridge-trace"
 _TEXT_TARGET = b"cxbridge-text"
 
 _SIGNATURES = {
@@ -145,6 +146,15 @@ class ClipsApi:
         if call is not None:
             EXTRA.AddAfterRuleFiresFunction(self._env, _HOOK, call, 0, NULL)
 
+    def trace(self, fired: CData | None, asserted: CData | None) -> None:
+        """Call these, too, as :meth:`on_fire` and :meth:`on_assert` do; None ends it."""
+        EXTRA.RemoveBeforeRuleFiresFunction(self._env, _TRACE)
+        EXTRA.RemoveAssertFunction(self._env, _TRACE)
+        if fired is not None:
+            EXTRA.AddBeforeRuleFiresFunction(self._env, _TRACE, fired, 0, NULL)
+        if asserted is not None:
+            EXTRA.AddAssertFunction(self._env, _TRACE, asserted, 0, NULL)
+
     def fact_text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it on one line, without its index."""
         lib.SBReset(self._builder)
@@ -185,6 +195,7 @@ class ClipsApi:
         self.on_retract(None)
         self.on_fire(None)
         self.after_fire(None)
+        self.trace(None, None)
         EXTRA.CloseStringBuilderDestination(self._env, _TEXT_TARGET)
         lib.SBDispose(self._builder)
 

@@ -19,6 +19,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, Logger, SourceRead
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, ClipsApi, encode
+from cxbridge.executive.host.endless import EndlessRules
 from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
 from cxbridge.executive.host.facts.making import FactMaker
@@ -40,12 +41,6 @@ CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
 
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
-_CHUNK = 100_000
-"""Rules fired in one go."""
-
-MOST_FIRINGS = 1_000_000
-"""Rules that may fire in one run of the agenda: beyond that they go round in circles."""
-
 
 class ClipsEnvironment:
     """One CLIPS environment.
@@ -64,7 +59,7 @@ class ClipsEnvironment:
         self.log: Logger = bus.logger(component)
         self.lock = threading.RLock()
         self.faults: list[str] = []
-        self.quit_requested = self._held = False
+        self.quit_requested = self._held = self._is_halted = False
         self.time_of: Callable[[int], tuple[float | int, ...]] = split_us
         """What ``(now)`` returns, of microseconds since the epoch."""
         self.is_ended = False
@@ -84,6 +79,7 @@ class ClipsEnvironment:
         self.is_firing = False
         """Whether rules fire, or wait for what they have called."""
         self.loader.answers = self.answers = Answers(self.env, self.udfs, self.watcher)
+        self.endless = EndlessRules(self.api, self.watcher.basis_of, self.loader.place_of, self.log)
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
 
@@ -100,6 +96,7 @@ class ClipsEnvironment:
         define("batch*", self._batch, 1, types="*;sy")
         define("clear", self._clear)
         define("exit", self._exit, 0, 1)
+        define("halt", self._halt)
         define("quit", self._quit)
         define("watch", lambda item, *names: self.watch(item, names), 1, UNBOUNDED, types="y")
         define("unwatch", lambda item, *names: self.watch(item, names, on=False), 1, UNBOUNDED, types="y")
@@ -179,6 +176,11 @@ class ClipsEnvironment:
         """End everything: in Fawkes that is the end of the process."""
         self._stop()
         self.api.halt()
+
+    def _halt(self) -> None:
+        """End the run after the rule that fires now. CLIPS does not say afterwards that it did."""
+        self._is_halted = True
+        self.api.halt_rules()
 
     def _quit(self) -> None:
         """Ask for an orderly end: pending work is done, and the rules for the shutdown run."""
@@ -370,7 +372,7 @@ class ClipsEnvironment:
         """Run rules until the agenda is empty, or ``limit`` of them have fired; returns how many did.
 
         An error in a right-hand side ends that one only: the rest of the agenda still runs. Without a limit
-        of the caller's more than :data:`MOST_FIRINGS` are a fault, and nothing runs any more.
+        of the caller's, rules that fire without an end are a fault, and nothing runs any more.
         """
         self.watcher.firings = 0
         fired = self.fire(limit)
@@ -383,12 +385,14 @@ class ClipsEnvironment:
         :param before: how many rules have fired in the parts before.
         """
         fired = 0
-        self._held = False
+        self._held = self._is_halted = False
+        if not before:
+            self.endless.begin()
         while not self.is_ended:
-            chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
+            chunk = self.endless.chunk if limit < 0 else min(self.endless.chunk, limit - fired)
             if chunk <= 0:
                 break
-            # in chunks, so that signal handlers get their turn when rules go round in circles
+            # in chunks: signal handlers get their turn, and rules without an end are noticed
             self.is_firing = True
             done = int(lib.Run(self.env, chunk))
             self.is_firing = False
@@ -397,14 +401,16 @@ class ClipsEnvironment:
                 self.api.clear_halt()
                 if done == 0 or self._held or not self.agenda_size_at_least(1):
                     break
-            elif done < chunk:
+            elif done < chunk or self._is_halted:
                 break
-            if (limit < 0 or before) and before + fired >= MOST_FIRINGS:
-                self._end_circle(before + fired)
+            if (why := self.endless.look(done)) and (limit < 0 or before):
+                self.end_for_good(why)
+                self.api.clear_halt()
         return fired
 
     def end_run(self) -> None:
         """Bring a run that was done in parts to its end."""
+        self.endless.end()
         self.output.end_run()
 
     def hold(self) -> None:
@@ -412,20 +418,18 @@ class ClipsEnvironment:
         self._held = True
         self.api.halt_rules()
 
-    def _end_circle(self, fired: int) -> None:
-        """End the run of rules that activate each other without end, and all runs."""
-        following = self.api.activation_text(lib.GetNextActivation(self.env, NULL))
-        text = f"{fired} rules fired at one time and still there is one: {' '.join(following.split())}"
-        self.faults.append(text)
-        self.log.error(f"{text}; the rules go round in circles, the run ends")
-        self._stop()
-
     def interrupt(self) -> None:
         """End the run that is under way, and let no other begin. From any thread; CLIPS may be spinning."""
         with self.life:
             if self._alive:
                 self.is_ended = True
                 self.api.halt()
+
+    def end_for_good(self, why: str) -> None:
+        """End rules that have no end, as a fault of the agent: no other run begins. From any thread."""
+        self.faults.append(why)
+        self.quit_requested = True
+        self.interrupt()
 
     def break_off(self) -> None:
         """End the right-hand side and the run that are under way; later runs are as usual.

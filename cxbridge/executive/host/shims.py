@@ -42,7 +42,19 @@ _KEPT = {
 number of arguments, their types."""
 
 REMOVED = (
-    *("str-replace", "load", "load*", "batch", "batch*", "exit", "clear", "watch", "unwatch", "round"),
+    *(
+        "str-replace",
+        "load",
+        "load*",
+        "batch",
+        "batch*",
+        "exit",
+        "clear",
+        "watch",
+        "unwatch",
+        "round",
+        "halt",
+    ),
     EXISTS_FUNCTION,
     *(name for name in _KEPT if name != "str-byte-length"),
 )

@@ -204,11 +204,15 @@ class Watcher:
         self.firings += 1
         rule = decode(lib.ActivationRuleName(activation))
         if rule in self.rules:
-            self._output.pause()
-            text = self._api.activation_text(activation)
-            self._output.resume()
-            basis = text.split(":", 1)[1].strip()
+            basis = self.basis_of(activation)
             self._bus.emit(RuleFired(self._bus.clock.now_us(), self._name, self.firings, rule, basis))
+
+    def basis_of(self, activation: CData) -> str:
+        """Return the facts of an activation as CLIPS prints them: ``f-8,f-86,*``."""
+        self._output.pause()
+        text = self._api.activation_text(activation)
+        self._output.resume()
+        return text.split(":", 1)[1].strip()
 
     def text(self, fact: CData) -> str:
         """Return a fact as CLIPS prints it on one line, without its index."""

@@ -1,0 +1,207 @@
+"""Rules that fire without an end: found while they fire, and named.
+
+A run of the agenda that comes to its end uses up what is there: it fires for facts, and combinations of
+facts, that no rule has fired for yet. Rules that make each other fire without an end fire for facts that
+they have just made themselves, and for the same few other facts again and again. A rule that loads 300,000
+objects fires for another object each time; a ring of rules does not.
+
+A proof it is not: a rule that counts to a million looks like a rule that counts on and on. So the rules of a
+run have no end when all firings of some time were of the second kind; see :data:`ENDLESS`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Final
+
+from clips._clips import lib
+
+from cxbridge.events import Logger
+from cxbridge.executive.host.capi import CData, ClipsApi, callback, decode
+
+ENDLESS: Final = ((100_000, 1.0), (1_000, 5.0))
+"""Firings, and seconds of real time that they have taken: either pair is enough."""
+
+TOLD_S: Final = 1.5
+"""Seconds of real time after which rules are reported that may have no end."""
+
+MOST_FIRINGS: Final = 1_000_000
+"""Rules that may fire in one run of the agenda, whatever they fire for."""
+
+_LOOK_AGAIN_S: Final = 0.25
+_LEAST_CHUNK, _MOST_CHUNK = 20, 200
+_FAST_S, _SLOW_S = 0.02, 0.1
+_LEAST_WINDOW, _FIRST_WINDOW, _MOST_WINDOW = 20, 4_000, 64_000
+_WINDOW_S: Final = 0.2
+_MOST_NAMES: Final = 8
+
+
+class EndlessRules:
+    """Watches the runs of an agenda, a chunk of firings at a time.
+
+    The first quarter of a second of a run costs nothing. Then a window of firings is traced; while these fire
+    for nothing that was there before, the next window follows at once, else after a quarter of a second.
+
+    :param basis_of: returns the facts of an activation: ``f-1,*,f-2``.
+    :param place_of: returns the file and line of a rule; None when they are not known.
+    """
+
+    def __init__(
+        self,
+        api: ClipsApi,
+        basis_of: Callable[[CData], str],
+        place_of: Callable[[str], tuple[Path, int] | None],
+        log: Logger,
+    ) -> None:
+        self._api, self._basis_of, self._place_of, self._log = api, basis_of, place_of, log
+        self._hooks = (
+            callback("void(Environment *, Activation *, void *)", self._note_firing),
+            callback("void(Environment *, Fact *, void *)", self._note_fact),
+        )
+        self._is_tracing = False
+        self.begin()
+
+    @property
+    def text(self) -> str:
+        """Which rules feed on themselves in this run, for people; empty when none do."""
+        return self._text() if self._is_closed else ""
+
+    def begin(self) -> None:
+        """Watch a run that begins."""
+        self.end()
+        self.fired = 0
+        """Rules that have fired in this run, as of the last look."""
+        self.ring: tuple[str, ...] = ()
+        """The rules that fired in the last window, in their order; a ring if they have no end."""
+        self.chunk = _LEAST_CHUNK
+        """Rules that are to fire until the next look."""
+        self._began_s = self._looked_s = self._since_s = time.monotonic()
+        self._since_fired = 0
+        self._is_closed = self._is_told = False
+        self._window = _FIRST_WINDOW
+
+    def end(self) -> None:
+        """Trace no more: the run is over."""
+        self._is_tracing = False
+        self._api.trace(None, None)
+        self._clear(0.0)
+
+    def look(self, fired: int) -> str:
+        """Return why the run has no end; empty when it may have one.
+
+        :param fired: rules that have fired since the last look.
+        """
+        now_s = time.monotonic()
+        took_s, self._looked_s = now_s - self._looked_s, now_s
+        self.fired += fired
+        if took_s < _FAST_S:
+            self.chunk = min(2 * self.chunk, _MOST_CHUNK)
+        elif took_s > _SLOW_S:
+            self.chunk = max(self.chunk // 2, 1)
+        if self._is_tracing:
+            self._look_at_window(now_s)
+        elif now_s - self._since_s >= _LOOK_AGAIN_S:
+            self._start(now_s)
+        if self.fired >= MOST_FIRINGS or self._has_no_end(now_s):
+            self._log.error(f"{self._text()}, ended after {self._figures(now_s)}")
+            return self._text()
+        return ""
+
+    def _has_no_end(self, now_s: float) -> bool:
+        if not self._is_closed:
+            return False
+        fired, seconds = self.fired - self._since_fired, now_s - self._since_s
+        if any(fired >= most and seconds >= most_s for most, most_s in ENDLESS):
+            return True
+        if not self._is_told and now_s - self._began_s >= TOLD_S:
+            self._is_told = True
+            self._log.warn(f"{self._text()}, {self._figures(now_s)} so far")
+        return False
+
+    def _text(self) -> str:
+        """Return the rules of the ring, each with its file and line, for people."""
+        names = []
+        for rule in self.ring[:_MOST_NAMES]:
+            place = self._place_of(rule)
+            names.append(rule if place is None else f"{rule} ({place[0]}:{place[1]})")
+        if len(self.ring) > _MOST_NAMES:
+            names.append(f"{len(self.ring) - _MOST_NAMES} more")
+        return f"rules fire without an end: {' -> '.join([*names, *self.ring[:1]])}"
+
+    def _figures(self, now_s: float) -> str:
+        return f"{self.fired:,} firings in {now_s - self._began_s:.1f} s"
+
+    # -- windows of firings
+
+    def _start(self, now_s: float) -> None:
+        self._is_tracing = True
+        self._since_s, self._since_fired = now_s, self.fired
+        self._clear(now_s)
+        self._api.trace(*self._hooks)
+
+    def _clear(self, now_s: float) -> None:
+        self._window_s = now_s
+        self._firings: list[tuple[str, str]] = []
+        self._first_new: int | None = None
+
+    def _note_firing(self, _env: CData, activation: CData, _context: CData) -> None:
+        self._firings.append((decode(lib.ActivationRuleName(activation)), self._basis_of(activation)))
+
+    def _note_fact(self, _env: CData, fact: CData, _context: CData) -> None:
+        if self._first_new is None:
+            self._first_new = int(lib.FactIndex(fact))
+
+    def _look_at_window(self, now_s: float) -> None:
+        """Judge the firings of a window when it is full."""
+        count = len(self._firings)
+        if count < self._window and (count < _LEAST_WINDOW or now_s - self._window_s < _WINDOW_S):
+            return
+        self.ring = ring_of([rule for rule, _ in self._firings[count // 2 :]])
+        self._is_closed = not _takes_what_was_there(self._firings, self._first_new)
+        if self._is_closed:
+            self._clear(now_s)
+        else:
+            self.end()
+            self._since_s, self._is_told = now_s, False
+            self._window = min(2 * self._window, _MOST_WINDOW)
+
+
+def _takes_what_was_there(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
+    """Whether rules fire, in the second half of a window, for facts of before that they had not fired for.
+
+    In the first half a ring, too, fires for some: what it had in hand when the window began.
+
+    :param firings: each with its rule and its facts: ``f-1,*,f-2``.
+    :param first_new: facts of this index and above are made in the window; None: none is.
+    """
+    half, seen = len(firings) // 2, set()
+    for number, (rule, basis) in enumerate(firings):
+        facts = (each for each in basis.split(",") if each.startswith("f-"))
+        old = tuple(each for each in facts if first_new is None or int(each[2:]) < first_new)
+        if old and (rule, old) not in seen:
+            if number >= half:
+                return True
+            seen.add((rule, old))
+    return False
+
+
+def ring_of(rules: Sequence[str]) -> tuple[str, ...]:
+    """Return the shortest sequence of rules that firings repeat to their end, from its first name on.
+
+    Without such a sequence, each of the rules once.
+    """
+    # how Knuth, Morris and Pratt find the longest border of each prefix; the firings count from the last one
+    back, border, borders = rules[::-1], 0, [0]
+    for rule in back[1:]:
+        while border and rule != back[border]:
+            border = borders[border - 1]
+        border += rule == back[border]
+        borders.append(border)
+    period = len(rules) - borders[-1]
+    if 2 * period > len(rules):
+        return tuple(sorted(set(rules)))
+    ring = tuple(rules[-period:])
+    first = ring.index(min(ring))
+    return ring[first:] + ring[:first]

@@ -1,0 +1,121 @@
+"""Rules that have no end: each way to run an agent says so, and names the rules."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.daemon.client import read_status
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.executive.host import endless
+from cxbridge.run import watchdog
+from cxbridge.run.options import RunOptions
+from cxbridge.run.result import FAULT
+from cxbridge.run.run import run_scenario
+from cxbridge.sweep.playing import play
+from cxbridge.sweep.rows import SweepJob
+from cxbridge.testing.agent_run import AgentRun
+from cxbridge.worlds.points import UsualChooser
+from tests.daemon.test_daemon import connected, running
+from tests.forked import nursery
+from tests.run.mini import AGENT, write_scenario
+from tests.support import ROOT
+
+RING = "rules fire without an end: ping ({file}:{line}) -> pong ({file}:{line}) -> ping"
+PING = "(defrule ping ?f <- (ping ?n) => {more} (retract ?f) (assert (pong ?n)))"
+PONG = " (defrule pong ?f <- (pong ?n) => (retract ?f) (assert (ping {n})))"
+BEGIN = "(defrule first {when} => (assert (ping 0)))"
+SPIN = "(deffunction forever () (while TRUE (bind ?x 1))) (defrule spin {when} => (forever))"
+
+SHAPES = {
+    "a ring": PING.format(more="") + PONG.format(n="?n"),
+    "a ring that counts": PING.format(more="") + PONG.format(n="(+ ?n 1)"),
+    "a ring that prints": PING.format(more='(printout error "ping" crlf)') + PONG.format(n="?n"),
+}
+MOMENTS = {
+    "while it loads": "(executive-init)",
+    "in the first loop": "(executive-initialized)",
+    "while a skill runs": "(skill (status S_RUNNING))",
+}
+
+
+def agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
+    """Write an agent; return it, and what is to be said of it."""
+    text = f"{AGENT}{BEGIN.format(when=MOMENTS[moment])}\n{SHAPES[shape]}\n"
+    scenario = write_scenario(tmp_path / "mini", agent=text)
+    line = text.splitlines().index(SHAPES[shape]) + 1
+    return scenario, RING.format(file=scenario / "mini.clp", line=line)
+
+
+@pytest.fixture(autouse=True)
+def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Lose patience soon: how long it takes is no matter here."""
+    monkeypatch.setattr(endless, "ENDLESS", ((10_000, 0.1),))
+    monkeypatch.setattr(watchdog, "SPIN_S", 0.3)
+    monkeypatch.setattr(watchdog, "HOPELESS_S", 0.5)
+
+
+def violation_of(scenario: Path, out: Path) -> dict[str, Any]:
+    """Explore an agent, and return in what way it does not come to its end."""
+    words = ["explore", str(scenario), "--property", "run-ends", "--out", str(out), "--json"]
+    done = nursery().run(words, folder=ROOT)
+    assert done.returncode == 1, done.stderr.decode()
+    (violation,) = json.loads(done.stdout)["violations"]
+    assert isinstance(violation, dict)
+    return violation
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("shape", SHAPES)
+def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
+    scenario, said = agent(tmp_path, shape, moment)
+    result = run_scenario(RunOptions(scenario=scenario, skiller="simulator"))
+    assert (result.status, result.reason) == (FAULT, said)
+    row = play(SweepJob(RunOptions(scenario=scenario, skiller="none")), 1, UsualChooser())
+    assert (row.outcome, row.reason) == ("fault", said)
+
+
+@pytest.mark.parametrize("moment", MOMENTS)
+def test_a_test(tmp_path: Path, moment: str) -> None:
+    scenario, said = agent(tmp_path, "a ring", moment)
+    given = RunOptions(scenario=scenario, skiller="none")
+    with pytest.raises(AssertionError) as caught, AgentRun(given, scripted=True) as run:
+        run.to_end()
+    assert f"an error in a rule: {said}" in str(caught.value)
+
+
+def test_an_exploration_writes_the_counterexample(tmp_path: Path) -> None:
+    scenario, said = agent(tmp_path, "a ring that counts", "while a skill runs")
+    violation = violation_of(scenario, tmp_path / "out")
+    assert said in violation["message"]
+    assert Path(violation["recording"]).exists()
+    assert said in Path(violation["test"]).read_text()
+
+
+def test_a_daemon(tmp_path: Path) -> None:
+    scenario, said = agent(tmp_path, "a ring", "in the first loop")
+    settings: dict[str, Any] = {
+        "fawkes/enable": False,
+        "zmq/endpoints": [f"ipc://{tmp_path}/bb"],
+        "on-failure": "continue",
+    }
+    options = DaemonOptions(config=scenario, settings=tuple(settings.items()))
+    with running(options) as (daemon, lines, _), connected(daemon) as board:
+        while said not in str(read_status(board)):
+            pass
+    assert any(said in line for line in lines)
+
+
+def test_a_right_hand_side_that_does_not_end(tmp_path: Path) -> None:
+    text = AGENT + SPIN.format(when=MOMENTS["while a skill runs"])
+    scenario = write_scenario(tmp_path / "mini", agent=text)
+    with (
+        AgentRun(RunOptions(scenario=scenario, skiller="none"), scripted=True) as run,
+        pytest.raises(
+            AssertionError, match="an error in a rule: rule spin does not end, in function forever"
+        ),
+    ):
+        run.to_end()
