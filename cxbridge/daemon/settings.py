@@ -157,11 +157,12 @@ class DaemonSettings:
         web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
         hosts = [fawkes.host] * fawkes_there + [web.host] * web_there + [foxglove.host] * foxglove_there
         local = all(map(is_loopback, hosts)) and all(map(is_private, endpoints))
-        rights = read_rights(config, local=local)
+        skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
+        rights = read_rights(config, skiller, local=local)
         settings = cls(
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
-            skiller=_choice(config, "skiller", SKILLERS, "lua", url=True),
+            skiller=skiller,
             speech=_speech(config),
             endpoints=endpoints,
             insecure=flag("zmq/insecure", False),

@@ -93,7 +93,7 @@ class RunContext:
     @property
     def rights(self) -> Rights:
         """What clients may do."""
-        return read_rights(self.config)
+        return read_rights(self.config, self.options.skiller)
 
     @classmethod
     def make(

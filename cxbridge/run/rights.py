@@ -11,11 +11,14 @@ from cxbridge.skiller.backend import INSTANCES
 
 _CONTROL: Final = "/cxbridge/remote-control"
 _PROGRAMS: Final = "/cxbridge/remote-programs"
+_FAWKES_URL: Final = "fawkes://"
+"""Of a Skiller that evaluates skill strings, whatever the configuration says."""
 
 
-def read_rights(config: Configuration, *, local: bool = True) -> Rights:
+def read_rights(config: Configuration, skiller: str, *, local: bool = True) -> Rights:
     """Return what clients may do.
 
+    :param skiller: who executes skills, as in ``RunOptions.skiller``.
     :param local: whether all servers but the nodes of ROS 2 are for this machine only.
     :raises ConfigError: when the settings do not go together.
     """
@@ -30,7 +33,9 @@ def read_rights(config: Configuration, *, local: bool = True) -> Rights:
             line=place.line or None,
         )
     modes = ["/skiller/mode", *(f"{INSTANCES}/{name}/mode" for name in config.keys(INSTANCES))]
-    evaluates = any(config.get_str(mode, default="") == "fawkes" for mode in modes)
+    evaluates = skiller.startswith(_FAWKES_URL) or any(
+        config.get_str(mode, default="") == "fawkes" for mode in modes
+    )
     return Rights(control, programs, skills_are_programs=evaluates)
 
 

@@ -221,10 +221,17 @@ def test_a_configuration_of_cyclone_dds_may_reach_anywhere(monkeypatch):
     assert settings("ros2: {node: {transport: dds, reach: localhost}}").rights.programs is False
 
 
-@pytest.mark.parametrize("skiller", ["{mode: fawkes}", "{instances: {arm: {mode: fawkes}}}"])
+@pytest.mark.parametrize(
+    "skiller",
+    [
+        "skiller: {mode: fawkes}",
+        "skiller: {instances: {arm: {mode: fawkes}}}",
+        "cxbridge/skiller: 'fawkes://robot'",
+    ],
+)
 def test_a_skill_string_that_is_evaluated_is_a_program(skiller):
     """With ``mode: fawkes`` a client that may run no programs could send one as a skill string."""
-    rights = settings(f"cxbridge: {{remote-programs: false}}\nskiller: {skiller}").rights
+    rights = settings(f"cxbridge/remote-programs: false\n{skiller}").rights
     with pytest.raises(CxbridgeError, match="ExecSkillMessage"):
         rights.check_message("SkillerInterface", "ExecSkillMessage")
     assert right_of_request("POST", "/skiller/call", rights) is Right.PROGRAMS
