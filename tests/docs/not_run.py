@@ -59,6 +59,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge run two-agents --clock real --config fleet.yaml": MONGODB,
     },
     "howto-move.md": {
+        "cxbridge run --fawkes-dir ~/fawkes --overlay ~/fawkes-robotino --spec rcll": RCLL,
         "cxbridge run ~/robot/cfg --fawkes-dir ~/fawkes --spec robot --clips-dir ~/robot/clips "
         "--interface-dir ~/robot/interfaces": OWN_FILES,
     },
