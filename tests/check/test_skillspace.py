@@ -1,0 +1,97 @@
+"""The skills of a skill space, read from the texts of its files: those that the engine loads."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.check.skillspace import LuaCompiler, written_space
+from cxbridge.clock import VirtualClock
+from cxbridge.errors import SkillError
+from cxbridge.events import EventBus
+from cxbridge.interfaces.registry import default_registry
+from cxbridge.skiller.make import make_lua_skiller
+from tests.support import ROOT
+
+SKILL = """module(..., skillenv.module_init)
+name = '{0}'
+fsm = SkillHSM:new{{name = name, start = "A"}}
+documentation = [==[Nothing.]==]
+skillenv.skill_module(_M)
+fsm:define_states{{export_to = _M, "A"}}
+fsm:add_transitions{{{{"A", "FINAL", cond = true}}}}
+"""
+HEAD = 'require("fawkes.modinit")\nmodule(..., fawkes.modinit.register_all)\n'
+KNOWN = {
+    "one by one": 'skillenv.use_skill("skills.a")\nskillenv.use_skill("skills.b")\n',
+    "a loop": 'for _, each in ipairs {"a", "b"} do skillenv.use_skill("skills." .. each) end\n',
+    "comments": """-- skillenv.use_skill("skills.c")
+        --[[ use_skill("x") ]] skillenv.use_skill("skills.a")
+        local text = "-- no comment" """,
+    "both": """skillenv.use_skill("skills.c")
+        for _, x in ipairs({"a"}) do skillenv.use_skill("skills." .. x) end""",
+}
+COMPUTED = {
+    "a name": 'local x = "skills.a"\nskillenv.use_skill(x)\n',
+    "a condition": 'skillenv.use_skill("skills." .. (config and "a" or "b"))\n',
+    "another name": 'local use = skillenv.use_skill\nuse("skills.a")\n',
+    "nothing": "",
+}
+WRONG = {
+    "no such skill": 'skillenv.use_skill("skills.d")\n',
+    "no such skill in a loop": 'for _, x in ipairs {"d"} do skillenv.use_skill("skills." .. x) end\n',
+    "no Lua": "this is no Lua\n",
+    "a skill twice": 'skillenv.use_skill("skills.a")\nskillenv.use_skill("skills.a2")\n',
+    "a broken skill": 'skillenv.use_skill("skills.broken")\n',
+    "a compiled skill": 'skillenv.use_skill("skills.compiled")\n',
+}
+
+
+@pytest.fixture(name="folder")
+def _folder(tmp_path) -> Path:
+    for name in "abc":
+        (tmp_path / f"{name}.lua").write_text(SKILL.format(name))
+    (tmp_path / "a2.lua").write_text(SKILL.format("a"))
+    (tmp_path / "broken.lua").write_text("name = \n")
+    (tmp_path / "compiled.lua").write_bytes(b"\x1bLuaQ")
+    return tmp_path
+
+
+def loaded(space: str, folder: Path) -> frozenset[str]:
+    """Return the skills that the engine loads."""
+    bus = EventBus(VirtualClock())
+    board = LocalBlackBoard(default_registry(), bus.clock, bus)
+    with make_lua_skiller(board, bus.clock, bus, folders=[folder], space=space) as skiller:
+        return frozenset(skiller.skills)
+
+
+@pytest.mark.parametrize("text", KNOWN.values(), ids=KNOWN)
+def test_the_skills_are_those_that_the_engine_loads(folder, text):
+    (folder / "mine.lua").write_text(HEAD + text)
+    found = written_space("mine", [folder], LuaCompiler())
+    assert found
+    assert found == loaded("mine", folder)
+
+
+@pytest.mark.parametrize("space", ["test", "mobile"])
+def test_the_shipped_spaces(space):
+    folder = ROOT / "luaskills"
+    assert written_space(space, [folder], LuaCompiler()) == loaded(space, folder)
+
+
+@pytest.mark.parametrize("text", COMPUTED.values(), ids=COMPUTED)
+def test_what_is_computed_is_not_known(folder, text):
+    (folder / "mine.lua").write_text(HEAD + text)
+    assert written_space("mine", [folder], LuaCompiler()) is None
+
+
+@pytest.mark.parametrize("text", WRONG.values(), ids=WRONG)
+def test_what_the_engine_refuses_is_refused(folder, text):
+    (folder / "mine.lua").write_text(HEAD + text)
+    with pytest.raises(SkillError) as refused:
+        written_space("mine", [folder], LuaCompiler())
+    assert refused.value.file is not None
+    with pytest.raises(SkillError):
+        loaded("mine", folder)
