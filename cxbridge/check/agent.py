@@ -135,6 +135,8 @@ class Agent(Closing):
     asked: list[AskedFile] = field(default_factory=list, init=False)
     missing: list[AskedFile] = field(default_factory=list, init=False)
     _requested: set[str] = field(default_factory=set, init=False)
+    _allowed: dict[tuple[str, str], frozenset[str]] = field(default_factory=dict, init=False)
+    _full_names: dict[str, str] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
         agent_context = make_agent_context(self.options, VirtualClock())
@@ -234,6 +236,7 @@ class Agent(Closing):
         for name in map(str, found if isinstance(found, tuple) else ()):
             names = self.env.eval(f"(deftemplate-slot-names {name})")
             if isinstance(names, tuple) and names != ("implied",):
+                self._full_names[without_module(name)] = name
                 slots.setdefault(without_module(name), set()).update(map(str, names))
         return slots
 
@@ -244,6 +247,17 @@ class Agent(Closing):
         for each in self.model.defined(NameKind.SLOT):
             slots.setdefault(each.mention.name.owner, set()).add(each.mention.name.text)
         return slots
+
+    def allowed(self, template: str, slot: str) -> frozenset[str]:
+        """Return the values that a slot allows; none when it allows any, or nobody knows."""
+        key = template, slot
+        if key not in self._allowed:
+            found = ()
+            if slot in self._slots_of_clips.get(template, ()):
+                name = self._full_names[template]
+                found = self.env.eval(f"(deftemplate-slot-allowed-values {name} {slot})")
+            self._allowed[key] = frozenset(map(str, found)) if isinstance(found, tuple) else frozenset()
+        return self._allowed[key]
 
     @property
     def time_fields(self) -> int:

@@ -76,8 +76,13 @@ class Finding:
             place += f":{self.place.line}"
             if self.place.column:
                 place += f":{self.place.column}"
-        text = one_line(f"{place}: {self.code.severity.value} {self.code.name}: {self.message}")
-        return text + (f"\n  hint: {one_line(self.hint)}" if self.hint else "")
+        text = _line(f"{place}: {self.code.severity.value} {self.code.name}: {self.message}")
+        return text + (f"\n  hint: {_line(self.hint)}" if self.hint else "")
+
+
+def _line(text: str) -> str:
+    """Return a text on one line: line ends and what is around them are one blank."""
+    return one_line(" ".join(part.strip() for part in text.splitlines()))
 
 
 INPUT: Final = Code(

@@ -45,8 +45,8 @@ class LuaCompiler:
         return None
 
 
-def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> frozenset[str] | None:
-    """Return the names of the skills of a skill space; None when its files compute what they load.
+def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
+    """Return the files of the skills of a skill space by their names; None when its files compute what they load.
 
     :raises SkillError: when a file of it is not there, or does not compile; with file and line.
     """
@@ -64,25 +64,25 @@ class _Space:
         self._modules = modules
         self._compiler = compiler
 
-    def skills(self, module: str) -> frozenset[str] | None:
+    def skills(self, module: str) -> dict[str, Path] | None:
         path, text = self._read(module)
         code = _without_comments(text)
         loaded = list(_loaded(code))
         if sum(number for number, _, _ in loaded) != len(_USE.findall(code)) or not loaded:
             return None
-        found: set[str] = set()
+        found: dict[str, Path] = {}
         for _, offset, names in loaded:
             for name in names:
                 skill = self._skill(name, path, text.count("\n", 0, offset) + 1)
                 if skill is None:
                     return None
-                if skill in found:
-                    raise SkillError(f"A skill with the name {skill} already exists", file=path)
-                found.add(skill)
-        return frozenset(found)
+                if skill[0] in found:
+                    raise SkillError(f"A skill with the name {skill[0]} already exists", file=path)
+                found[skill[0]] = skill[1]
+        return found
 
-    def _skill(self, module: str, space: Path, line: int) -> str | None:
-        """Return the name of the skill of a module; None when it is computed."""
+    def _skill(self, module: str, space: Path, line: int) -> tuple[str, Path] | None:
+        """Return the name of the skill of a module, and its file; None when the name is computed."""
         try:
             path, text = self._read(module)
         except SkillError as error:
@@ -90,7 +90,7 @@ class _Space:
                 error.file, error.line = str(space), line
             raise
         name = read_lua(str(path), text).pieces[0].piece.name
-        return None if name is None or name.kind is not NameKind.SKILL else name.text
+        return None if name is None or name.kind is not NameKind.SKILL else (name.text, path)
 
     def _read(self, module: str) -> tuple[Path, str]:
         text, _ = self._modules.read(module)

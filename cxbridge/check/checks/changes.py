@@ -29,13 +29,11 @@ VALUE: Final = Code(
 CODES: Final = (SLOT, VALUE)
 
 _USES: Final = frozenset({Use.CHANGED, Use.QUERIED})
-_ANY: Final = frozenset({"FALSE"})
-"""What CLIPS answers for a slot that allows any value."""
 
 
 def check(agent: Agent) -> Iterator[Finding]:
     """Yield a finding for each slot and each value that no fact of the variable's deftemplate can have."""
-    slots, allowed = agent.slots, _Allowed(agent)
+    slots = agent.slots
     for construct in agent.usage.constructs:
         file, placed = construct.file, construct.placed
         if (file.path, construct.keyword, construct.name) in agent.dropped or not placed.piece.closed:
@@ -47,25 +45,7 @@ def check(agent: Agent) -> Iterator[Finding]:
             if mention.name.text not in slots[owner]:
                 yield _unknown(file, placed, mention, slots[owner])
             elif mention.use is Use.CHANGED:
-                yield from _values(file, placed, mention, allowed)
-
-
-class _Allowed:
-    """The values that slots allow."""
-
-    def __init__(self, agent: Agent) -> None:
-        self._agent = agent
-        self._known: dict[tuple[str, str], frozenset[str]] = {}
-
-    def values(self, template: str, slot: str) -> frozenset[str]:
-        """Return the values that a slot allows; none when it allows any, or nobody knows."""
-        key = template, slot
-        if key not in self._known:
-            found = ()
-            if template in self._agent.deftemplates:
-                found = self._agent.env.eval(f"(deftemplate-slot-allowed-values {template} {slot})")
-            self._known[key] = frozenset(map(str, found)) if isinstance(found, tuple) else frozenset()
-        return self._known[key]
+                yield from _values(agent, file, placed, mention)
 
 
 def _place(file: SourceFile, offset: int) -> SourcePlace:
@@ -79,8 +59,8 @@ def _unknown(file: SourceFile, placed: PlacedPiece, mention: Mention, slots: set
     return Finding(SLOT, _place(file, placed.start + mention.start), what, hint)
 
 
-def _values(file: SourceFile, placed: PlacedPiece, mention: Mention, allowed: _Allowed) -> Iterator[Finding]:
-    known = allowed.values(mention.name.owner, mention.name.text)
+def _values(agent: Agent, file: SourceFile, placed: PlacedPiece, mention: Mention) -> Iterator[Finding]:
+    known = agent.allowed(mention.name.owner, mention.name.text)
     if not known:
         return
     begin = placed.piece.text.rfind("(", 0, mention.start)

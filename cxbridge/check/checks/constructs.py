@@ -14,7 +14,7 @@ from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
 from cxbridge.clipstext.condition import elements, patterns
 from cxbridge.clipstext.parts import parts
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, read, without_module
+from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
 
@@ -85,6 +85,9 @@ _OF_CLIPS: Final = {
     "UNCLOSED": UNCLOSED,
 }
 
+_LITERAL = "CSTRNCHK1"
+"""CLIPS' code of a value that is written out and that its slot does not allow."""
+
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
 _CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
@@ -147,15 +150,11 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
         name = unknown.head
         hint = did_you_mean(name, known.names("deftemplate"))
         return Finding(TEMPLATE, file.place(unknown), f"{what}there is no deftemplate '{name}'", hint)
-    ordered = _ordered(agent, construct) if construct is not None and code is CONSTRUCT else None
-    if ordered is not None:
-        name = ordered.head
-        of_core = any(file.is_core and _defines(file, name) for file in agent.files)
-        hint = (
-            "it is one of the CX core's: use another name" if of_core else f"write ({name} (SLOT VALUE) ...)"
-        )
-        message = f"{what}the deftemplate '{name}' has slots, and here are fields without one"
-        return Finding(code, file.place(ordered), message, hint)
+    if construct is not None and code is CONSTRUCT:
+        is_value = diagnostic.code == _LITERAL
+        found = (_refused if is_value else _ordered)(agent, file, construct, what)
+        if found is not None:
+            return found
     word = _unknown_global(agent, construct) if code is GLOBAL else _word(construct, diagnostic)
     if code is VARIABLE and word is not None and word.text.startswith("?*"):
         code = GLOBAL
@@ -172,12 +171,25 @@ def _finding(agent: Agent, file: ClipsFile, diagnostic: Diagnostic, known: _Know
     return Finding(code, place, f"{what}{diagnostic.message} [{diagnostic.code}]")
 
 
-def _defines(file: ClipsFile, template: str) -> bool:
-    return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
+def _refused(agent: Agent, file: ClipsFile, construct: Definition, what: str) -> Finding | None:
+    """Return the finding for the first value written out that its slot does not allow."""
+    for fact in _facts(construct):
+        template = without_module(fact.head)
+        for slot in fact.arguments:
+            allowed = agent.allowed(template, slot.head)
+            for value in slot.arguments if allowed else ():
+                if (word := literal(value)) and word not in allowed:
+                    known = f"it can be: {', '.join(sorted(allowed))}"
+                    near = did_you_mean(word, allowed)
+                    message = f"{what}the slot '{slot.head}' of '{template}' cannot be {word}"
+                    return Finding(
+                        CONSTRUCT, file.place(value), message, f"{near} {known}" if near else known
+                    )
+    return None
 
 
-def _ordered(agent: Agent, construct: Definition) -> SyntaxNode | None:
-    """Return the first pattern or fact without slots of a deftemplate that has some."""
+def _facts(construct: Definition) -> list[SyntaxNode]:
+    """Return the patterns of a construct and the facts that it makes, in the order of the text."""
     items = construct.node.arguments[1:]
     facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
     if construct.kind == "defrule":
@@ -185,10 +197,23 @@ def _ordered(agent: Agent, construct: Definition) -> SyntaxNode | None:
         facts += [ce.node for ce in patterns(tuple(elements(items[:arrow])))]
     elif construct.kind == "deffacts":
         facts += items
-    for fact in sorted(facts, key=lambda node: node.start):
-        fields = any(item.items is None for item in fact.arguments)
-        if fields and without_module(fact.head) in agent.deftemplates:
-            return fact
+    return sorted(facts, key=lambda node: node.start)
+
+
+def _defines(file: ClipsFile, template: str) -> bool:
+    return any(each.kind == "deftemplate" and each.name == template for each in file.constructs)
+
+
+def _ordered(agent: Agent, file: ClipsFile, construct: Definition, what: str) -> Finding | None:
+    """Return the finding for the first pattern or fact without slots of a deftemplate that has some."""
+    for fact in _facts(construct):
+        name = without_module(fact.head)
+        if name in agent.deftemplates and any(item.items is None for item in fact.arguments):
+            hint = f"write ({name} (SLOT VALUE) ...)"
+            if any(each.is_core and _defines(each, name) for each in agent.files):
+                hint = "it is one of the CX core's: use another name"
+            message = f"{what}the deftemplate '{name}' has slots, and here are fields without one"
+            return Finding(CONSTRUCT, file.place(fact), message, hint)
     return None
 
 

@@ -10,7 +10,8 @@ from cxbridge.agent.names import NameKind, Use
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.planned import WrittenAction, count, planned_actions
-from cxbridge.clipstext.syntax import SyntaxNode, literal
+from cxbridge.check.usage import Construct
+from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
@@ -58,7 +59,19 @@ NOT_EXECUTED: Final = Code(
     "forever.",
 )
 
-CODES: Final = (PREDICATE, PARAMETERS, NUMBERS, DROPPED, TYPE, NOT_EXECUTED)
+FORMULA: Final = Code(
+    "CX309",
+    Severity.WARNING,
+    "a planner's goal names what the domain lacks",
+    "The formula of a planner's call names a predicate, or an object, that neither the domain nor a rule "
+    "declares: the planner finds no plan.",
+)
+_CONNECTIVES: Final = frozenset(
+    {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
+)
+_PLANNERS: Final = ("planner-plan", "planner-plan-with")
+
+CODES: Final = (FORMULA, PREDICATE, PARAMETERS, NUMBERS, DROPPED, TYPE, NOT_EXECUTED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -90,6 +103,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _check_types(agent, [each.domain for each in parsed])
         yield from _check_parameters(agent, [each.domain for each in parsed])
         yield from _check_executed(agent, parsed)
+        yield from _check_formulas(agent, [each.domain for each in parsed])
 
 
 def _check_facts(domain: Domain) -> Iterator[Finding]:
@@ -139,6 +153,30 @@ def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
             at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
             message = f"no domain has a predicate '{name.text}'"
             yield Finding(PREDICATE, at, message, did_you_mean(name.text, known))
+
+
+def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
+    """Yield a finding for each predicate and object in a planner's goal that nothing declares."""
+    predicates = {each.name for domain in domains for each in domain.predicates}
+    predicates |= {each.name for domain in domains for each in domain.functions}
+    predicates |= agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
+    objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
+    made = [fact for _, fact in agent.usage.made.get("domain-object", ())]
+    objects |= {word for fact in made for word in fact.slots.get("name", ())}
+    objects_known = made != [] and all("name" in fact.slots for fact in made)
+    for file, call in _planner_calls(agent):
+        text = literal(call.arguments[1]) if len(call.arguments) > 1 else ""
+        place = file.place(call.arguments[1]) if text else None
+        for node in (node for top in read(text, close=True) for node in top.walk()):
+            if place is None or not node.head or node.head in _CONNECTIVES or node.head.startswith("?"):
+                continue
+            if node.head not in predicates:
+                hint = did_you_mean(node.head, predicates)
+                yield Finding(FORMULA, place, f"the planner's goal: no predicate '{node.head}'", hint)
+            for item in map(literal, node.arguments) if objects_known else ():
+                if item and item not in objects:
+                    hint = did_you_mean(item, objects)
+                    yield Finding(FORMULA, place, f"the planner's goal: no object '{item}'", hint)
 
 
 def _check_types(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
@@ -199,7 +237,7 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
         return  # executors say themselves which actions they take
     mapped = set(action_mapping(agent.config, agent.spec))
     usage = agent.usage
-    if not mapped:
+    if not mapped and any(_takes_any_action(each) for each in usage.constructs if not _is_core(agent, each)):
         return  # everything is executed by rules
     named = {
         word
@@ -221,3 +259,29 @@ def _check_executed(agent: Agent, parsed: list[_Parsed]) -> Iterator[Finding]:
                 at = SourcePlace(file.path, file.lines.at(mention.start), file.lines.column(mention.start))
                 hint = did_you_mean(name, mapped - operators)
                 yield Finding(NOT_EXECUTED, at, f"nobody executes the action '{name}'", hint)
+    planner = next((call for call in _planner_calls(agent)), None)
+    for each in parsed if planner is not None else ():
+        for action in each.domain.actions:
+            if action.name not in reported:
+                reported.add(action.name)
+                message = f"nobody executes the action '{action.name}', which a planner may plan"
+                hint = did_you_mean(action.name, mapped - operators)
+                yield Finding(NOT_EXECUTED, each.file.place(each.call), message, hint)
+
+
+def _is_core(agent: Agent, construct: Construct) -> bool:
+    return agent.is_of_core(construct.file.path)
+
+
+def _takes_any_action(construct: Construct) -> bool:
+    """Whether a rule waits for plan-actions of any name, and does something with them."""
+    return any(
+        pattern.template == "plan-action" and "action-name" not in pattern.slots
+        for pattern in construct.patterns
+    ) and any(node.head == "modify" for action in construct.actions for node in action.walk())
+
+
+def _planner_calls(agent: Agent) -> Iterator[tuple[ClipsFile, SyntaxNode]]:
+    for file in agent.own_files:
+        for call in file.calls(*_PLANNERS):
+            yield file, call

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from pathlib import Path
 from typing import Final
 
 from cxbridge.agent.lua import read_lua
@@ -92,9 +93,9 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
 
 
-def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:
+def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
     """Yield a finding for each argument by name that a Lua skill does not know."""
-    texts = {name: texts for name, texts in _texts(agent).items() if name in skills}
+    texts = {name: _text(path) for name, path in skills.items() if path is not None}
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
         match = _NAME.match(template)
@@ -109,22 +110,16 @@ def _check_arguments(agent: Agent, skills: set[str]) -> Iterator[Finding]:
                 yield Finding(ARGUMENT, place, f"the skill '{match[1]}' has no argument '{name}'", hint)
 
 
-def _texts(agent: Agent) -> dict[str, tuple[set[str], str]]:
-    """Return the documented arguments and the text of each Lua skill; of two of one name both."""
-    found: dict[str, tuple[set[str], str]] = {}
-    for folder in agent.context.paths.skill_dirs:
-        for path in sorted(folder.rglob("*.lua")):
-            file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
-            name = file.pieces[0].piece.name
-            if name is not None:
-                arguments = {m.name.text for m in file.mentions if m.name.kind is NameKind.ARGUMENT}
-                before, text = found.get(name.text, (set[str](), ""))
-                found[name.text] = before | arguments, text + file.text
-    return found
+def _text(path: Path) -> tuple[set[str], str]:
+    """Return the documented arguments and the text of a Lua skill."""
+    file = read_lua(str(path), path.read_text("utf-8", "surrogateescape"))
+    return {each.name.text for each in file.mentions if each.name.kind is NameKind.ARGUMENT}, file.text
 
 
-def _skills(agent: Agent) -> set[str] | None:
+def _skills(agent: Agent) -> dict[str, Path | None] | None:
     """Return the skills that the agent can use, as their texts say it; None when these cannot say it.
+
+    Each skill of a skill space has its file, those of executors have none.
 
     :raises CxbridgeError: when one of them does not load.
     """
@@ -134,13 +129,13 @@ def _skills(agent: Agent) -> set[str] | None:
     board = context.skill_board
     if board is not None and not board.in_process:
         return None
-    found: set[str] = set()
+    found: dict[str, Path | None] = {}
     for member in () if board is None else board.agents:
         for executor in member.executors:
             skills = executor.written_skills()
             if skills is None:
                 return None
-            found.update(skills)
+            found.update(dict.fromkeys(skills))
     for item in skiller_settings(context.config, "lua", () if board is None else board.skillers):
         if item.kind != "lua":
             return None

@@ -1,0 +1,49 @@
+"""Finds goals that wait for resources, and mutexes, in an agent that never says who holds them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge.agent.names import Name, NameKind, Use
+from cxbridge.check.agent import Agent
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
+
+IDENTITY: Final = Code(
+    "CX507",
+    Severity.WARNING,
+    "a lock without an identity",
+    "A goal needs resources, or a rule locks a mutex, and no rule calls cx-identity-set: the executive has "
+    "no name for the holder of the lock. The lock is never acquired, the goal waits without end.",
+)
+
+CODES: Final = (IDENTITY,)
+
+_SET: Final = "cx-identity-set"
+_FACT: Final = "/cx/identity"
+_SLOT: Final = "required-resources"
+_LOCKS: Final = ("mutex-try-lock-async", "mutex-lock-async", "mutex-try-lock")
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for the first lock of each file that wants an identity."""
+    own = [each for each in agent.usage.constructs if not agent.is_of_core(each.file.path)]
+    if any(_FACT in each.placed.piece.text for each in own):
+        return
+    called = agent.model.mentions(Name(NameKind.FUNCTION, _SET), Use.CALLED)
+    if any(not agent.is_of_core(found.file.path) for found in called):
+        return
+    reported: set[str] = set()
+    for construct in own:
+        starts = [
+            node.start
+            for action in construct.actions
+            for node in action.walk()
+            if (node.head == _SLOT and node.arguments) or node.head in _LOCKS
+        ]
+        if starts and construct.file.path not in reported:
+            reported.add(construct.file.path)
+            at, lines = construct.placed.start + starts[0], construct.file.lines
+            place = SourcePlace(construct.file.path, lines.at(at), lines.column(at))
+            hint = f'call ({_SET} "NAME") in a rule for (executive-init)'
+            yield Finding(IDENTITY, place, f"no rule calls {_SET}: no lock is ever acquired", hint)
