@@ -23,32 +23,35 @@ _MOST_FOLDERS: Final = 4
 """How many folders around a file may have its scenario."""
 
 
-def check(options: RunOptions, *, errors_only: bool = False) -> list[Finding]:
+def check(options: RunOptions, *, errors_only: bool = False, portable: bool = False) -> list[Finding]:
     """Return what is wrong with the agents of a scenario, each finding once.
 
     :param options: as those of a run; what concerns recording and time is ignored.
     :param errors_only: no warnings and notes, and no work for them.
+    :param portable: also what runs here and not in Fawkes.
     :raises CxbridgeError: when the options themselves make no sense.
     """
     options.check()
     file = options.scenario
     if file is not None and file.suffix == CLIPS_SUFFIX and file.is_file():
-        return _of_file(options, file.resolve(), errors_only=errors_only)
-    return without_silenced(_found(options, errors_only=errors_only))
+        return _of_file(options, file.resolve(), errors_only=errors_only, portable=portable)
+    return without_silenced(_found(options, errors_only=errors_only, portable=portable))
 
 
-def _found(options: RunOptions, *, errors_only: bool) -> list[Finding]:
+def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Finding]:
     found: dict[Finding, None] = {}
     try:
         for name in agents(options):
             with Agent(replace(options, agent=name)) as agent:
-                found.update(dict.fromkeys(checks.findings(agent, errors_only=errors_only)))
+                found.update(
+                    dict.fromkeys(checks.findings(agent, errors_only=errors_only, portable=portable))
+                )
     except CxbridgeError as error:
         found[of_error(error)] = None
     return list(found)
 
 
-def _of_file(options: RunOptions, file: Path, *, errors_only: bool) -> list[Finding]:
+def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
     """Return what is wrong in one CLIPS file: as a part of the agent around it, or else as an agent alone."""
     for folder in file.parents[:_MOST_FOLDERS]:
         scenario = folder / SCENARIO_FILE
@@ -56,10 +59,10 @@ def _of_file(options: RunOptions, file: Path, *, errors_only: bool) -> list[Find
             around = replace(options, scenario=folder)
             with suppress(CxbridgeError), Agent(replace(around, agent=agents(around)[0])) as agent:
                 if any(each.path.resolve() == file for each in agent.files):
-                    found = _found(around, errors_only=errors_only)
+                    found = _found(around, errors_only=errors_only, portable=portable)
                     here = (each for each in found if Path(each.place.file).resolve() == file)
                     return without_silenced(here)
-    found = _found(options, errors_only=errors_only)
+    found = _found(options, errors_only=errors_only, portable=portable)
     if any(each.code.severity is Severity.ERROR for each in found) and _is_program(file):
         found = [each for each in found if each.code.severity is not Severity.ERROR]
         hint = "run it with CLIPS, or give its facts and rules names that the core does not have"

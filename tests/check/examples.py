@@ -41,8 +41,11 @@ def examples() -> list[Example]:
     return found
 
 
-def output_of(files: dict[str, str], folder: Path) -> str:
-    """Return what the check says of an agent, with names of files as the page has them."""
+def output_of(files: dict[str, str], folder: Path, *, portable: bool = False) -> str:
+    """Return what the check says of an agent, with names of files as the page has them.
+
+    :param portable: whether what Fawkes does not take is found, too.
+    """
     (folder / "lua").mkdir()
     for name, text in files.items():
         path = folder / name
@@ -50,5 +53,5 @@ def output_of(files: dict[str, str], folder: Path) -> str:
         path.write_text(text)
     alone = folder / PROGRAM
     scenario = alone if PROGRAM in files else folder
-    findings = check(RunOptions(scenario=scenario, skill_dirs=(folder / "lua",)))
+    findings = check(RunOptions(scenario=scenario, skill_dirs=(folder / "lua",)), portable=portable)
     return "".join(f"{each}\n" for each in findings).replace(f"{folder}/", "")

@@ -6,9 +6,13 @@ from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
+from typing import Final
 
 from cxbridge.check.agent import Agent
 from cxbridge.check.findings import INPUT, PROGRAM, Code, Finding, Severity
+
+_PORTABLE: Final = ".portable"
+"""The module whose findings are made on demand."""
 
 
 def modules() -> list[ModuleType]:
@@ -25,15 +29,17 @@ def codes() -> dict[str, Code]:
     return {code.name: code for code in sorted(found, key=lambda code: code.name)}
 
 
-def findings(agent: Agent, *, errors_only: bool = False) -> Iterator[Finding]:
+def findings(agent: Agent, *, errors_only: bool = False, portable: bool = False) -> Iterator[Finding]:
     """Yield what all checks find in an agent, in the order of files and lines.
 
     :param errors_only: no warnings and notes, and no work for them.
+    :param portable: also what Fawkes does not take.
     """
     needed = [
         module
         for module in modules()
         if not errors_only or any(code.severity is Severity.ERROR for code in module.CODES)
+        if portable or not module.__name__.endswith(_PORTABLE)
     ]
     found = dict.fromkeys(
         finding

@@ -34,6 +34,9 @@ def check(
         str, typer.Option("--format", metavar="text|json|sarif|github", help="How findings are printed.")
     ] = _TEXT,
     as_json: Annotated[bool, typer.Option("--json", help="The same as --format json.")] = False,
+    portable: Annotated[
+        bool, typer.Option("--portable", help="Find what runs here and not in Fawkes, too.")
+    ] = False,
     explain: Annotated[
         str, typer.Option(metavar="CODE", help="Explain a code, e.g. CX201, and exit.", show_default=False)
     ] = "",
@@ -66,7 +69,7 @@ def check(
     options = RunOptions(**vars(agent))
     if not source_of(options).is_named:
         options = dataclasses.replace(options, scenario=Path())
-    findings = find(options)
+    findings = find(options, portable=portable)
     if text := FORMATS[form](findings):
         say_text(text)
     return int(any(finding.code.severity is Severity.ERROR for finding in findings))

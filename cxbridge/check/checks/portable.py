@@ -1,0 +1,159 @@
+"""Finds text that runs here and not in Fawkes: with CLIPS 6.30, its features, its blackboard and its Lua.
+
+These findings are made for ``cxbridge check --portable`` only.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from typing import Final
+
+from cxbridge.agent.names import Name, NameKind, Use
+from cxbridge.check.agent import Agent, ClipsFile
+from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
+from cxbridge.executive.host.shims import ADDED, OLD_NAMES
+from cxbridge.resources import shipped_dir
+
+CHANGED: Final = Code(
+    "CX601",
+    Severity.WARNING,
+    "not in Fawkes: a modify of an expression",
+    "CLIPS 6.30 takes a variable or an index as the first argument of modify and duplicate, and drops a "
+    "construct that has a call of a function there.",
+)
+FUNCTION: Final = Code(
+    "CX602",
+    Severity.WARNING,
+    "not in Fawkes: a function",
+    "Neither CLIPS 6.30 nor a feature of Fawkes has the function: a construct that calls it is dropped.",
+)
+DEFINED: Final = Code(
+    "CX603",
+    Severity.WARNING,
+    "not in Fawkes: a function of an agent's own with the name of a built-in",
+    "CLIPS 6.30 has a function of this name, and drops a deffunction that would replace it.",
+)
+BOTH_WAYS: Final = Code(
+    "CX604",
+    Severity.WARNING,
+    "not in Fawkes: an interface type that is read and written",
+    "One environment opens interfaces of one type for reading and for writing. Fawkes builds the type's "
+    "deftemplate for each of the two, and CLIPS refuses the second one.",
+)
+NOT_AN_INTERFACE: Final = Code(
+    "CX605",
+    Severity.WARNING,
+    "not in Fawkes: a name that is no interface",
+    "The name is not TYPE::ID. Here the function does nothing; in Fawkes an exception ends the process.",
+)
+IN_SEC: Final = Code(
+    "CX606",
+    Severity.WARNING,
+    "not in Fawkes: seconds with decimals of a Lua time",
+    "Time:in_sec() is a number of 32 bits in Fawkes: of the time of day it is off by a minute and more, and "
+    "differences of two such numbers are 0.",
+)
+ARGUMENT: Final = Code(
+    "CX607",
+    Severity.WARNING,
+    "not in Fawkes: a function as an argument of a skill",
+    "Fawkes makes texts of a skill's arguments; a function has none.",
+)
+
+CODES: Final = (CHANGED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT)
+
+_OURS: Final = ("planner", "problem-expert", "skill-board")
+"""Features that Fawkes lacks."""
+_CHANGES: Final = ("modify", "duplicate")
+_READS: Final = ("blackboard-open", "blackboard-open-reading")
+_WRITES: Final = ("blackboard-open-writing",)
+_BY_UID: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
+_UID: Final = re.compile(r"[a-zA-Z0-9]+::[a-zA-Z0-9 _/.-]+")
+_IN_LUA: Final = (
+    (IN_SEC, re.compile(r":\s*in_sec\s*\("), "use in_msec()"),
+    (
+        ARGUMENT,
+        re.compile(r"\b(?:args|skills)\s*=\s*\{[^\n]*?=\s*function\b"),
+        "give the skill a value, and choose in the skill",
+    ),
+)
+_COMMENT: Final = re.compile(r"--[^\n]*")
+
+
+def check(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each place in the agent's own files that Fawkes does not take."""
+    own = [file for file in agent.own_files if not agent.is_of_core(str(file.path))]
+    for file in own:
+        yield from _expressions(file)
+        yield from _names(file)
+    yield from _functions(agent)
+    yield from _both_ways(own)
+    fawkes = agent.options.fawkes_dir
+    for folder in agent.context.paths.skill_dirs:
+        is_own = folder != shipped_dir("luaskills") and not (
+            fawkes and folder.is_relative_to(fawkes.resolve())
+        )
+        for path in sorted(folder.rglob("*.lua")) if is_own else ():
+            yield from _lua(str(path), path.read_text("utf-8", "surrogateescape"))
+
+
+def _expressions(file: ClipsFile) -> Iterator[Finding]:
+    for call in file.calls(*_CHANGES):
+        if call.arguments and call.arguments[0].items is not None:
+            message = f"CLIPS 6.30 refuses ({call.head} (...) ...)"
+            hint = f"bind the fact to a variable before: (bind ?fact (...)) ({call.head} ?fact ...)"
+            yield Finding(CHANGED, file.place(call.arguments[0]), message, hint)
+
+
+def _names(file: ClipsFile) -> Iterator[Finding]:
+    for construct in file.constructs:
+        if construct.kind == "deffunction" and construct.name in OLD_NAMES:
+            place = file.place(construct.node.arguments[0])
+            yield Finding(DEFINED, place, f"CLIPS 6.30 has a function '{construct.name}'", "rename it")
+    for call in file.calls(*_BY_UID):
+        uid = literal(call.arguments[0]) if call.arguments else ""
+        if uid and not _UID.fullmatch(uid):
+            message = f"'{uid}' is not the name of an interface"
+            yield Finding(NOT_AN_INTERFACE, file.place(call.arguments[0]), message, 'write "TYPE::ID"')
+
+
+def _functions(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each call of a function that only CLIPS 6.4 or a feature of ours has."""
+    given = agent.manager.feature_functions(agent.env.name)
+    features = {name: feature for feature in _OURS for name in given.get(feature, ())}
+    own = agent.model.names(NameKind.FUNCTION, Use.DEFINED)
+    for name in sorted((ADDED | features.keys()) - own):
+        for found in agent.model.mentions(Name(NameKind.FUNCTION, name), Use.CALLED):
+            if agent.is_of_core(found.file.path):
+                continue
+            at, lines = found.mention.start, found.file.lines
+            place = SourcePlace(found.file.path, lines.at(at), lines.column(at))
+            whose = f"the feature {features[name]} is ours" if name in features else "CLIPS 6.30 lacks it"
+            yield Finding(FUNCTION, place, f"Fawkes has no function '{name}': {whose}")
+
+
+def _both_ways(files: list[ClipsFile]) -> Iterator[Finding]:
+    read = {name for file in files for name, _ in _opened(file, _READS)}
+    for file in files:
+        for name, node in _opened(file, _WRITES):
+            if name in read:
+                message = f"interfaces of type {name} are opened for reading and for writing"
+                hint = "write it in another environment, or another program"
+                yield Finding(BOTH_WAYS, file.place(node), message, hint)
+
+
+def _opened(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, SyntaxNode]]:
+    for call in file.calls(*functions):
+        name = literal(call.arguments[0]) if call.arguments else ""
+        if name:
+            yield name, call.arguments[0]
+
+
+def _lua(path: str, text: str) -> Iterator[Finding]:
+    code, lines = _COMMENT.sub(lambda match: " " * len(match[0]), text), Lines(text)
+    for kind, pattern, hint in _IN_LUA:
+        for match in pattern.finditer(code):
+            place = SourcePlace(path, lines.at(match.start()), lines.column(match.start()))
+            yield Finding(kind, place, kind.title.removeprefix("not in Fawkes: "), hint)

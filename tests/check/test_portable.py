@@ -1,0 +1,72 @@
+"""``check --portable`` finds what CLIPS 6.30 refuses, and nothing in the agents of the recordings."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from cxbridge.check.run import check
+from cxbridge.run import RunOptions
+from tests.check.test_check import agent
+from tests.executive.clips630.engines import PROGRAM, needs_clips630
+from tests.support import FAWKES_DIR
+
+TEMPLATE = "(deftemplate thing (slot a) (slot b))\n"
+ERROR = re.compile(r"\[[A-Z]+\d+\](?! WARNING)")
+
+
+def portable(options: RunOptions) -> list[str]:
+    """Return the codes of what Fawkes does not take."""
+    codes = (each.code.name for each in check(options, portable=True))
+    return [code for code in codes if code.startswith("CX6")]
+
+
+def refuses(file: Path) -> bool:
+    """Whether CLIPS 6.30 refuses a construct of a file."""
+    commands = f'(load "{file}")\n(exit)\n'
+    assert PROGRAM is not None
+    said = subprocess.run([PROGRAM], input=commands, capture_output=True, text=True, check=True).stdout
+    return ERROR.search(said) is not None
+
+
+@needs_clips630
+@pytest.mark.parametrize(
+    ("clips", "code"),
+    [
+        ("(defrule r ?t <- (thing) => (modify ?t (b 2)))", ""),
+        ("(defrule r ?t <- (thing) => (modify (nth$ 1 (create$ ?t)) (b 2)))", "CX601"),
+        ("(deffunction last () 1)(defrule r (thing) => (modify (last) (b 2)))", "CX601"),
+        ("(defrule r ?t <- (thing) => (duplicate (assert (thing)) (b 2)))", "CX601"),
+        ("(defrule r ?t <- (thing) => (retract (nth$ 1 (create$ ?t))))", ""),
+        ('(defrule r (thing) => (printout t "a" crlf))', ""),
+        ('(defrule r (thing) => (println "a"))', "CX602"),
+        ("(defrule r (thing) => (bind ?x (union$ (create$ a) (create$ b))))", "CX602"),
+        ("(deffunction println ($?x) ?x)(defrule r (thing) => (println a))", ""),
+        ("(deffunction nth (?x) ?x)(defrule r (thing) => (nth 1))", "CX603"),
+        ("(deffunction second (?x) (nth$ 2 ?x))(defrule r (thing (a ?x)) => (second (create$ ?x)))", ""),
+    ],
+)
+def test_what_clips_6_30_refuses(tmp_path, clips, code):
+    file = tmp_path / "alone.clp"
+    file.write_text(TEMPLATE + clips)
+    assert refuses(file) is bool(code)
+    folder = agent(tmp_path, clips)
+    assert portable(RunOptions(scenario=folder)) == ([code] if code else [])
+    assert not [each for each in check(RunOptions(scenario=folder)) if each.code.name.startswith("CX6")]
+
+
+def test_an_interface_that_is_only_read_or_only_written(tmp_path):
+    clips = (
+        '(defrule r (executive-init) => (blackboard-open-reading "SkillerInterface" "a")'
+        ' (blackboard-open-writing "Position3DInterface" "b") (blackboard-write "Position3DInterface::b"))'
+    )
+    assert portable(RunOptions(scenario=agent(tmp_path, clips))) == []
+
+
+@pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR is not set")
+@pytest.mark.parametrize("spec", ["test", "test-pddl"])
+def test_the_agents_of_the_recordings(spec):
+    assert portable(RunOptions(fawkes_dir=FAWKES_DIR, spec=spec)) == []
