@@ -46,7 +46,7 @@ class LuaCompiler:
 
 
 def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
-    """Return the files of the skills of a skill space by their names; None when its files compute what they load.
+    """Return the files of a space's skills by their names; None when the space computes what it loads.
 
     :raises SkillError: when a file of it is not there, or does not compile; with file and line.
     """

@@ -369,3 +369,71 @@ def test_a_program_whose_facts_have_names_of_the_core(tmp_path):
     findings = check(RunOptions(scenario=agent(tmp_path, clips)))
     assert {each.code.name for each in findings} == {"CX209"}
     assert all("'goal' has slots" in each.message and "core" in each.hint for each in findings)
+
+
+def test_a_skill_of_another_skill_space_does_not_count(tmp_path):
+    """Two spaces have a skill of one name: the arguments are those of the agent's own."""
+    for space, argument in (("mine", "words"), ("other", "text")):
+        (tmp_path / "lua" / space).mkdir(parents=True)
+        (tmp_path / "lua" / f"{space}.lua").write_text(f'skillenv.use_skill("skills.{space}.say")\n')
+        (tmp_path / "lua" / space / "say.lua").write_text(
+            f'module(..., skillenv.module_init)\nname = "say"\ndocumentation = [==[@param {argument} it]==]\n'
+        )
+    folder = agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: mine}\n")
+    (finding,) = check(RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",)))
+    assert (finding.code.name, finding.hint) == ("CX413", "it has: words")
+    folder = agent(tmp_path, scenario_yaml=SPEC + "skiller: {skillspace: other}\n")
+    assert check(RunOptions(scenario=folder, skill_dirs=(tmp_path / "lua",))) == []
+
+
+def test_a_finding_is_one_line_without_escapes(tmp_path):
+    (finding,) = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (b 1)) => (fo\no))")))
+    assert "\\u000a" not in as_text([finding])
+
+
+@pytest.mark.parametrize(
+    ("clips", "word", "near"),
+    [
+        ("(deffacts f (mode (is ONN)))", "ONN", "did you mean ON? it can be: OFF, ON"),
+        ("(defrule r (mode (is ?x&OFF|ONN)) => (halt))", "ONN", "did you mean ON? it can be: OFF, ON"),
+        ("(defrule r (thing) => (assert (mode (is middle))))", "middle", "it can be: OFF, ON"),
+    ],
+)
+def test_a_value_that_clips_refuses(tmp_path, clips, word, near):
+    template = "(deftemplate mode (slot is (allowed-values ON OFF)))"
+    finding = check(RunOptions(scenario=agent(tmp_path, template + clips)))[0]
+    assert finding.code.name == "CX209"
+    assert finding.message.endswith(f"the slot 'is' of 'mode' cannot be {word}")
+    assert finding.hint == near
+
+
+PLANNER = (
+    '(defrule load (executive-init) => (ff-feature-request "planner") (parse-pddl-domain "domain.pddl"))\n'
+)
+
+
+@pytest.mark.parametrize(
+    ("formula", "message"),
+    [
+        ("(and (met Anna) (not (met Bob)))", ""),
+        ("(forall (?x - object) (met ?x))", ""),
+        ("(meet Anna)", "no predicate 'meet'"),
+        ("(and (met Ana))", "no object 'Ana'"),
+    ],
+)
+def test_the_names_in_a_goal_of_a_planner(tmp_path, formula, message):
+    objects = "(deffacts o (domain-object (name Anna)) (domain-object (name Bob)))"
+    clips = f'{objects}(defrule r (thing) => (planner-plan A "{formula}"))'
+    findings = check(RunOptions(scenario=agent(tmp_path, clips, people_clp=PLANNER)))
+    assert [(each.code.name, message in each.message) for each in findings] == (
+        [("CX309", True)] if message else []
+    )
+
+
+def test_an_action_that_a_planner_may_plan_and_nobody_executes(tmp_path):
+    domain = DOMAIN.replace("(:action", "(:action wave :parameters (?who) :effect (met ?who)) (:action", 1)
+    clips = '(defrule r (thing) => (planner-plan A "(met Anna)"))'
+    folder = agent(tmp_path, clips, people_clp=PLANNER, domain_pddl=domain)
+    (finding,) = check(RunOptions(scenario=folder))
+    assert finding.code.name == "CX404"
+    assert "'wave', which a planner may plan" in finding.message

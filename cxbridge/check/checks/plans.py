@@ -161,7 +161,8 @@ def _check_formulas(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:
     predicates |= {each.name for domain in domains for each in domain.functions}
     predicates |= agent.model.names(NameKind.PREDICATE, Use.ASSERTED, Use.CHANGED)
     objects = {name for domain in domains for name, _ in pairs_of(domain.constants)}
-    made = [fact for _, fact in agent.usage.made.get("domain-object", ())]
+    objects_made = agent.usage.made.get("domain-object", ())
+    made = [fact for construct, fact in objects_made if not _is_core(agent, construct)]
     objects |= {word for fact in made for word in fact.slots.get("name", ())}
     objects_known = made != [] and all("name" in fact.slots for fact in made)
     for file, call in _planner_calls(agent):

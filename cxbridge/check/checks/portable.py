@@ -45,7 +45,7 @@ BOTH_WAYS: Final = Code(
 NOT_AN_INTERFACE: Final = Code(
     "CX605",
     Severity.WARNING,
-    "not in Fawkes: a name that is no interface",
+    "not in Fawkes: a name of no interface",
     "The name is not TYPE::ID. Here the function does nothing; in Fawkes an exception ends the process.",
 )
 IN_SEC: Final = Code(
