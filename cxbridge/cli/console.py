@@ -10,12 +10,22 @@ from __future__ import annotations
 import io
 import json
 import sys
+from collections import Counter
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, visible
+
+_MOST_ALIKE: Final = 3
+"""So often the same line is printed at one moment."""
+
+_MOMENT_US: Final = 10_000
+"""Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together."""
+
+_MOST_COUNTED: Final = 1000
+"""Different lines of one moment that are remembered."""
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
 
@@ -100,14 +110,32 @@ class ConsoleLog:
             shown |= {Level.INFO, Level.DEBUG}
         self._shown = shown
         self._colour = sys.stderr.isatty()
+        self._counts: Counter[tuple[Level, str, str]] = Counter()
+        self._time_us = 0
 
     def __call__(self, event: Event) -> None:
-        """Print a log line, if it is to be shown."""
+        """Print a log line, if it is to be shown, and the same line not too often at one moment."""
         if not isinstance(event, LogLine) or event.level not in self._shown:
             return
-        text = f"{event.level.value} {one_line(event.component)}: {indented(event.text)}"
+        if event.time_us - self._time_us > _MOMENT_US or len(self._counts) > _MOST_COUNTED:
+            self.finish()
+        self._time_us = event.time_us
+        line = event.level, event.component, event.text
+        self._counts[line] += 1
+        if self._counts[line] <= _MOST_ALIKE:
+            self._print(*line)
+
+    def finish(self) -> None:
+        """Say how often lines were repeated that were not printed."""
+        for (level, component, text), count in self._counts.items():
+            if count > _MOST_ALIKE:
+                self._print(level, component, f"{text} ... repeated {count - _MOST_ALIKE:,} times")
+        self._counts.clear()
+
+    def _print(self, level: Level, component: str, said: str) -> None:
+        text = f"{level.value} {one_line(component)}: {indented(said)}"
         if self._colour:
-            text = f"\x1b[{_COLOURS[event.level]}m{text}\x1b[0m"
+            text = f"\x1b[{_COLOURS[level]}m{text}\x1b[0m"
         terminal_of(sys.stderr).write(f"{text}\n")
 
 

@@ -81,6 +81,7 @@ def run(
             follow(assembly)
 
     def show(result: RunResult) -> None:
+        shown.finish()
         if prompt is not None:
             prompt.finish()
         if story is None:

@@ -1,0 +1,47 @@
+"""The same line of the log is printed a few times a moment, and then counted."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.cli.console import ConsoleLog
+from cxbridge.events import Level, LogLine
+
+LOOP_US = 33_333
+
+
+def lines(*texts: str, time_us: int = 0) -> list[LogLine]:
+    return [LogLine(time_us, Level.WARN, "Rules", text) for text in texts]
+
+
+def printed(capsys: pytest.CaptureFixture[str], events: list[LogLine]) -> list[str]:
+    log = ConsoleLog()
+    for event in events:
+        log(event)
+    log.finish()
+    return [line.removeprefix("W Rules: ") for line in capsys.readouterr().err.splitlines()]
+
+
+def test_lines_that_come_in_turns_are_counted_each(capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed(capsys, [*lines("ping", "pong") * 62_502, *lines("end")])
+    assert found == [
+        *["ping", "pong"] * 3,
+        "end",
+        "ping ... repeated 62,499 times",
+        "pong ... repeated 62,499 times",
+    ]
+
+
+def test_the_count_comes_before_the_next_moment(capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed(capsys, [*lines("ping") * 5, *lines("ping", "end", time_us=LOOP_US)])
+    assert found == ["ping", "ping", "ping", "ping ... repeated 2 times", "ping", "end"]
+
+
+def test_a_line_of_each_loop_is_printed_each_time(capsys: pytest.CaptureFixture[str]) -> None:
+    found = printed(capsys, [line for loop in range(20) for line in lines("slow", time_us=loop * LOOP_US)])
+    assert found == ["slow"] * 20
+
+
+def test_different_lines_are_all_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    texts = [f"item {number}" for number in range(5_000)]
+    assert printed(capsys, lines(*texts)) == texts
