@@ -114,6 +114,8 @@ class GoalTransition(Event, frozen=True):
     :param params: its slot of this name as it was then, in parentheses, as CLIPS prints the fields:
         ``(max-tries 3)``; empty: not recorded. ``meta`` and ``resources`` (those that it requires): likewise.
     :param priority: as CLIPS prints it; empty: not recorded.
+    :param is_new: whether the goal is a new one: an agent may use the id of a goal whose fact is gone. False:
+        it is not, or that is not recorded.
     """
 
     KIND = EventDescription(
@@ -140,6 +142,7 @@ class GoalTransition(Event, frozen=True):
     meta: str = ""
     priority: str = ""
     resources: str = ""
+    is_new: bool = False
 
 
 class PlanActionTransition(Event, frozen=True):
@@ -147,6 +150,10 @@ class PlanActionTransition(Event, frozen=True):
 
     :param params: the values of its parameters as they were then, in parentheses, as CLIPS prints them:
         ``(warn "This is a text")``; empty: not recorded.
+    :param skiller: id of the SkillerInterface that the action was sent to; empty: not recorded, not sent yet,
+        or sent to a skill board.
+    :param call: number of the message that sent it, or the name or number of the request on the skill board;
+        empty: not recorded, or not sent yet.
     """
 
     KIND = EventDescription(
@@ -165,6 +172,8 @@ class PlanActionTransition(Event, frozen=True):
     action: str
     state: str
     params: str = ""
+    skiller: str = ""
+    call: str = ""
 
 
 class SkillStatus(Event, frozen=True):

@@ -22,7 +22,12 @@ from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.skillwatch import SkillWatch
-from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.history.transitions import (
+    CALL_TEMPLATES,
+    FORGETFUL_TEMPLATES,
+    TRACKED_TEMPLATES,
+    TransitionTracker,
+)
 
 if TYPE_CHECKING:
     from cxbridge.executive.breakpoints import Stop
@@ -224,10 +229,13 @@ class Executive:
             if event is not None:
                 self.bus.emit(event)
 
-        for template, slots in TRACKED_TEMPLATES.items():
+        def retracted(template: str, slots: dict[str, str]) -> None:
+            tracker.retracted(template, slots, gone=not self.env.maker.replaces)
+
+        for template, slots in {**TRACKED_TEMPLATES, **CALL_TEMPLATES}.items():
             self.env.watcher.follow(template, follow, slots)
         for template, slots in FORGETFUL_TEMPLATES.items():
-            self.env.watcher.follow_retractions(template, tracker.retracted, slots)
+            self.env.watcher.follow_retractions(template, retracted, slots)
 
     @property
     def is_over(self) -> bool:

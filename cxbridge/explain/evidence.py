@@ -158,7 +158,11 @@ class Evidence(ABC):
     :param start_us: when the run began.
     :param now_us: the moment.
     :param history: what happened before it; None when nobody took notice.
+    :ivar is_moment: whether the user asked for a time: of several lives of a goal's id
+        the one at that time counts.
     """
+
+    is_moment = False
 
     def __init__(self, where: str, start_us: int, now_us: int, history: History | None) -> None:
         self.where = where

@@ -29,7 +29,7 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     facts = {template: evidence.slots_of(template) for template in FACT_TEMPLATES}
     orders = dict(order_of(slots) for slots in facts[PLAN_ACTION])
     goals = Goals(evidence.history, orders)
-    chosen = goals.find(name)
+    chosen = goals.find(name, now=evidence.is_moment)
     reporter = GoalReporter(evidence, goals, facts)
     return tuple(reporter.report(goal) for goal in chosen)
 

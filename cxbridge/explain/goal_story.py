@@ -84,7 +84,7 @@ class GoalReporter:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
-        classes = frozenset(goal.goal_class for goal in goals.by_id.values())
+        classes = frozenset(goal.goal_class for goal in goals.all)
         self._roots = RootCauses(evidence, facts, classes)
         self._depth = 0
 
@@ -93,7 +93,7 @@ class GoalReporter:
         waits = goal.ended is None
         parent = self._goals.parent(goal)
         return GoalStory(
-            goal.id,
+            goal.name,
             goal.goal_class,
             "" if goal.sub_type == "nil" else goal.sub_type,
             "" if goal.parent == NO_PARENT else parent.title if parent else goal.parent,
@@ -104,7 +104,7 @@ class GoalReporter:
             waits,
             Cause(self._waits_for(goal), tuple(self._holdups(goal, 0)))
             if waits
-            else Cause(self._outcome(goal), (*self._because(goal, {goal.id}), *self._left_over(goal))),
+            else Cause(self._outcome(goal), (*self._because(goal, {goal.name}), *self._left_over(goal))),
             tuple(self._moments(goal)),
         )
 
@@ -141,12 +141,12 @@ class GoalReporter:
         last = place == len(action.changes) - 1
         if state not in _SHOWN_STATES and not (last and state != "FORMULATED"):
             return ""
-        text, skill = "", self._goals.skill(action)
-        if skill is not None:
+        text, link = "", self._goals.skill(action)
+        if link is not None:
             if state == "RUNNING":
-                text = f", skill {skill.skill_string}"
-            elif state in ("EXECUTION-FAILED", "FAILED") and skill.error:
-                text = f": {skill.error}"
+                text = f", {link.word}skill {link.call.skill_string}"
+            elif state in ("EXECUTION-FAILED", "FAILED") and link.call.error:
+                text = f": {link.word}{link.call.error}"
         return f"  action {action.id} {action.name} {state}{text}"
 
     @staticmethod
@@ -186,7 +186,7 @@ class GoalReporter:
         if change.outcome == "COMPLETED":
             yield from self._completed(goal, change)
             return
-        named = [other for other in self._goals.named_in(change.error, goal) if other.id not in reported]
+        named = [other for other in self._goals.named_in(change.error, goal) if other.name not in reported]
         found = [
             Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
         ]
@@ -196,7 +196,7 @@ class GoalReporter:
             found = [
                 Cause(self._outcome(child), self._further(child, reported))
                 for child in self._goals.children(goal)
-                if _ended_badly(child, change) and child.id not in reported
+                if _ended_badly(child, change) and child.name not in reported
             ][-1:]
         if not found:
             found = [Cause(text, root=True) for text in self._roots.of_planner(goal)]
@@ -204,17 +204,17 @@ class GoalReporter:
         yield self._decision(change, goal)
 
     def _further(self, goal: GoalRecord, reported: set[str]) -> tuple[Cause, ...]:
-        if goal.id in reported or len(reported) > _DEEPEST:
+        if goal.name in reported or len(reported) > _DEEPEST:
             return ()
-        return tuple(self._because(goal, reported | {goal.id}))
+        return tuple(self._because(goal, reported | {goal.name}))
 
     def _decision(self, change: GoalChange, goal: GoalRecord) -> Cause:
         """Return which rule ended a goal."""
         rules = self._goals.rules(change)
         if rules:
-            return Cause(f"rule {rules[-1]} set {goal.id} to {change.outcome}")
+            return Cause(f"rule {rules[-1]} set {goal.name} to {change.outcome}")
         if self._rules_known:
-            return Cause(f"no rule fired just before {goal.id} ended")
+            return Cause(f"no rule fired just before {goal.name} ended")
         return Cause("which rule decided so is not known: firings were not recorded (level rules)")
 
     def _completed(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
@@ -230,11 +230,12 @@ class GoalReporter:
         failed = [change for change in action.changes if change.state == "EXECUTION-FAILED"]
         change = (failed or action.changes)[-1]
         text = f"action {action.id} {action.name} failed at {self._at(change)}"
-        skill = self._goals.skill(action)
-        if skill is None:
+        link = self._goals.skill(action)
+        if link is None:
             return Cause(text, tuple(self._root(self._roots.of_action(goal, action))))
+        skill = link.call
         error = f": {skill.error}" if skill.error else ""
-        why = f"skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
+        why = f"{link.word}skill {skill.skill_string} of {skill.skiller} ended {skill.status}{error}"
         return Cause(text, (Cause(why, root=True),))
 
     @staticmethod
@@ -310,12 +311,12 @@ class GoalReporter:
     def _open_action(self, goal: GoalRecord, action: PlanActionRecord, more: int) -> Cause:
         text = f"action {action.id} {action.name} is {action.state} since {self._at(action.changes[-1])}"
         because = []
-        skill = self._goals.skill(action)
-        if skill is not None and action.state not in ("FORMULATED", "PENDING"):
+        link = self._goals.skill(action)
+        if link is not None and action.state not in ("FORMULATED", "PENDING"):
+            skill = link.call
             began = self._evidence.seconds(self._goals.time_us(skill.begin[0]))
-            because.append(
-                Cause(f"skill {skill.skill_string} of {skill.skiller} is {skill.status} since {began:.3f} s")
-            )
+            what = f"{link.word}skill {skill.skill_string} of {skill.skiller}"
+            because.append(Cause(f"{what} is {skill.status} since {began:.3f} s"))
         if action.state not in ("WAITING", "RUNNING"):
             because = [*self._root(self._roots.of_action(goal, action)), *because]
         fact = self._action_fact(goal, action)

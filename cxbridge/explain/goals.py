@@ -7,15 +7,14 @@ from collections.abc import Mapping, Sequence
 from cxbridge.errors import CxbridgeError
 from cxbridge.explain.evidence import History
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.forest import parent_id
-from cxbridge.history.linking import links
+from cxbridge.history.linking import SkillLink, links
 from cxbridge.history.model import (
     ActionChange,
     GoalChange,
     GoalRecord,
     PlanActionRecord,
-    SkillExecution,
     goal_forest,
+    goals_named,
 )
 from cxbridge.history.orders import ActionKey, ActionOrder
 from cxbridge.suggestions import did_you_mean
@@ -31,24 +30,21 @@ class Goals:
         self._steps = list(history.steps)
         run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
         run.set_orders(history.env, {**history.orders, **orders})
-        self.by_id = {goal.id: goal for goal in run.goals}
-        self._children = {
-            number: [run.goals[child] for child in children]
-            for number, children in goal_forest(run.goals).children.items()
-        }
-        self._skills = {link.action.number: link.call for link in links(run)}
+        self.all = run.goals
+        self._forest = goal_forest(run.goals)
+        self._skills = {link.action.number: link for link in links(run)}
 
     def parent(self, goal: GoalRecord) -> GoalRecord | None:
         """Return the goal above a goal; None when there is none."""
-        above = parent_id(goal.parent)
-        return None if above is None else self.by_id.get(above)
+        above = self._forest.parents[goal.number]
+        return None if above is None else self.all[above]
 
     def children(self, goal: GoalRecord) -> Sequence[GoalRecord]:
         """Return the goals below a goal."""
-        return self._children.get(goal.number, ())
+        return [self.all[number] for number in self._forest.children.get(goal.number, ())]
 
-    def skill(self, action: PlanActionRecord) -> SkillExecution | None:
-        """Return the skill that executed an action, the last one; None when it is not known."""
+    def skill(self, action: PlanActionRecord) -> SkillLink | None:
+        """Return the link to the last skill that executed an action; None when it is not known."""
         return self._skills.get(action.number)
 
     def rules(self, change: GoalChange | ActionChange) -> tuple[str, ...]:
@@ -59,39 +55,31 @@ class Goals:
         """Return what the run's clock showed at a change, or at the start or end of a skill."""
         return self._steps[seq].event.time_us
 
-    def find(self, name: str) -> list[GoalRecord]:
-        """Return the goal of an id, or of the start of one, or all of a class, or one of those: ``CLASS#2``.
+    def find(self, name: str, *, now: bool = False) -> list[GoalRecord]:
+        """Return the goals that a name stands for; see :func:`~cxbridge.history.model.goals_named`.
 
+        :param now: only the last life of an id.
         :raises CxbridgeError: when there is none, or several ids begin so.
         """
-        if name in self.by_id:
-            return [self.by_id[name]]
-        goal_class, _, number = name.rpartition("#")
-        of_class = self.of_class(goal_class if number.isdigit() and goal_class else name)
-        if of_class and not (number.isdigit() and goal_class):
-            return of_class
-        if of_class:
-            if 1 <= int(number) <= len(of_class):
-                return [of_class[int(number) - 1]]
-            raise CxbridgeError(
-                f"there is no goal '{name}'", hint=f"of class {goal_class} there are {len(of_class)}"
-            )
-        begins = [goal for goal in self.by_id if goal.startswith(name)]
-        if len(begins) == 1:
-            return [self.by_id[begins[0]]]
-        if begins:
-            listed = ", ".join(begins[:10])
+        found = goals_named(self.all, name)
+        if not found:
+            known = dict.fromkeys(word for goal in self.all for word in (goal.id, goal.goal_class))
+            of_class = len(self.of_class(name.rpartition("#")[0]))
+            hint = f"there are {of_class} of this class" if of_class else did_you_mean(name, known)
+            raise CxbridgeError(f"there is no goal '{name}'", hint=hint or None)
+        if not {found[0].id, found[0].goal_class} & {name, name.rpartition("#")[0]} and len(found) > 1:
+            listed = ", ".join(goal.name for goal in found[:10])
             raise CxbridgeError(f"several goals begin with '{name}'", hint=f"which of: {listed}")
-        known = [*self.by_id, *{goal.goal_class for goal in self.by_id.values()}]
-        raise CxbridgeError(f"there is no goal '{name}'", hint=did_you_mean(name, known) or None)
+        return found[-1:] if now and found[0].id == name else found
 
     def of_class(self, goal_class: str) -> list[GoalRecord]:
         """Return the goals of a class, in the order they appeared."""
-        return [goal for goal in self.by_id.values() if goal.goal_class == goal_class]
+        return [goal for goal in self.all if goal.goal_class == goal_class]
 
     def named_in(self, text: str, but: GoalRecord) -> list[GoalRecord]:
-        """Return the goals whose ids are words of an error."""
-        return [self.by_id[word] for word in text.split() if word in self.by_id and word != but.id]
+        """Return the goals whose ids are words of an error, of each id the last one."""
+        last = {goal.id: goal for goal in self.all}
+        return [last[word] for word in text.split() if word in last and word != but.id]
 
 
 def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:

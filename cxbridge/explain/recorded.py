@@ -124,6 +124,7 @@ class RecordedEvidence(Evidence):
             f"at {seconds:.3f} s" if passed.cut else f"at its end, {(now_us - start_us) / MICROSECONDS:.3f} s"
         )
         super().__init__(f"{short_path(run.path)} {when}", start_us, now_us, history)
+        self.is_moment = at_s is not None
         self.notes += [f"{run.path}: {note}" for note in run.notes]
 
     def _source(self) -> RuleSource:

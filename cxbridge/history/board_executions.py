@@ -43,7 +43,9 @@ class BoardExecutions:
 
     def _begin(self, message: SkillMessage, env: str, msgid: int, here: tuple[int, int]) -> None:
         what = f"{' '.join((message.action, *message.params))} of {message.agent_id or 'no agent'}"
-        call = SkillExecution(env, message.node_id, cut(what), msgid, here, None, _RUNNING)
+        call = SkillExecution(
+            env, message.node_id, cut(what), msgid, here, None, _RUNNING, request=message.request
+        )
         self._running[env, message.node_id] = call, what, 0
         if len(self.calls) < self._limit:
             self.calls.append(call)

@@ -29,6 +29,7 @@ from cxbridge.history.model import (
     GoalRecord,
     PlanActionRecord,
     PlannerExecution,
+    SentCall,
     SkillExecution,
 )
 from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
@@ -141,7 +142,7 @@ class RunHistory:
         return self.events, self.clock.now_us
 
     def goal(self, goal: str, env: str) -> GoalRecord | None:
-        """Return the goal of an id."""
+        """Return the last goal of an id."""
         return self._goals.get((env, goal))
 
     def set_orders(self, env: str, orders: Mapping[ActionKey, ActionOrder]) -> None:
@@ -160,12 +161,17 @@ class RunHistory:
 
     def _goal(self, event: GoalTransition) -> None:
         key = event.env, event.goal
-        goal = self._goals.get(key)
+        goal = before = self._goals.get(key)
+        if event.is_new and before is not None:
+            goal = None  # the id is used again
         if goal is None:
             if len(self.goals) >= self._limits.goals:
                 self._lost["goal"] += 1
                 return
-            goal = GoalRecord(len(self.goals), event.env, event.goal, event.goal_class, event.sub_type)
+            life = 1 if before is None else before.life + 1
+            goal = GoalRecord(
+                len(self.goals), event.env, event.goal, event.goal_class, event.sub_type, life=life
+            )
             self._goals[key] = goal
             self.goals.append(goal)
         goal.goal_class, goal.sub_type = event.goal_class, event.sub_type
@@ -175,12 +181,11 @@ class RunHistory:
 
     def _action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
-        action = self._actions.get(key)
-        if action is None:
+        action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
+        if action is None or (goal is not action.goal_record and action.goal_record is not None):
             if len(self.actions) >= self._limits.actions:
                 self._lost["plan-action"] += 1
                 return
-            goal = self._goals.get((event.env, event.goal))
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
             )
@@ -189,6 +194,8 @@ class RunHistory:
             self.actions.append(action)
             if goal is not None:
                 goal.actions.append(action)
+        if event.call and [each[1:] for each in action.sent[-1:]] != [(event.skiller, event.call)]:
+            action.sent.append(SentCall(self.events, event.skiller, event.call))
         self._append(action.changes, ActionChange(*self._now, event.state))
 
     def _append(self, changes: list[_Change], change: _Change) -> None:

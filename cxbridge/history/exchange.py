@@ -43,6 +43,7 @@ class SkillMessage:
     :param time_us: when it was sent, microseconds since the epoch.
     :param type: ``REQUEST``, ``RESPONSE``, ``CONFIRM``, ``REJECT``, ``FEEDBACK``, ``FINISH`` or ``CANCEL``.
     :param node_id: the master's name in REQUEST, else the executor's.
+    :param request: the name that the executive gave its request, or the number of its master.
     :param params: the parameters' values, in order; ``NAME=VALUE`` for those that have names.
     :param status: what FEEDBACK and FINISH say.
     :param success: of FINISH.
@@ -56,6 +57,7 @@ class SkillMessage:
     params: tuple[str, ...]
     agent_id: str
     mapped_action: str
+    request: str = ""
     status: str = ""
     success: bool = False
     progress: float = 0.0
@@ -69,6 +71,7 @@ class _SkillRequest(NamedTuple):
     params: tuple[str, ...]
     agent: str
     mapped: str
+    request: str
 
 
 _Ticket: TypeAlias = tuple[str, int, int]
@@ -114,12 +117,20 @@ class Exchange:
         values, kind = event.values, event.message.removesuffix("Message").upper()
         if kind == "CONFIRM" or (kind == "FINISH" and _outcome(values) == "REFUSED"):
             self._open.discard(ticket)
-        asked = self._asked.get(ticket, _SkillRequest(_number(ticket), "", (), "", ""))
+        asked = self._asked.get(ticket, _SkillRequest(_number(ticket), "", (), "", "", ""))
         executor = str(values.get("executor", "")) or _own_id(event)
         node = asked.name if event.message == _REQUEST else executor
         said = _said(kind, values)
         message = SkillMessage(
-            event.time_us, kind, node, asked.action, asked.params, asked.agent, asked.mapped, **said
+            event.time_us,
+            kind,
+            node,
+            asked.action,
+            asked.params,
+            asked.agent,
+            asked.mapped,
+            asked.request,
+            **said,
         )
         return message, asked.name
 
@@ -152,8 +163,8 @@ def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
         parameters = {}
     mapped = str(parameters.pop(MAPPED_ACTION, ""))
     words = tuple(str(value) if name.isdigit() else f"{name}={value}" for name, value in parameters.items())
-    name = str(values.get("name") or _number(ticket))
-    return _SkillRequest(name, str(values.get("skill", "")), words, str(values.get("agent", "")), mapped)
+    own, skill, agent = (str(values.get(name, "")) for name in ("name", "skill", "agent"))
+    return _SkillRequest(own or _number(ticket), skill, words, agent, mapped, own or str(ticket[2]))
 
 
 def _said(kind: str, values: Any) -> dict[str, Any]:

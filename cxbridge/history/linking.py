@@ -1,11 +1,14 @@
 """Pairs plan-actions with the skills that executed them.
 
-A recording does not say it in so many words. The executive sees the skill run, and lets the action go
-from WAITING to RUNNING; it sees the skill end, and the action ends. So an action that waited when a
-skill began may be the one, if it went to RUNNING before the skill was over. Where facts are recorded they
-tell which Skiller an action is for, and its arguments: then it is one of those for that Skiller, and the
-one with most of its arguments in the skill string. Of several it is the one that ended when the skill did,
-then one that is called like the skill, then the one that waited longest.
+The executive says with which message it has sent a plan-action. Fawkes' logs without facts and files of older
+versions do not: for them alone the pairs are guessed, here and nowhere else.
+
+The guess: the executive sees the skill run, and lets the action go from WAITING to RUNNING; it sees the skill
+end, and the action ends. So an action that waited when a skill began may be the one, if it went to RUNNING
+before the skill was over. Where facts are recorded they tell which Skiller an action is for, and its
+arguments: then it is one of those for that Skiller, and the one with most of its arguments in the skill string.
+Of several it is the one that ended when the skill did, then one that is called like the skill, then the one that
+waited longest.
 """
 
 from __future__ import annotations
@@ -34,11 +37,18 @@ class SkillLink:
     """A plan-action and its skill.
 
     :param ordered: seq and time when the action began to wait for the skill.
+    :param guessed: the recording does not say that they belong together.
     """
 
     action: PlanActionRecord
     call: SkillExecution
     ordered: tuple[int, int]
+    guessed: bool = False
+
+    @property
+    def word(self) -> str:
+        """A word before the skill of the action: empty, or ``probably`` and a blank."""
+        return "probably " if self.guessed else ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -57,11 +67,34 @@ class _Wait:
 
 def links(history: RunHistory) -> list[SkillLink]:
     """Return the skills whose actions are known, in order."""
+    if any(action.sent for action in history.actions):
+        return sorted(_said(history), key=lambda link: link.call.begin)
+    return list(_guessed(history))
+
+
+def _said(history: RunHistory) -> Iterator[SkillLink]:
+    """Yield the pairs that the executive says. Numbers may be used again: the last call before counts."""
+    calls: dict[tuple[str, str], list[SkillExecution]] = {}
+    for call in history.calls:
+        calls.setdefault(call.sent_as, []).append(call)
+    for action in history.actions:
+        for seq, skiller, number in action.sent:
+            begun = [
+                call
+                for call in calls.get((skiller, number), ())
+                if call.begin[0] < seq and call.env in ("", action.env)
+            ]
+            if begun:
+                before = [change[:2] for change in action.changes if change.seq < begun[-1].begin[0]]
+                yield SkillLink(action, begun[-1], before[-1] if before else action.changes[0][:2])
+
+
+def _guessed(history: RunHistory) -> Iterator[SkillLink]:
+    """Yield the most likely pairs of a recording that names none."""
     waits = sorted(_waits(history), key=lambda wait: wait.ran)
     ran_at = [wait.ran for wait in waits]
     skillers = {call.skiller for call in history.calls}
     taken: set[tuple[int, int]] = set()
-    found = []
     for call in history.calls:
         limit = call.end[0] if call.end is not None else history.events
         could = [
@@ -76,8 +109,7 @@ def links(history: RunHistory) -> list[SkillLink]:
         if could:
             wait = min(could, key=partial(_unlikely, call, history.end))
             taken.add((wait.action.number, wait.ran))
-            found.append(SkillLink(wait.action, call, wait.ordered))
-    return found
+            yield SkillLink(wait.action, call, wait.ordered, guessed=True)
 
 
 def _waits(history: RunHistory) -> Iterator[_Wait]:

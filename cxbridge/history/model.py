@@ -6,7 +6,7 @@ events have the same time, as all of a step of a virtual clock, and their order 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final, NamedTuple
 
@@ -39,11 +39,25 @@ class ActionChange(NamedTuple):
     state: str
 
 
+class SentCall(NamedTuple):
+    """A message that sent a plan-action, as the executive says it.
+
+    :param seq: of the first transition that names the message.
+    :param skiller: id of the SkillerInterface; empty for a skill board.
+    :param call: number of the message, or the name of the request on the skill board.
+    """
+
+    seq: int
+    skiller: str
+    call: str
+
+
 @dataclass(slots=True, eq=False)
 class GoalRecord:
-    """A goal: its changes, at least one, and the plan-actions that appeared after it.
+    """A life of a goal: its changes, at least one, and the plan-actions that appeared after it.
 
     :param number: its place in :attr:`~cxbridge.history.builder.RunHistory.goals`.
+    :param life: from 1: an agent may use the id of a goal that is RETRACTED for another goal.
     """
 
     number: int
@@ -53,6 +67,12 @@ class GoalRecord:
     sub_type: str
     changes: list[GoalChange] = field(default_factory=list)
     actions: list[PlanActionRecord] = field(default_factory=list, repr=False)
+    life: int = 1
+
+    @property
+    def name(self) -> str:
+        """Its id; of a second life ``ID#2``."""
+        return self.id if self.life == 1 else f"{self.id}#{self.life}"
 
     @property
     def parent(self) -> str:
@@ -77,7 +97,7 @@ class GoalRecord:
     @property
     def title(self) -> str:
         """Its id and class."""
-        return goal_title(self.id, self.goal_class)
+        return goal_title(self.name, self.goal_class)
 
     @property
     def history(self) -> list[tuple[float, str, str]]:
@@ -123,6 +143,7 @@ class PlanActionRecord:
     :param goal: id of its goal, and ``plan`` of its plan.
     :param goal_record: its goal, None when that was not seen before.
     :param order: who is to execute it and with what, as far as facts show.
+    :param sent: the messages that sent it; empty where the recording does not say it.
     """
 
     number: int
@@ -134,6 +155,7 @@ class PlanActionRecord:
     name: str
     changes: list[ActionChange] = field(default_factory=list)
     order: ActionOrder = field(default_factory=ActionOrder)
+    sent: list[SentCall] = field(default_factory=list)
 
     @property
     def state(self) -> str:
@@ -158,6 +180,7 @@ class SkillExecution:
     :param begin: seq and time of the first status.
     :param end: of the last one; None when the run is at its end, or the moment is reached, before.
     :param error: what the Skiller gave as the reason of its failure.
+    :param request: the name of the request on a skill board, or its number; empty for a Skiller's.
     """
 
     env: str
@@ -168,6 +191,12 @@ class SkillExecution:
     end: tuple[int, int] | None
     status: str
     error: str = ""
+    request: str = ""
+
+    @property
+    def sent_as(self) -> tuple[str, str]:
+        """Skiller and call of the :class:`SentCall` that names it."""
+        return ("", self.request) if self.request else (self.skiller, str(self.msgid))
 
 
 @dataclass(slots=True, eq=False)
@@ -187,11 +216,40 @@ class PlannerExecution:
 
 def goal_forest(goals: Sequence[GoalRecord]) -> Forest[int]:
     """Return the trees of goals, by their numbers; of goals in a circle one is a root."""
-    numbers = {(goal.env, goal.id): goal.number for goal in goals}
-    above = ((goal, parent_id(goal.parent)) for goal in goals)
-    return Forest(
-        {goal.number: None if parent is None else numbers.get((goal.env, parent)) for goal, parent in above}
-    )
+    lives: dict[tuple[str, str], list[GoalRecord]] = {}
+    for goal in goals:
+        lives.setdefault((goal.env, goal.id), []).append(goal)
+    return Forest({goal.number: _parent_of(goal, lives) for goal in goals})
+
+
+def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRecord]]) -> int | None:
+    """Return the number of the parent: of several lives of its id the one that there was."""
+    above = parent_id(goal.parent)
+    known = () if above is None else lives.get((goal.env, above), ())
+    since = next(change.seq for change in goal.changes if change.parent == goal.parent)
+    begun = [parent for parent in known if parent.changes[0].seq <= since]
+    return begun[-1].number if begun else known[0].number if known else None
+
+
+def goals_named(goals: Sequence[GoalRecord], name: str) -> list[GoalRecord]:
+    """Return the goals that a name stands for, in their order; none when there is none.
+
+    :param name: an id, which may have several lives; ``ID#2``, one of the lives; a class; ``CLASS#2``, one of
+        the goals of a class; or the start of ids.
+    """
+    stem, _, digits = name.rpartition("#")
+    for of_name, of_stem in (
+        ([goal for goal in goals if goal.id == name], [goal for goal in goals if goal.id == stem]),
+        (
+            [goal for goal in goals if goal.goal_class == name],
+            [goal for goal in goals if goal.goal_class == stem],
+        ),
+    ):
+        if of_name:
+            return of_name
+        if of_stem and digits.isdigit():
+            return of_stem[max(0, int(digits) - 1) : int(digits)]
+    return [goal for goal in goals if goal.id.startswith(name)]
 
 
 def goal_tree(goals: Sequence[GoalRecord]) -> list[str]:

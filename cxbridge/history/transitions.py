@@ -8,9 +8,12 @@ live executive and the reader of text logs use the same tracker: a run and its l
 from __future__ import annotations
 
 from collections.abc import Mapping
+from contextlib import suppress
 from typing import Final, Generic, TypeAlias, TypeVar
 
-from cxbridge.events import GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, SkillStatus
+from cxbridge.history.forest import NO_PARENT
 
 Transition: TypeAlias = GoalTransition | PlanActionTransition | SkillStatus
 """What the tracker reports."""
@@ -28,6 +31,14 @@ TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
 }
 """The deftemplates whose facts can mean a transition, and the slots that show it; no other fact, and no other
 slot, need be shown to the tracker."""
+
+CALL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
+    "skill": ("id", "skiller", "msgid"),
+    "skill-board-call": ("goal-id", "plan-id", "action-id", "id"),
+    "skill-action-execinfo": ("goal-id", "plan-id", "action-id", "skill-id", "skiller"),
+}
+"""The deftemplates whose facts say which message sent a plan-action to which Skiller, or to the skill board,
+and their slots. The cores assert them before an answer moves the action on."""
 
 FORGETFUL_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "goal": ("id",),
@@ -50,24 +61,29 @@ class _Memory(Generic[Key, State]):
 
     def __init__(self) -> None:
         self._states: dict[Key, State] = {}
-        self._retired: dict[Key, None] = {}
+        self._retired: dict[Key, bool] = {}
+        self.is_first = False
+        """Whether there was no fact of the last key before, or it was gone for good."""
 
     def __len__(self) -> int:
         return len(self._states) + len(self._retired)
 
     def is_new(self, key: Key, state: State) -> bool:
         """Take over the state of a fact that was asserted; return whether it had another one."""
-        self._retired.pop(key, None)
+        self.is_first = self._retired.pop(key, False) or key not in self._states
         if self._states.get(key) == state:
             return False
         self._states[key] = state
         return True
 
-    def retire(self, key: Key) -> None:
-        """Note that the fact was retracted."""
+    def retire(self, key: Key, *, gone: bool = False) -> None:
+        """Note that the fact was retracted.
+
+        :param gone: for good, not to be asserted with other slots.
+        """
         if key in self._states:
             self._retired.pop(key, None)
-            self._retired[key] = None
+            self._retired[key] = gone
             if len(self._retired) > MAX_RETIRED:
                 oldest = next(iter(self._retired))
                 del self._retired[oldest], self._states[oldest]
@@ -87,6 +103,9 @@ class TransitionTracker:
         self.env = env
         self._goals: _Memory[str, tuple[str, ...]] = _Memory()
         self._actions: _Memory[tuple[str, str, str], str] = _Memory()
+        self._skills: dict[tuple[str, str], str] = {}
+        self._calls: dict[tuple[str, str, str], tuple[str, str]] = {}
+        self._last_gone = ""
 
     def __len__(self) -> int:
         """Return how many entries its tables have: bounded by the facts there are, and those just gone."""
@@ -104,15 +123,49 @@ class TransitionTracker:
                 return self.plan_action(time_us, slots)
             if template == "SkillerInterface":
                 return self.skiller(time_us, slots)
+            if template == "skill":
+                _note(self._skills, (slots["id"], _skiller_of(slots)), slots.get("msgid", slots["id"]))
+            elif template == "skill-action-execinfo":
+                skiller = _skiller_of(slots)
+                call = self._skills.get((slots["skill-id"], skiller), "0")
+                # what sent nothing has no message
+                _note(self._calls, _sent_key(slots), ("", "") if call == "0" else (skiller, call))
+            elif template == "skill-board-call":
+                _note(self._calls, _sent_key(slots), ("", slots["id"]))
         except (KeyError, ValueError):
             return None
         return None
 
-    def retracted(self, template: str, slots: Mapping[str, str]) -> None:
-        """Note that a fact is gone, of one of :data:`FORGETFUL_TEMPLATES`; later it is forgotten."""
+    def change(self, event: FactChange) -> Transition | None:
+        """Return the transition that a printed change of a fact means, None when it means none.
+
+        :raises FactSyntaxError: when the fact of a goal, plan-action or Skiller cannot be read.
+        """
+        before, self._last_gone = self._last_gone, ""
+        if event.asserted and event.template in TRACKED_TEMPLATES:
+            slots = parse_fact(event.text)[1]
+            if before and (event.template != "goal" or slots.get("id") != before):
+                self._goals.retire(before, gone=True)  # no modify: that asserts the fact at once
+            return self.fact(event.time_us, event.template, slots)
+        if before:
+            self._goals.retire(before, gone=True)
+        if event.asserted and event.template in CALL_TEMPLATES:
+            with suppress(FactSyntaxError):
+                self.fact(event.time_us, *parse_fact(event.text))
+        elif not event.asserted and event.template in FORGETFUL_TEMPLATES:
+            slots = parse_fact(event.text)[1]
+            self.retracted(event.template, slots)
+            self._last_gone = slots.get("id", "") if event.template == "goal" else ""
+        return None
+
+    def retracted(self, template: str, slots: Mapping[str, str], *, gone: bool = False) -> None:
+        """Note that a fact is gone, of one of :data:`FORGETFUL_TEMPLATES`; later it is forgotten.
+
+        :param gone: for good: no ``modify`` asserts it with other slots.
+        """
         try:
             if template == "goal":
-                self._goals.retire(slots["id"])
+                self._goals.retire(slots["id"], gone=gone)
             elif template == "plan-action":
                 self._actions.retire(_action_key(slots))
         except KeyError:
@@ -128,6 +181,7 @@ class TransitionTracker:
         goal_class, sub_type = slots["class"], slots["sub-type"]
         if not self._goals.is_new(goal, state):
             return None
+        is_first = self._goals.is_first
         return GoalTransition(
             time_us=time_us,
             env=self.env,
@@ -142,6 +196,7 @@ class TransitionTracker:
             meta=_detail(slots, "meta"),
             priority=slots.get("priority", ""),
             resources=_detail(slots, "required-resources"),
+            is_new=is_first and goal != NO_PARENT,
         )
 
     def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:
@@ -152,6 +207,7 @@ class TransitionTracker:
         key, state, action = _action_key(slots), slots["state"], slots["action-name"]
         if not self._actions.is_new(key, state):
             return None
+        skiller, call = self._calls.get(key, ("", ""))
         return PlanActionTransition(
             time_us=time_us,
             env=self.env,
@@ -161,6 +217,8 @@ class TransitionTracker:
             action=action,
             state=state,
             params=_detail(slots, "param-values"),
+            skiller=skiller,
+            call=call,
         )
 
     def skiller(self, time_us: int, slots: Mapping[str, str]) -> SkillStatus:
@@ -177,6 +235,23 @@ class TransitionTracker:
             msgid=int(slots["msgid"]),
             status=slots["status"],
         )
+
+
+def _note(table: dict[Key, State], key: Key, value: State) -> None:
+    """Enter a value as the newest of a table, and forget the oldest of too many."""
+    table.pop(key, None)
+    table[key] = value
+    if len(table) > MAX_RETIRED:
+        del table[next(iter(table))]
+
+
+def _skiller_of(slots: Mapping[str, str]) -> str:
+    """Return the id of the Skiller in a fact; empty where a skill board takes the calls."""
+    return unquote(slots.get("skiller", ""))
+
+
+def _sent_key(slots: Mapping[str, str]) -> tuple[str, str, str]:
+    return slots["goal-id"], slots["plan-id"], slots["action-id"]
 
 
 def _action_key(slots: Mapping[str, str]) -> tuple[str, str, str]:

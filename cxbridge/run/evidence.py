@@ -97,6 +97,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
             environment_named(agent, env),
             agent.paths.clips_dirs,
         )
+        evidence.is_moment = at_s is not None
         if over and at_s is not None and seconds < at_s - 1:
             evidence.notes.append(f"the run was over before {at_s:g} s")
         yield evidence

@@ -17,7 +17,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import Event, GoalTransition, Level, LogLine, PlanActionTransition, RuleFired
 from cxbridge.executive.host.values import Value
 from cxbridge.history.builder import UNLIMITED, RunHistory
-from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree
+from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree, goals_named
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
@@ -316,11 +316,11 @@ class AgentRun(Closing):
         return [goal for goal in self._history.goals if goal_class is None or goal.goal_class == goal_class]
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the only goal of a class, or the goal of an id.
+        """Return the only goal of a class, or the goal of an id; ``ID#2`` for the second life of an id.
 
         :raises AssertionError: when there is none, or are several.
         """
-        found = [goal for goal in self._history.goals if goal.id == name] or self.goals(name)
+        found = goals_named(self._history.goals, name)
         if len(found) != 1:
             problem = (
                 f"{len(found)} goals are of class {name}, not one" if found else f"there is no goal {name}"

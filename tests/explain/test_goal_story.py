@@ -48,7 +48,7 @@ def test_a_failure_is_followed_to_the_skill():
         "top1 (TOP) FAILED at 3.300 s, error: SUB-GOAL-FAILED talk1\n"
         "├─ talk1 (TALK) FAILED at 3.200 s\n"
         "│  ├─ action 10 say failed at 3.100 s\n"
-        '│  │  └─ skill say{text="hi"} of Skiller ended S_FAILED: no speaker\n'
+        '│  │  └─ probably skill say{text="hi"} of Skiller ended S_FAILED: no speaker\n'
         "│  └─ rule talk-fails set talk1 to FAILED\n"
         "├─ rule run-all-fails set top1 to FAILED\n"
         "└─ top1 (TOP) is FINISHED since 3.300 s, and waits for a rule that evaluates it\n"
@@ -56,7 +56,7 @@ def test_a_failure_is_followed_to_the_skill():
 
 
 def test_the_steps_tell_the_reason_of_the_skill():
-    assert "\n    3.100    action 10 say EXECUTION-FAILED: no speaker" in told(FAILED, "talk1")
+    assert "\n    3.100    action 10 say EXECUTION-FAILED: probably no speaker" in told(FAILED, "talk1")
 
 
 def test_a_parent_without_an_error_is_followed_to_the_sub_goal_that_ended_last():
@@ -129,7 +129,7 @@ def test_a_running_action():
         "top1 (TOP) is DISPATCHED since 0.000 s, and waits for what was dispatched\n"
         "└─ talk1 (TALK) is DISPATCHED since 1.000 s\n"
         "   └─ action 10 say is RUNNING since 2.200 s\n"
-        '      └─ skill say{text="hi"} of Skiller is S_RUNNING since 2.100 s\n'
+        '      └─ probably skill say{text="hi"} of Skiller is S_RUNNING since 2.100 s\n'
     ) in text
 
 

@@ -70,8 +70,11 @@ def in_why(run, env=None):
     evidence = RecordedEvidence(run, None, env)
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
-    skills = {name: goals.skill(each.actions[0]) for name, each in goals.by_id.items()}
-    return {name: None if skill is None else (skill.skiller, skill.error) for name, skill in skills.items()}
+    skills = {name: goals.skill(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)}
+    return {
+        name: None if skill is None else (skill.call.skiller, skill.call.error)
+        for name, skill in skills.items()
+    }
 
 
 def in_timeline(run):
@@ -150,6 +153,6 @@ def test_why_names_the_reason():
     )
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
-    story = GoalReporter(evidence, goals, {}).report(goals.by_id["g0"])
+    story = GoalReporter(evidence, goals, {}).report(goals.find("g0")[0])
     texts = [cause.text for cause in story.cause.because[0].because]
-    assert texts == ["skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]
+    assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

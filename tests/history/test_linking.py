@@ -39,10 +39,10 @@ def in_why(run: Run) -> Pairs:
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
     found = {}
-    for name, each in goals.by_id.items():
+    for name, each in ((one.id, one) for one in goals.all):
         run_of = goals.skill(each.actions[0])
         assert run_of is not None, name
-        found[name] = run_of.skiller, run_of.skill_string
+        found[name] = run_of.call.skiller, run_of.call.skill_string
     return found
 
 
@@ -141,11 +141,11 @@ def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
     ran = 0
-    for name, each in goals.by_id.items():
+    for name, each in ((one.id, one) for one in goals.all):
         for one in each.actions:
             if (skill := goals.skill(one)) is not None:
                 ran += 1
-                assert asked[name, one.id] == skill.skiller, (name, one)
+                assert asked[name, one.id] == skill.call.skiller, (name, one)
     assert ran
     waited = {
         (event.goal, event.action_id)
@@ -170,5 +170,5 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
     evidence = RecordedEvidence(ListRun(events), None, None)
     assert evidence.history is not None
     goals = Goals(evidence.history, {})
-    skills = [goals.skill(one) for each in goals.by_id.values() for one in each.actions]
-    assert [skill and skill.error for skill in skills] == ["blocked"] * 3
+    skills = [goals.skill(one) for each in goals.all for one in each.actions]
+    assert [skill and skill.call.error for skill in skills] == ["blocked"] * 3

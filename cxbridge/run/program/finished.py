@@ -11,7 +11,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.history.builder import RunHistory
-from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree
+from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree, goals_named
 from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.base import Run as RecordedRun
 
@@ -77,12 +77,11 @@ class Run:
         return self.history.calls
 
     def goal(self, name: str) -> GoalRecord:
-        """Return the goal of an id, or the only goal of a class.
+        """Return the goal of an id, or the only goal of a class; ``ID#2`` for the second life of an id.
 
         :raises CxbridgeError: when there is none, or are several.
         """
-        found = [goal for goal in self.goals if goal.id == name]
-        found = found or [goal for goal in self.goals if goal.goal_class == name]
+        found = goals_named(self.goals, name)
         if len(found) != 1:
             known = ", ".join(dict.fromkeys(goal.goal_class for goal in self.goals)) or "none"
             raise CxbridgeError(

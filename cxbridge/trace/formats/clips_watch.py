@@ -8,7 +8,7 @@ from collections.abc import Iterator
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_slots, template_of
 from cxbridge.errors import TraceError
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
-from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, Transition, TransitionTracker
+from cxbridge.history.transitions import Transition, TransitionTracker
 from cxbridge.trace.formats.base import Format, Run
 from cxbridge.trace.formats.fawkes_log import clips_event
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
@@ -99,16 +99,11 @@ class _WatchedFacts:
         modified = text != event.text
         if modified:
             event = FactChange(event.time_us, ENV, event.asserted, event.index, event.template, text)
-        transition: Transition | None = None
+        transition = self._tracker.change(event)
         if event.asserted:
-            if event.template in TRACKED_TEMPLATES:
-                transition = self._tracker.fact(event.time_us, *parse_fact(text))
             self._remember(event.index, text)
-        else:
-            if event.template in FORGETFUL_TEMPLATES:
-                self._tracker.retracted(*parse_fact(text))
-            if not modified:
-                self._texts.pop(event.index, None)
+        elif not modified:
+            self._texts.pop(event.index, None)
         return event, transition
 
     def _remember(self, index: int, text: str) -> None:

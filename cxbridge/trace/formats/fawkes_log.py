@@ -9,12 +9,12 @@ from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
 
-from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, template_of
+from cxbridge.clipstext.facts import FactSyntaxError, template_of
 from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, FactChange, Level, LogLine, RuleFired
-from cxbridge.history.transitions import FORGETFUL_TEMPLATES, TRACKED_TEMPLATES, TransitionTracker
+from cxbridge.history.transitions import TransitionTracker
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.printing import from_record, to_entry, to_record
 from cxbridge.trace.formats.base import CopyFormat, Format, Run, StreamWriter
@@ -79,9 +79,10 @@ class FawkesLog(Run):
                 yield LogLine(time_us, _LEVELS[letter], from_record(component), from_record(text))
                 continue
             transition = None
-            if type(event) is FactChange and event.template in TRACKED_TEMPLATES:
+            if type(event) is FactChange:
+                tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
                 try:
-                    transition = _transition(trackers, event)
+                    transition = tracker.change(event)
                 except FactSyntaxError as error:
                     self.note(f"line {line}: fact f-{event.index} is not readable: {error}")
                     continue
@@ -173,20 +174,6 @@ def _environment(component: str) -> str | None:
     """Return the CLIPS environment that a component stands for, None when it is something else."""
     match = _ENV.fullmatch(component)
     return from_record(match.group(1)) if match else None
-
-
-def _transition(trackers: dict[str, TransitionTracker], event: FactChange) -> Event | None:
-    """Return the transition that a fact means, if it means one.
-
-    :raises FactSyntaxError: when the fact cannot be read.
-    """
-    if not event.asserted and event.template not in FORGETFUL_TEMPLATES:
-        return None
-    tracker = trackers.setdefault(event.env, TransitionTracker(event.env))
-    if event.asserted:
-        return tracker.fact(event.time_us, *parse_fact(event.text))
-    tracker.retracted(*parse_fact(event.text))
-    return None
 
 
 def clips_event(time_us: int, env: str, text: str) -> Event | None:

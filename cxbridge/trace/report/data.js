@@ -6,14 +6,14 @@ cx.run = (() => {
   // the data as the events that they were: [seq, event]
   const events = [];
   for (const [id, cls, sub, env, parent, states] of data.goals) {
-    for (const [seq, time, mode, outcome, error] of states) {
-      events.push([seq, { kind: "goal", time_us: time, env, goal: id, goal_class: cls, sub_type: sub,
+    for (const [at, [seq, time, mode, outcome, error]] of states.entries()) {
+      events.push([seq, { kind: "goal", is_new: at === 0, time_us: time, env, goal: id, goal_class: cls, sub_type: sub,
         parent: parent === null ? "" : data.goals[parent][0], mode, outcome, error }]);
     }
   }
-  for (const [, goal, plan, id, name, env, states] of data.actions) {
-    for (const [seq, time, state] of states) events.push([seq, { kind: "plan-action", time_us: time, env, goal, plan, action_id: id, action: name, state }]);
-  }
+  data.actions.forEach(([, goal, plan, id, name, env, states], number) => {
+    for (const [seq, time, state] of states) events.push([seq, { kind: "plan-action", time_us: time, env, goal, plan, action_id: id, action: name, state, number }]);
+  });
   data.calls.forEach(([env, skiller, text, msgid, seq, time, endSeq, endTime, status, error], number) => {
     // calls with names of their own already
     const call = { kind: "skill", env, skiller, skill_string: text, msgid, lane: number };
@@ -36,11 +36,14 @@ cx.run = (() => {
     if (event.kind === "skill") return "skill " + event.skill_string + " " + (event.status === "S_RUNNING" ? "begins" : event.status);
     return event.planner + " " + (event.status === "started" ? "begins" : event.status);
   };
-  const history = new cx.History(), steps = [];
+  const history = new cx.History(), steps = [], actions = [], calls = [];
   for (const [seq, event] of events) {
     history.apply(event);
+    if (event.kind === "skill") calls[event.lane] = history.lastCalls.get(event.lane);
+    if (event.kind === "plan-action") actions[event.number] ??= history.actions.get(history.keyOf(event.env, event.goal) + "\n" + event.plan + " " + event.action_id);
     while (steps.length < history.steps) steps.push({ seq, time: event.time_us, line: lineOf(event) });
   }
+  for (const [action, call, guessed] of data.links) history.link(actions[action], calls[call], guessed);
   history.begin = 0;
   history.time = end;
   const transitions = steps.length;

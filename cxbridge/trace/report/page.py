@@ -10,6 +10,7 @@ from typing import Any
 from cxbridge.clock import MICROSECONDS
 from cxbridge.file_access import write_file
 from cxbridge.history.keeping import cut
+from cxbridge.history.linking import links
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.base import Attachment, Run
 from cxbridge.trace.html.look import goal_look
@@ -42,7 +43,7 @@ def report(run: Run, title: str = "", limits: ReportLimits | None = None) -> str
         lead=_lead(model, run.metadata()) + notes(_remarks(model)),
         bar=_asset("bar.html"),
         sections=list(_sections(run, model)),
-        data=_data(model),
+        data=page_data(model),
         styles=[*(_shared_style(name) for name in SHARED_STYLES), _asset("report.css")],
         scripts=[bundle(SHARED_SCRIPT), *(_asset(name) for name in SCRIPTS)],
     ).render()
@@ -152,10 +153,12 @@ def _text_of(file: Attachment) -> str | None:
         return None
 
 
-def _data(model: RunModel) -> dict[str, Any]:
+def page_data(model: RunModel) -> dict[str, Any]:
     """Return what the scripts get; data.js knows the places of the values."""
     history = model.history
+    numbers = {id(call): number for number, call in enumerate(history.calls)}
     return {
+        "links": [[link.action.number, numbers[id(link.call)], link.guessed] for link in links(history)],
         "events": history.events,
         "end": history.end,
         "goals": [

@@ -179,7 +179,7 @@ def _add_flows(
         skill = skillers[link.call.env, link.call.skiller], link.call.begin
         began, ended = writes.of(link.call, link.ordered[0])
         steps = [(placed.actions[link.action.number], link.ordered), *write(began), skill, *write(ended)]
-        events.flow(number, "skill of an action", steps)
+        events.flow(number, f"{link.word}skill of an action", steps)
 
 
 def _add_log(model: RunModel, tracks: Tracks, events: Events) -> None:

@@ -45,10 +45,10 @@ def add_goals(history: RunHistory, tracks: Tracks, events: Events, processes: di
     for number, depth in forest.walk():
         goal = history.goals[number]
         process = processes[goal.env]
-        track = tracks.thread(process, f"{_indent(depth)}{goal.id} {goal.goal_class}")
+        track = tracks.thread(process, f"{_indent(depth)}{goal.name} {goal.goal_class}")
         placed.goals[number] = track
         above = forest.parents[number]
-        _add_goal(goal, "" if above is None else history.goals[above].id, history, events, track)
+        _add_goal(goal, "" if above is None else history.goals[above].name, history, events, track)
         for plan, actions in _plans(goal.actions).items():
             _add_plan(history, tracks, events, placed, process, (plan, actions, depth + 1))
     for plan, actions in _plans([each for each in history.actions if each.goal_record is None]).items():
@@ -86,7 +86,7 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
             events.slice(track, name, here, until, {**outcome, **error, **left}, category="mode", depth=1)
         if gone or after is None:
             facts = {
-                "goal": goal.id,
+                "goal": goal.name,
                 "class": goal.goal_class,
                 "sub-type": goal.sub_type,
                 "parent": parent,
@@ -94,7 +94,7 @@ def _add_goal(goal: GoalRecord, parent: str, history: RunHistory, events: Events
             left = {} if gone else {"note": OPEN}
             events.slice(
                 track,
-                f"{goal.id} {goal.goal_class}",
+                f"{goal.name} {goal.goal_class}",
                 born,
                 here if gone else end,
                 {**facts, **outcome, **error, **left},

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import html
+import json
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -10,6 +11,8 @@ from urllib.parse import quote
 
 from starlette.responses import FileResponse, HTMLResponse, PlainTextResponse, Response, StreamingResponse
 
+from cxbridge.history.builder import UNLIMITED, RunHistory
+from cxbridge.history.linking import links
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.web.pages import Pages
@@ -26,6 +29,9 @@ _LIST: Final = """<!doctype html>
 <link rel="icon" href="/icon.svg"></head>
 <body><main><h1>Recorded runs</h1><ul>{items}</ul></main></body></html>
 """
+_LINKS: Final = b"links"
+"""The query of the pairs of plan-actions and skill calls that a recording does not say."""
+
 _MCAP: Final = b"\x89MCAP"
 
 
@@ -55,14 +61,14 @@ class RecordingsApp:
         """Serve one request."""
         path = scope["path"]
         if path.startswith(RUNS):
-            await self._answer(path, scope["method"])(scope, receive, send)
+            await self._answer(path, scope["method"], scope["query_string"])(scope, receive, send)
         elif path.startswith("/api"):
             text = "These are recorded runs: there is no daemon to ask\n"
             await PlainTextResponse(text, 404)(scope, receive, send)
         else:
             await self._pages(scope, receive, send)
 
-    def _answer(self, path: str, method: str) -> Response:
+    def _answer(self, path: str, method: str, query: bytes) -> Response:
         if method not in {"GET", "HEAD"}:
             return PlainTextResponse("Recordings can only be read\n", 405)
         if path == RUNS:
@@ -75,6 +81,8 @@ class RecordingsApp:
         if file is None:
             return PlainTextResponse("There is no such run here\n", 404)
         headers = {"Cache-Control": "no-cache"}
+        if query == _LINKS:
+            return Response(_guessed_links(file), media_type="application/json", headers=headers)
         if _is_mcap(file):
             return FileResponse(file, media_type="application/octet-stream", headers=headers)
         return StreamingResponse(_lines(file), media_type="application/x-ndjson", headers=headers)
@@ -97,3 +105,19 @@ def _lines(path: Path) -> Iterator[bytes]:
     for event in open_run(path):
         if event.KIND.name:
             yield encode_with_kind(event) + b"\n"
+
+
+def _guessed_links(path: Path) -> str:
+    """Return the guessed pairs as JSON: environment, goal, plan, action; Skiller, text, message, begin."""
+    history = RunHistory.of(open_run(path), UNLIMITED)
+    start_us = history.clock.first_us or 0
+    pairs = [(link.action, link.call) for link in links(history) if link.guessed]
+    return json.dumps(
+        [
+            [
+                *(action.env, action.goal, action.plan, action.id),
+                *(call.skiller, call.skill_string, call.msgid, start_us + call.begin[1]),
+            ]
+            for action, call in pairs
+        ]
+    )

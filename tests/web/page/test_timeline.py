@@ -37,6 +37,7 @@ def action(goal: str, state: str) -> dict[str, Any]:
 
 def failure() -> list[dict[str, Any]]:
     """A goal with a sub-goal whose action's skill fails, and one that is rejected."""
+    sent = {"skiller": SKILL["skiller"], "call": str(SKILL["msgid"])}
     bad = {"parent": "ROOT", "error": "PATH-BLOCKED"}
     return [
         *at(0, goal_event("ROOT", "FORMULATED"), goal_event("FETCH", "FORMULATED", parent="ROOT")),
@@ -45,7 +46,7 @@ def failure() -> list[dict[str, Any]]:
         *at(1, goal_event("IDLE", "FINISHED", "REJECTED")),
         *at(2, goal_event("FETCH", "DISPATCHED", parent="ROOT"), action("FETCH", "FORMULATED")),
         *at(2, action("FETCH", "PENDING"), action("FETCH", "WAITING"), SKILL | {"status": "S_RUNNING"}),
-        *at(2.1, action("FETCH", "RUNNING"), LINE | {"level": "I", "text": "driving"}),
+        *at(2.1, action("FETCH", "RUNNING") | sent, LINE | {"level": "I", "text": "driving"}),
         *at(6, LINE | {"level": "E", "text": "the way is blocked"}, SKILL | {"status": "S_FAILED"}),
         *at(6.1, action("FETCH", "EXECUTION-FAILED"), action("FETCH", "FAILED")),
         *at(7, goal_event("FETCH", "FINISHED", "FAILED", **bad), goal_event("ROOT", "FINISHED", "FAILED")),

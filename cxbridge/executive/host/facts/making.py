@@ -50,6 +50,8 @@ class FactMaker:
     def __init__(self, env: CData) -> None:
         self._env = env
         self._positions: dict[CData, dict[bytes, int]] = {}
+        self.replaces = False
+        """Whether a ``modify`` retracts a fact just now, to assert it with other slots."""
 
     def copy(self, fact: CData, changes: list[tuple[bytes, CData]]) -> CData:
         """Make a fact like ``fact`` with other slot values; it is not asserted yet.

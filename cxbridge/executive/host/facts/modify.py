@@ -61,7 +61,9 @@ class Modify:
             asserted = self._facts.add(new)
         else:
             lib.RetainFact(old)  # its values are the new one's, too: they must outlive the retraction
+            self._facts.replaces = True
             lib.Retract(old)
+            self._facts.replaces = False
             asserted = self._facts.add(new)
             lib.ReleaseFact(old)
         # CLIPS returns the fact that is there when there is one

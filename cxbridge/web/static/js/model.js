@@ -8,6 +8,10 @@ const MOST_LOG = 20000,
   MOST_CALLS = 500,
   MOST_MESSAGES = 200;
 
+/** The fields of a multislot as CLIPS prints them in parentheses; strings without their quotes. */
+export const fields = (text = "") =>
+  [...text.slice(1, -1).matchAll(/"([^"]*)"|[^\s"]+/g)].map(([word, string]) => string ?? word);
+
 export class Model {
   /**
    * @param onRetracted gets the goals that are RETRACTED; without it they are gone then
@@ -93,12 +97,17 @@ export class Model {
     return () => this.watchers.delete(watcher);
   }
 
+  /** The key of the goal that has an id now: an id may be used again. */
+  keyOf(env, id) {
+    return this.history.keyOf(env, id, this.step);
+  }
+
   on_goal(event) {
-    const key = goalKey(event.env, event.goal);
+    const key = this.keyOf(event.env, event.goal);
     const goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, event.goal, event.env);
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
-    goal.parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
+    goal.parent = event.parent && bare(event.parent) ? this.keyOf(event.env, event.parent) : "";
     goal.mode = event.mode;
     goal.outcome = event.outcome;
     goal.error = event.error;
@@ -130,12 +139,12 @@ export class Model {
   goalsAre(list, env = MAIN_ENV, now = this.time) {
     const there = new Map();
     for (const each of list) {
-      const key = goalKey(env, each.id),
+      const key = this.keyOf(env, each.id),
         goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, each.id, env);
       Object.assign(goal, {
         cls: each.class,
         subType: each["sub-type"] || "",
-        parent: each.parent ? goalKey(env, each.parent) : "",
+        parent: each.parent ? this.keyOf(env, each.parent) : "",
         mode: each.mode,
         outcome: each.outcome,
         error: (each.error || []).join(" "),
@@ -143,7 +152,7 @@ export class Model {
       });
       this.gone.delete(goal.key);
       there.set(goal.key, goal);
-      if (this.meanwhile.some((event) => event.goal === goal.id)) continue;
+      if (this.meanwhile.some((event) => event.goal === each.id)) continue;
       const made = this.history.goalIs(goal, now);
       if (made) for (const watcher of this.watchers) watcher(made);
     }
@@ -157,18 +166,23 @@ export class Model {
   }
 
   on_plan_action(event) {
-    const goal = goalKey(event.env, event.goal);
+    const goal = this.keyOf(event.env, event.goal);
     if (!this.actions.has(goal)) this.actions.set(goal, new Map());
     const actions = this.actions.get(goal),
       key = event.plan + " " + event.action_id;
-    const robot = () => this.skillerOf(goal, { plan: event.plan, id: event.action_id });
+    const callOf = () => this.callOf(goal, { plan: event.plan, id: event.action_id });
     const action = actions.get(key) || {
       plan: event.plan,
       id: event.action_id,
       name: event.action,
+      values: fields(event.params),
       since: 0,
+      /** Its last skill call up to now; null: none is known. */
+      get call() {
+        return callOf();
+      },
       get skiller() {
-        return robot();
+        return callOf()?.skiller || "";
       },
     };
     action.state = event.state;
@@ -185,25 +199,32 @@ export class Model {
   /** The skill calls up to now, the latest last. */
   get calls() {
     const begun = this.history.calls.filter(({ begin }) => begin.step <= this.step);
-    return begun.slice(-MOST_CALLS).map(({ skiller, text, msgid, status, begin, end }) => {
-      const isOver = end !== null && end.step <= this.step;
-      return {
-        skiller,
-        text,
-        msgid,
-        status: isOver ? status : "S_RUNNING",
-        begin: begin.time,
-        end: isOver ? end.time : null,
-      };
-    });
+    return begun.slice(-MOST_CALLS).map((call) => this.callNow(call));
+  }
+
+  /** A skill call of the history as it is now. */
+  callNow({ skiller, lane, text, msgid, status, error, guessed, begin, end }) {
+    const isOver = end !== null && end.step <= this.step;
+    return {
+      skiller,
+      lane,
+      text,
+      msgid,
+      status: isOver ? status : "S_RUNNING",
+      error: isOver ? error : "",
+      guessed,
+      begin: begin.time,
+      end: isOver ? end.time : null,
+    };
   }
 
   /** A goal; its transitions up to now are its `history`. */
-  newGoal(key, id, env) {
+  newGoal(key, name, env) {
     const changes = () => this.changesOf({ key });
     return {
       key,
-      id,
+      id: name + key.slice(goalKey(env, name).length), // of an id that is used again: ID#2
+      name,
       env,
       details: null,
       get history() {
@@ -212,12 +233,11 @@ export class Model {
     };
   }
 
-  /** The Skiller that executes an action, as far as that has begun; "": none is known. */
-  skillerOf(goal, { plan, id }) {
-    const action = this.history.actions.get(goal + "\n" + plan + " " + id);
-    if (!action) return "";
-    const call = this.history.callsOf(action).findLast(({ begin }) => begin.step <= this.step);
-    return call ? call.skiller : "";
+  /** The last skill call of an action, as far as it has begun; null: none is known. */
+  callOf(goal, { plan, id }) {
+    const action = this.history.actions.get(goal + "\n" + plan + " " + id),
+      call = action && action.calls.findLast(({ begin }) => begin.step <= this.step);
+    return call ? this.callNow(call) : null;
   }
 
   /** The transitions of a goal up to now. */

@@ -29,7 +29,7 @@ function planList(goal, plans, states) {
   const byPlan = new Map();
   for (const action of states.values()) {
     if (!byPlan.has(action.plan)) byPlan.set(action.plan, []);
-    byPlan.get(action.plan).push({ ...action, values: [], robot: action.skiller || "" });
+    byPlan.get(action.plan).push({ ...action, robot: action.skiller });
   }
   for (const actions of byPlan.values()) actions.sort((a, b) => Number(a.id) - Number(b.id));
   return [...byPlan].map(([id, actions]) => ({ id, actions }));

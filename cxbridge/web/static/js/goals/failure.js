@@ -1,5 +1,5 @@
 // The way from a goal that failed to the first cause: the sub-goal, the action and the skill that failed.
-import { actionOutcome, goalOutcome, skillOutcome } from "../outcome.js";
+import { actionOutcome, goalOutcome } from "../outcome.js";
 
 const isBad = (goal) => ["failed", "rejected"].includes(goalOutcome(goal));
 const endOf = (goal) => {
@@ -29,13 +29,7 @@ export function wayToFailure(model, goal, children) {
   const action = actions.find((each) => actionOutcome(each.state) === "failed" || each.hasFailed);
   if (!action) return way;
   way.push({ kind: "action", goal: last, action });
-  const call = model.calls.findLast(
-    (each) =>
-      skillOutcome(each.status) === "failed" &&
-      (action.skiller ? each.skiller === action.skiller : true) &&
-      each.begin <= action.since &&
-      (each.end === null || each.end <= action.since + 1e6),
-  );
+  const { call } = action;
   if (call) way.push({ kind: "skill", goal: last, action, call });
   return way;
 }

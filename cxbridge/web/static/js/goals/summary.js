@@ -30,6 +30,7 @@ function step({ kind, goal, action, call }) {
       ),
     ];
   return [
+    call.guessed ? "probably " : "",
     el("a", { href: "#/log?time=" + (call.end ?? call.begin), title: "the log at this moment" }, call.text),
     el("span", { class: "dim" }, " of " + call.skiller),
     call.error ? el("span", { class: "bad-text" }, " " + call.error) : null,

@@ -44,7 +44,7 @@ function progress(app, name) {
   };
 }
 
-async function openBytes(app, name, bytes, shown) {
+async function openBytes(app, name, bytes, shown, readLinks = null) {
   const {
     events,
     notes,
@@ -58,6 +58,8 @@ async function openBytes(app, name, bytes, shown) {
   }
   const recording = new Recording(name, events, notes, sources);
   await playAll(recording, shown.pause);
+  if (readLinks && ![...recording.history.actions.values()].some((action) => action.calls.length))
+    recording.history.linkGuessed(await readLinks());
   app.look(recording);
   for (const note of notes) app.toast(note, true);
 }
@@ -86,10 +88,10 @@ export async function openPast(app, recording) {
   }
 }
 
-async function attempt(app, name, load) {
+async function attempt(app, name, load, readLinks) {
   const shown = progress(app, name);
   try {
-    await openBytes(app, name, await load(), shown);
+    await openBytes(app, name, await load(), shown, readLinks);
   } catch (error) {
     if (!(error instanceof Cancelled)) app.toast(name + " could not be read: " + error.message, true);
   } finally {
@@ -113,14 +115,17 @@ export async function openLinked(app) {
   const [first = null] = SITE.runs || [],
     path = new URLSearchParams(location.search).get("run") || (first && first.path);
   if (!path) return;
-  await attempt(app, path.split("/").pop() || path, async () => {
-    const url = new URL(path, location.href);
+  const url = new URL(path, location.href);
+  // which action a skill call was for, where the recording does not say it: only a server of recordings knows
+  const readLinks = async () => (await fetch(url + "?links")).json();
+  const load = async () => {
     if (url.origin !== location.origin) throw new Error("it is on another server; open it as a file");
     const reply = await fetch(url);
     if (!reply.ok)
       throw new Error(reply.status === 404 ? "this server has no " + url.pathname : "HTTP " + reply.status);
     return new Uint8Array(await reply.arrayBuffer());
-  });
+  };
+  await attempt(app, path.split("/").pop() || path, load, first && readLinks);
 }
 
 export function chooseFile(app) {

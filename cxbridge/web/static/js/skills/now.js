@@ -8,9 +8,12 @@ export const STATUS = "SkillerInterface::";
 export const DEBUG = "SkillerDebugInterface::";
 const MOST_CALLS = 50;
 
+/** Whether a call is of a Skiller; of several agents its id is AGENT/ID. */
+const isOf = (skiller) => (call) => call.skiller === skiller || call.lane === skiller;
+
 /** As the API reported it (active, null of a recording), or as its interface was written. */
 export function skillerState(model, skiller, active) {
-  const call = model.calls.findLast((each) => each.skiller === skiller),
+  const call = model.calls.findLast(isOf(skiller)),
     status = model.interfaces.get(STATUS + skiller),
     debug = model.interfaces.get(DEBUG + skiller);
   const value = { text: "", status: "INACTIVE", error: "", controller: "", graph: "" };
@@ -49,10 +52,7 @@ export async function readStatus(skiller) {
 
 /** The calls of a Skiller, the latest first. */
 export const callsOf = (model, skiller) =>
-  model.calls
-    .filter((call) => call.skiller === skiller)
-    .slice(-MOST_CALLS)
-    .reverse();
+  model.calls.filter(isOf(skiller)).slice(-MOST_CALLS).reverse();
 
 /** @param again called with the skill string of a call that is wanted again; null: nothing can be called */
 export function callList(calls, again) {

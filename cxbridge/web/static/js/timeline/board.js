@@ -3,11 +3,17 @@
 const BOARD = "SkillBoardInterface::",
   EXECUTOR = "SkillExecutorInterface::";
 
+const idOf = (uid) => uid.slice(uid.indexOf("::") + 2);
+/** Of several agents each has a blackboard of its own: AGENT/ID. */
+const agentOf = (uid) => idOf(uid).slice(0, Math.max(0, idOf(uid).lastIndexOf("/")));
+
 /** What a message is about: a board, one of its lives, a master's number. Null when it is about no skill. */
 function ticketOf({ uid, values }) {
   let board = null;
+  const agent = agentOf(uid);
   if (uid.startsWith(BOARD)) board = uid.slice(BOARD.length);
   else if (uid.startsWith(EXECUTOR)) board = values.board || "";
+  if (board !== null && uid.startsWith(EXECUTOR) && agent) board = agent + "/" + board;
   return board === null ? null : [board, values.epoch, values.master].join("\n");
 }
 
@@ -30,15 +36,16 @@ export class BoardMessages {
     this.early = new Map(); // between processes an answer may come before its question
   }
 
-  /** What a message says: a list of {type, executor, text, progress, status, succeeded}. */
+  /** What a message says: a list of {type, agent, executor, request, text, progress, status, succeeded}. */
   read(event) {
     const ticket = event.outcome === "refused" ? null : ticketOf(event);
     if (ticket === null) return [];
     if (event.message === "RequestMessage") {
       if (this.asked.has(ticket)) return []; // the same question, to somebody else
-      const { skill, parameters, agent } = event.values,
-        early = this.early.get(ticket) || [];
-      this.asked.set(ticket, [skill, ...words(parameters)].join(" ") + " of " + (agent || "no agent"));
+      const { skill, parameters, agent, name, master } = event.values,
+        early = this.early.get(ticket) || [],
+        text = [skill, ...words(parameters)].join(" ") + " of " + (agent || "no agent");
+      this.asked.set(ticket, { text, request: name || String(master) });
       this.early.delete(ticket);
       return early.flatMap((each) => this.said(ticket, each));
     }
@@ -49,10 +56,11 @@ export class BoardMessages {
   }
 
   said(ticket, { uid, message, values }) {
-    const executor = values.executor || (uid.startsWith(EXECUTOR) ? uid.slice(EXECUTOR.length) : ""),
+    const agent = agentOf(uid),
+      executor = values.executor || (uid.startsWith(EXECUTOR) ? idOf(uid).slice(agent ? agent.length + 1 : 0) : ""),
       type = message.replace(/Message$/, "").toUpperCase(),
       outcome = values.outcome,
-      found = { type, executor, text: this.asked.get(ticket), progress: values.progress || 0 };
+      found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
     if (type === "FEEDBACK") return [{ ...found, status: values.text || "" }];
     if (type !== "FINISH") return [found];
     if (outcome === "REFUSED") return []; // the master asks others

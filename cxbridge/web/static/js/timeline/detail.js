@@ -139,7 +139,7 @@ export class Detail {
     return [
       outcomeBadge(outcomeAt(item) || "formulated"),
       " ",
-      el("a", { href: this.href(pathTo(item, this.history)) }, text),
+      el("a", { href: this.href(pathTo(item)) }, text),
     ];
   }
 
@@ -170,11 +170,12 @@ export class Detail {
     ].filter(Boolean);
   }
   action(action) {
-    const calls = this.history.callsOf(action);
+    const { calls } = action,
+      probably = calls.some((call) => call.guessed);
     return [
       this.head("Action " + action.id + " " + action.name, outcomeAt(action)),
       pairs([["plan", action.plan], ...this.times(action)]),
-      this.list("Skill calls", calls, (call) => this.link(call, call.skiller + ": " + call.text)) ||
+      this.list(probably ? "Probably its skill calls" : "Skill calls", calls, (call) => this.link(call, call.skiller + ": " + call.text)) ||
         el("p", { class: "dim" }, "No skill call is known for it."),
       this.list("States", action.changes, (change) => [
         this.at(change),
@@ -188,7 +189,15 @@ export class Detail {
       this.head("Skill", outcomeAt(call)),
       el("p", {}, el("code", {}, call.text)),
       call.error ? el("p", { class: "error-box" }, call.error) : null,
-      pairs([["robot", call.skiller], ...this.times(call), ["status", call.status]]),
+      pairs([
+        ["robot", call.skiller],
+        [
+          call.guessed ? "probably of" : "of",
+          call.action ? el("a", { href: this.href(pathTo(call.action)) }, call.action.name) : "",
+        ],
+        ...this.times(call),
+        ["status", call.status],
+      ]),
     ].filter(Boolean);
   }
 

@@ -45,7 +45,7 @@ export function findAt({ window, history, now, high, rows, marks, scroll }, x, y
     return point ? { row, mark: point } : { row };
   }
   if (row.kind !== "goal" && row.kind !== "action") return { row };
-  const below = isStrip && among(row.kind === "goal" ? row.item.actions : history.callsOf(row.item));
+  const below = isStrip && among(row.kind === "goal" ? row.item.actions : row.item.calls);
   return below || among([row.item]) || { row };
 }
 

@@ -8,7 +8,6 @@ const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
   MOST_CHANGES = 400;
-const LOOPS_US = 100_000; // some loops: what ends within them ends together
 const SKILLER = "SkillerInterface::";
 
 /** A moment: microseconds, and how many transitions there were up to then. */
@@ -19,8 +18,6 @@ function append(changes, change) {
   changes.push(change);
   if (changes.length > MOST_CHANGES) changes.splice(1, 1);
 }
-
-const compare = (a, b) => a.map((each, at) => each - b[at]).find((each) => each !== 0) || 0;
 
 /** The last of what is in order at or before a step. */
 export function lastUpTo(list, step, stepOf = (each) => each.step) {
@@ -48,7 +45,9 @@ export class History {
   clear() {
     this.goals = new Map();
     this.actions = new Map();
-    this.calls = [];
+    this.lives = new Map(); // goalKey -> the goals that had this id, in order
+    this.ofSkillers = [];
+    this.ofBoard = []; // the same executions, as a skill board's executors tell them
     this.planners = [];
     this.errors = []; // log lines of level error
     this.begin = null;
@@ -58,11 +57,15 @@ export class History {
     this.shape = (this.shape || 0) + 1; // there are other rows
     this.nextCall = 0;
     this.lastCalls = new Map();
-    this.waiting = new Set();
     this.skillers = new Map(); // what their interfaces hold
     this.board = new BoardMessages();
     this.planning = new Map();
     this.stepTimes = []; // the time of each step
+  }
+
+  /** The skill calls, in order: a Skiller that is served by a skill board tells its calls, too. */
+  get calls() {
+    return this.ofSkillers.length ? this.ofSkillers : this.ofBoard;
   }
 
   /** The latest moment. */
@@ -108,24 +111,39 @@ export class History {
     return low;
   }
 
+  /** The key of the goal that has an id, after a step: an id that is used again has several goals. */
+  keyOf(env, id, step = Infinity) {
+    const known = this.lives.get(goalKey(env, id));
+    return known ? (lastUpTo(known, step, (goal) => goal.changes[0]?.step ?? Infinity) || known[0]).key : goalKey(env, id);
+  }
+
   on_goal(event) {
-    const key = goalKey(event.env, event.goal);
-    let goal = this.goals.get(key);
+    const bareKey = goalKey(event.env, event.goal),
+      lives = this.lives.get(bareKey) || [];
+    let goal = lives.at(-1);
+    if (goal && event.is_new && !goal.isMadeUp) goal = null; // the id is used again
     if (!goal) {
+      const life = lives.length ? lives.at(-1).life + 1 : 1,
+        again = life > 1 ? "#" + life : "",
+        key = bareKey + again;
       goal = {
         kind: "goal",
         key,
-        id: event.goal,
+        life,
+        id: event.goal + again,
+        isMadeUp: Boolean(event.isMadeUp),
         env: event.env || MAIN_ENV,
         parent: "",
         changes: [],
         actions: [],
       };
+      lives.push(goal);
+      this.lives.set(bareKey, lives);
       this.goals.set(key, goal);
       this.shape += 1;
       if (this.goals.size > MOST_GOALS) this.forget();
     }
-    const parent = event.parent && bare(event.parent) ? goalKey(event.env, event.parent) : "";
+    const parent = event.parent && bare(event.parent) ? this.keyOf(event.env, event.parent) : "";
     if (parent !== goal.parent) this.shape += 1;
     Object.assign(goal, { cls: event.goal_class, subType: bare(event.sub_type || ""), parent });
     const last = goal.changes.at(-1),
@@ -144,14 +162,19 @@ export class History {
       for (const action of goal.actions) this.actions.delete(action.key);
       if (this.goals.size <= MOST_GOALS * 0.95) break;
     }
+    for (const [id, lives] of this.lives) {
+      const kept = lives.filter((goal) => this.goals.has(goal.key));
+      if (kept.length) this.lives.set(id, kept);
+      else this.lives.delete(id);
+    }
   }
 
   /**
    * A goal of a list that was asked for: events that came before the page was opened may be missing.
    * @returns the event that is made up for what was missed; null when there is nothing new
    */
-  goalIs({ id, env, cls, subType, parent, mode, outcome, error }, time) {
-    const known = this.goals.get(goalKey(env, id)),
+  goalIs({ name: id, env, cls, subType, parent, mode, outcome, error }, time) {
+    const known = this.goals.get(this.keyOf(env, id)),
       last = known && known.changes.at(-1);
     if (last && (last.mode === mode || this.time > time)) return null;
     const event = {
@@ -165,13 +188,14 @@ export class History {
       mode,
       outcome,
       error,
+      isMadeUp: true,
     };
     this.apply(event);
     return event;
   }
 
   on_plan_action(event) {
-    const goalOf = goalKey(event.env, event.goal),
+    const goalOf = this.keyOf(event.env, event.goal),
       path = event.plan + " " + event.action_id,
       key = goalOf + "\n" + path;
     let action = this.actions.get(key);
@@ -186,7 +210,7 @@ export class History {
         name: event.action,
         env: event.env || MAIN_ENV,
         changes: [],
-        maybe: [],
+        calls: [],
       };
       this.actions.set(key, action);
       const goal = this.goals.get(goalOf);
@@ -194,20 +218,53 @@ export class History {
       this.shape += 1;
     }
     append(action.changes, { ...this.step(), state: event.state });
-    if (event.state === "PENDING" || event.state === "WAITING") this.waiting.add(action);
-    else if (event.state === "RUNNING") action.ran = this.end;
-    if (!["PENDING", "WAITING", "RUNNING"].includes(event.state)) this.waiting.delete(action);
+    if (event.call) {
+      const of = (call) => call.sentAs === event.skiller + "\n" + event.call && (!call.env || call.env === event.env);
+      this.link(action, this.ofSkillers.findLast(of) || this.ofBoard.findLast(of));
+    }
+  }
+
+  /**
+   * A skill call belongs to an action: the executive says so.
+   * @param guessed the recording does not say it: cxbridge/history/linking.py has found it the most likely
+   */
+  link(action, call, guessed = false) {
+    if (!action || !call || call.action) return;
+    call.action = action;
+    call.guessed = guessed;
+    action.calls.push(call);
+    this.revision += 1;
+  }
+
+  /** Link what the server has guessed: rows of environment, goal, plan, action; Skiller, text, message, begin. */
+  linkGuessed(rows) {
+    for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
+      const path = "\n" + plan + " " + id,
+        lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
+        calls = this.calls.filter((call) => call.text === text && call.msgid === msgid && call.skiller === skiller),
+        away = (call) => Math.abs(call.begin.time - begin),
+        [call = null] = calls.sort((a, b) => away(a) - away(b)),
+        actions = lives.map(({ key }) => this.actions.get(key + path)).filter(Boolean);
+      this.link(
+        actions.findLast(({ changes }) => changes[0].time <= begin),
+        call,
+        true,
+      );
+    }
   }
 
   on_skill(event) {
-    this.skillIs(event, event.error);
+    const { env, skiller } = event,
+      own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
+      isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own);
+    this.skillIs({ lane: isShared ? skiller : own, ...event }, event.error);
   }
 
   /**
    * A Skiller says so itself, or the executive has read it there: the same call has the same message.
    * `lane`: what runs one skill at a time; a Skiller.
    */
-  skillIs({ skiller, skill_string: text, msgid, status, env = "", lane = skiller }, error = "") {
+  skillIs({ skiller, skill_string: text, msgid, status, env = "", lane, request }, error = "") {
     const last = this.lastCalls.get(lane),
       isSame = last && last.msgid === msgid && last.text === text,
       outcome = skillOutcome(status),
@@ -235,37 +292,44 @@ export class History {
       begin: this.step(),
       end: null,
       error: "",
-      candidates: [...this.waiting],
+      lane,
+      sentAs: request === undefined ? skiller + "\n" + msgid : "\n" + request,
+      action: null,
     };
-    for (const action of call.candidates) action.maybe.push(call);
-    this.calls.push(call);
+    const calls = request === undefined ? this.ofSkillers : this.ofBoard;
+    calls.push(call);
     this.lastCalls.set(lane, call);
     this.shape += 1;
     if (!isRunning) this.endCall(call, status, error);
-    if (this.calls.length > MOST_CALLS) this.calls.splice(0, MOST_CALLS / 20);
+    if (calls.length > MOST_CALLS) calls.splice(0, MOST_CALLS / 20);
   }
 
   endCall(call, status, error = "") {
     call.status = status;
     call.end = this.step();
-    const held = this.skillers.get(call.skiller);
+    const held = this.skillers.get(call.lane) || this.skillers.get(call.skiller);
     call.error = skillOutcome(status) === "failed" ? error || (held && held.error) || "" : "";
   }
 
   on_interface(event) {
     if (!event.uid.startsWith(SKILLER)) return;
-    const skiller = event.uid.slice(SKILLER.length),
-      held = { ...this.skillers.get(skiller), ...event.values };
-    this.skillers.set(skiller, held);
-    this.skillIs({ skiller, ...held }, held.error);
+    const id = event.uid.slice(SKILLER.length), // of several agents: AGENT/ID
+      skiller = id.slice(id.lastIndexOf("/") + 1),
+      env = id.slice(0, Math.max(0, id.length - skiller.length - 1)),
+      held = { ...this.skillers.get(id), ...event.values };
+    this.skillers.set(id, held);
+    const lane = this.lastCalls.has(id) ? id : [...this.lastCalls.keys()].find((each) => each.endsWith("/" + id)) || id;
+    this.skillIs({ ...held, skiller, env, lane }, held.error);
   }
 
   on_message(event) {
-    for (const { type, executor, text, progress, status, succeeded } of this.board.read(event)) {
-      const call = this.lastCalls.get(executor);
+    for (const { type, agent, executor, request, text, progress, status, succeeded } of this.board.read(event)) {
+      const lane = "board " + agent + "/" + executor,
+        call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {
-        const { msgid } = event;
-        this.skillIs({ skiller: executor, skill_string: text, msgid, status: "S_RUNNING", env: event.env });
+        const { msgid } = event,
+          about = { skiller: executor, skill_string: text, msgid, env: agent, lane, request };
+        this.skillIs({ ...about, status: "S_RUNNING" });
       } else if (!call || call.end) continue;
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
@@ -304,37 +368,7 @@ export class History {
     if (this.errors.length > MOST_MARKS) this.errors.splice(0, MOST_MARKS / 20);
   }
 
-  /**
-   * The action that a call was for. Events do not say it: it is one that waited when the skill began, and ran
-   * before it was over. When several could be, the one that ended with the skill, then one of the skill's name,
-   * then the one that waited longest.
-   */
-  actionOf(call) {
-    if (call.settled !== undefined) return call.settled;
-    const until = call.end ? call.end.step : Infinity,
-      found = call.candidates.filter(({ ran }) => ran && ran.step >= call.begin.step && ran.step <= until),
-      name = /^\w*/.exec(call.text)[0],
-      overOf = ({ changes }) => changes.find(({ state }) => /^EXECUTION-|^FAILED|^FINAL/.test(state));
-    // the executive reads the end of a skill a loop after it was written
-    const late = (action) => {
-      const over = overOf(action);
-      return call.end && over ? Math.round(Math.abs(over.time - call.end.time) / LOOPS_US) : 1e9;
-    };
-    const rank = (action) => [
-      late(action),
-      action.name.replace(/^!/, "") === name ? 0 : 1,
-      action.changes[0].step,
-    ];
-    const [best = null] = found.sort((a, b) => compare(rank(a), rank(b)));
-    if (call.end && this.steps > call.end.step + 20) call.settled = best;
-    return best;
-  }
-  /** The skill calls of an action, in order. */
-  callsOf(action) {
-    return action.maybe.filter((call) => this.actionOf(call) === action);
-  }
   callOf(number) {
-    const at = number - (this.calls.length ? this.calls[0].number : 0);
-    return this.calls[at];
+    return this.calls.find((call) => call.number === number);
   }
 }

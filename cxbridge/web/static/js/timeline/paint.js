@@ -145,7 +145,7 @@ export class Painter {
         until = next ? this.window.place(next.from) : this.window.width;
       this.bar(spans[at], top, height, this.textOf(item, spans[at]), until);
     }
-    if (item.kind === "action") this.calls(this.history.callsOf(item), strip, 5, false);
+    if (item.kind === "action") this.calls(item.calls, strip, 5, false);
     else
       for (const action of item.actions)
         for (const span of spansOf(action, this.history)) if (span.part === "run") this.thin(span, strip);
@@ -154,7 +154,7 @@ export class Painter {
     const to = (span.to || this.now).time,
       took = durationText(Math.max(0, to - span.from.time));
     if (item.kind === "action") {
-      const [call] = this.history.callsOf(item);
+      const [call] = item.calls;
       return (call ? call.text : item.name) + "  " + took;
     }
     const error = span.outcome === "failed" && item.changes.findLast((each) => each.error);

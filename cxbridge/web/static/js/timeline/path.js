@@ -18,12 +18,12 @@ export const partsOf = (path) => [
 ];
 
 /** The path of a goal, an action or a skill call. */
-export function pathTo(item, history) {
+export function pathTo(item) {
   if (item.kind === "goal") return { goal: item.key };
   if (item.kind === "action") return { goal: item.goal, action: item.path };
   if (item.kind !== "skill") return {};
-  const action = history.actionOf(item);
-  return { ...(action ? pathTo(action, history) : {}), skill: String(item.number) };
+  const { action } = item;
+  return { ...(action ? pathTo(action) : {}), skill: String(item.number) };
 }
 
 /** What a path leads to: each of its levels that there is. */

@@ -68,14 +68,22 @@ export class Rows {
   robots() {
     const lanes = new Map();
     for (const call of this.history.calls) {
-      if (!lanes.has(call.skiller)) lanes.set(call.skiller, []);
-      lanes.get(call.skiller).push(call);
+      if (!lanes.has(call.lane)) lanes.set(call.lane, []);
+      lanes.get(call.lane).push(call);
     }
-    const rows = [...lanes].sort(([a], [b]) => (a < b ? -1 : 1));
-    const made = rows.map(([name, calls]) => ({ key: "robot " + name, kind: "robot", name, item: calls }));
-    if (this.history.planners.length)
-      made.push({ key: "planners", kind: "robot", name: "planners", item: this.history.planners });
-    return made;
+    const rows = [...lanes].sort(([a], [b]) => (a < b ? -1 : 1)),
+      names = rows.map(([, [{ skiller }]]) => skiller),
+      isTwice = (name) => names.indexOf(name) !== names.lastIndexOf(name);
+    return rows.map(([lane, calls], at) => ({
+      key: "robot " + lane,
+      kind: "robot",
+      name: isTwice(names[at]) ? lane : names[at],
+      item: calls,
+    }));
+  }
+  planners() {
+    const { planners } = this.history;
+    return planners.length ? [{ key: "planners", kind: "robot", name: "planners", item: planners }] : [];
   }
 
   /** @returns {Row[]} what is shown, in order */
@@ -87,7 +95,8 @@ export class Rows {
         rows.push({ key, kind: "group", name, item: lanes, depth: 0, open });
         if (open) for (const lane of lanes) rows.push({ ...lane, depth: 1, open: null });
       };
-    group("robots", "Robots", this.robots());
+    group("robots", this.history.ofSkillers.length ? "Robots" : "Executors", this.robots());
+    group("planning", "Planning", this.planners());
     this.addGoals(rows);
     group(
       "extra",

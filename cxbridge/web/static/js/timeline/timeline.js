@@ -274,7 +274,7 @@ export class Timeline {
   show(path) {
     this.path = path;
     const { action, goal, call, item } = resolve(path, this.history),
-      key = action ? action.key : goal ? goal.key : call ? "robot " + call.skiller : "";
+      key = action ? action.key : goal ? goal.key : call ? "robot " + call.lane : "";
     if (item && item.kind !== "skill") this.rows.reveal(item);
     this.list.selected = key;
     this.revealing = true;
@@ -294,7 +294,7 @@ export class Timeline {
       this.later();
       return;
     }
-    this.host.go(pathTo(row.item, this.history), how === "key");
+    this.host.go(pathTo(row.item), how === "key");
   }
   up() {
     const { goal, action, skill, what } = this.path;
@@ -332,7 +332,7 @@ export class Timeline {
     this.clicked = (found && found.item) || null;
     if (found && found.mark) this.showMark(found.mark);
     else if (found && found.item) {
-      this.host.go(pathTo(found.item, this.history));
+      this.host.go(pathTo(found.item));
       if (!this.host.isLive) this.setCursorAt(x);
     } else if (y > AXIS) this.setCursorAt(x);
   }
@@ -368,7 +368,7 @@ export class Timeline {
   showMark(mark) {
     this.host.setCursor({ time: mark.time, step: mark.step });
     this.window.reveal(mark[this.window.axis]);
-    if (mark.call) this.host.go(pathTo(mark.call, this.history));
+    if (mark.call) this.host.go(pathTo(mark.call));
     this.tip.show(tipOf({ mark }, this.scene), this.window.place(mark), AXIS + MARKS);
     this.later();
   }

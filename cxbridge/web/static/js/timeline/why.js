@@ -26,7 +26,7 @@ export function causes(item, history) {
   let at = item;
   while (at && found.length < DEEPEST && !found.some((each) => each.item === at)) {
     const outcome = outcomeAt(at) || "formulated";
-    found.push({ item: at, outcome, text: sentence(at, outcome), path: pathTo(at, history) });
+    found.push({ item: at, outcome, text: sentence(at, outcome), path: pathTo(at) });
     at = below(at, outcome, history);
   }
   return found;
@@ -34,7 +34,7 @@ export function causes(item, history) {
 
 function below(item, outcome, history) {
   if (item.kind === "skill" || outcome === "completed") return null;
-  if (item.kind === "action") return lastOf(history.callsOf(item), outcome, history) || null;
+  if (item.kind === "action") return lastOf(item.calls, outcome, history) || null;
   const children = [...history.goals.values()].filter((goal) => goal.parent === item.key);
   const wanted = outcome === "rejected" ? ["rejected", "failed"] : [outcome];
   for (const each of wanted) {
@@ -54,6 +54,7 @@ function sentence(item, outcome) {
   if (item.kind === "action")
     return "Action " + item.id + " " + item.name + " " + is + " (" + item.changes.at(-1).state + ")";
   return (
+    (item.guessed ? "probably " : "") +
     item.skiller +
     " " +
     (is === word ? "ended" : "runs") +

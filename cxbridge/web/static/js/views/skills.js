@@ -139,8 +139,8 @@ export function open(root, app) {
     const all = ids();
     if (all.includes(chosenSkiller)) return chosenSkiller;
     const last = app.model.calls.at(-1);
-    return last && all.includes(last.skiller)
-      ? last.skiller
+    return last && all.includes(last.lane)
+      ? last.lane
       : all.includes(USUAL) || !all.length
         ? USUAL
         : all[0];
@@ -150,7 +150,7 @@ export function open(root, app) {
       .filter((uid) => uid.startsWith(STATUS))
       .map((uid) => uid.slice(STATUS.length));
     if (!app.recording) return skillers;
-    const all = [...new Set([...fromInterfaces, ...app.model.calls.map((call) => call.skiller)])].sort();
+    const all = [...new Set([...fromInterfaces, ...app.model.calls.map((call) => call.lane)])].sort();
     // Of several agents: AGENT/ID is the same, with its interface
     return all.filter((id) => !all.some((other) => other.endsWith("/" + id)));
   }
@@ -241,7 +241,7 @@ export function open(root, app) {
   /** The executors of the Skiller that is looked at: its name is that of the agent. */
   const executors = () => executorsOf(app.model, boardRead).filter((each) => each.agent === skiller());
   function known() {
-    const calls = app.recording ? app.model.calls.filter((each) => each.skiller === skiller()) : [];
+    const calls = app.recording ? callsOf(app.model, skiller()) : [];
     return knownSkills(names, executors(), calls);
   }
   let drawnNames = "";

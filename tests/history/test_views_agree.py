@@ -1,0 +1,216 @@
+"""Each view of a run puts each skill call under the plan-action that the executive sent with its message."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+from collections.abc import Iterator
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from cxbridge.clipstext.facts import parse_fact
+from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
+from cxbridge.explain.goals import Goals
+from cxbridge.explain.recorded import RecordedEvidence
+from cxbridge.explore.counterexample import write_counterexample
+from cxbridge.explore.counterexample_playing import play
+from cxbridge.history.builder import RunHistory
+from cxbridge.history.linking import links
+from cxbridge.resources import shipped_dir
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import run_scenario
+from cxbridge.trace.codec import encode_with_kind
+from cxbridge.trace.formats.base import Run
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.report.page import page_data
+from cxbridge.trace.report.reading import read
+from cxbridge.trace.timeline.export import trace_events
+from cxbridge.worlds.points import RandomChooser
+from tests.explain.runs import ListRun
+from tests.explore.defects.seeded import DEFECTS, runs
+from tests.support import ROOT, many
+
+SHIPPED = sorted(
+    folder.name for folder in shipped_dir("scenarios").iterdir() if (folder / "scenario.yaml").exists()
+)
+NODE = shutil.which("node")
+PAGE = ROOT / "cxbridge" / "web" / "static" / "js"
+
+Action = tuple[str, str, str, str]
+"""Environment, goal, plan and id of a plan-action."""
+
+Pair = tuple[Action, str, str]
+"""A plan-action, the Skiller and the skill string of a call."""
+
+
+def name_of(text: str) -> str:
+    """Return a skill string; of an executor's words, which say how far it is, the skill."""
+    return text if "{" in text else text.partition(" ")[0]
+
+
+def record_of_the_executive(run: Run) -> set[Pair]:
+    """Return the calls as the executive's own facts have them: what it sent, and what ran then."""
+    sent: dict[tuple[str, str, str], str] = {}
+    actions: dict[tuple[str, str, str], Action] = {}
+    ran: set[Pair] = set()
+    for event in run:
+        if isinstance(event, FactChange) and event.asserted and event.template.startswith("skill"):
+            slots, env = parse_fact(event.text)[1], event.env
+            skiller = slots.get("skiller", "").strip('"')
+            action = env, slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("action-id", "")
+            if event.template == "skill":
+                sent[env, skiller, slots["id"]] = slots["msgid"]
+            elif event.template == "skill-action-execinfo":
+                actions[env, skiller, sent[env, skiller, slots["skill-id"]]] = action
+            elif event.template == "skill-board-call":
+                actions[env, "", slots["id"]] = action
+            elif event.template == "skill-board-action" and slots["executor"] != '""':
+                found = actions.get((env, "", slots["id"]))
+                if found is not None:
+                    ran.add((found, slots["executor"].strip('"'), slots["skill"]))
+        elif isinstance(event, SkillStatus) and event.status != "S_INACTIVE":
+            found = actions.get((event.env, event.skiller, str(event.msgid)))
+            if found is not None:
+                ran.add((found, event.skiller, event.skill_string))
+    return ran
+
+
+def in_why(run: Run) -> Iterator[Pair]:
+    """Yield the last skill call of each action, as `why` has it."""
+    for env in dict.fromkeys(event.env for event in run if isinstance(event, PlanActionTransition)):
+        evidence = RecordedEvidence(run, None, env)
+        assert evidence.history is not None
+        goals = Goals(evidence.history, {})
+        for goal in goals.all:
+            for action in goal.actions:
+                if (link := goals.skill(action)) is not None:
+                    assert not link.guessed
+                    key, call = (env, goal.id, action.plan, action.id), link.call
+                    yield key, call.skiller, name_of(call.skill_string)
+
+
+def in_report(run: Run) -> Iterator[Pair]:
+    data = page_data(read(run))
+    for number, call, guessed in data["links"]:
+        assert not guessed
+        _, goal, plan, action, _, env, _ = data["actions"][number]
+        _, skiller, text, *_ = data["calls"][call]
+        yield (env, goal, plan, action), skiller, name_of(text)
+
+
+def in_timeline(run: Run) -> Iterator[Pair]:
+    """Yield the ends of each arrow: the slice of the action, and that of the skill call."""
+    names: dict[int, str] = {}
+    slices: dict[int, list[dict[str, Any]]] = {}
+    arrows: dict[int, list[dict[str, Any]]] = {}
+    for event in trace_events(read(run)):
+        if event["ph"] == "M" and event["name"].endswith("_name"):
+            names[event["tid"] or event["pid"]] = event["args"]["name"]
+        elif event["ph"] == "B":
+            slices.setdefault(event["tid"], []).append(event)
+        elif event["ph"] == "E":
+            slices[event["tid"]].pop()
+        elif event["ph"] in "stf":
+            assert event["name"] == "skill of an action"
+            arrows.setdefault(event["id"], []).extend(slices[event["tid"]])
+    for ends in arrows.values():
+        action = next(each for each in ends if each["cat"] == "action")
+        skill = next(each for each in ends if each["cat"] == "skill")
+        facts = action["args"]
+        env = names[action["pid"]].removeprefix("environment ")
+        key = env, facts["goal"], facts["plan"], facts["id"]
+        yield key, names[skill["tid"]], name_of(skill["args"]["skill"])
+
+
+@pytest.fixture(scope="session")
+def page_modules(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The page's modules where node takes them for modules."""
+    folder = tmp_path_factory.mktemp("page")
+    shutil.copytree(PAGE, folder / "js")
+    (folder / "package.json").write_text('{"type": "module"}')
+    return folder / "js"
+
+
+def in_page(run: Run, modules: Path) -> dict[str, list[dict[str, Any]]]:
+    """Return the model that the page makes of a run."""
+    assert NODE is not None
+    lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
+    script = ROOT / "tests" / "web" / "page" / "model_of_run.mjs"
+    done = subprocess.run([NODE, str(script), str(modules)], input=lines, capture_output=True, check=False)
+    assert done.returncode == 0, done.stderr.decode()
+    model: dict[str, list[dict[str, Any]]] = json.loads(done.stdout)
+    return model
+
+
+def page_pairs(model: dict[str, list[dict[str, Any]]]) -> Iterator[Pair]:
+    for call in model["calls"]:
+        if call["action"] is not None:
+            assert not call["guessed"]
+            env, goal, plan, action = call["action"]
+            goal = goal.removeprefix(f"{env}:").partition("#")[0]
+            yield (env, goal, plan, action), str(call["skiller"]), name_of(str(call["text"]))
+
+
+def check(run: Run, modules: Path) -> int:
+    """Compare all views of a run with the executive's record; return how many calls there are."""
+    known = record_of_the_executive(run)
+    said = sorted(known)
+    assert sorted(set(in_report(run))) == said
+    last = {(action, skiller): text for action, skiller, text in known}
+    why = {(action, skiller): text for action, skiller, text in in_why(run)}
+    assert why.keys() <= last.keys()
+    assert {action for action, _ in why} == {action for action, _ in last}
+    assert sorted(set(in_timeline(run))) == said
+    if NODE is not None:
+        assert sorted(set(page_pairs(in_page(run, modules)))) == said
+    return len(known)
+
+
+@pytest.mark.parametrize("name", SHIPPED)
+def test_every_shipped_scenario(name: str, tmp_path: Path, page_modules: Path):
+    recorded = tmp_path / "run.mcap"
+    scenario = shipped_dir("scenarios") / name
+    run_scenario(RunOptions(scenario=scenario, trace=recorded, trace_level="facts", timeout=60.0))
+    assert check(open_run(recorded), page_modules) > 0
+
+
+@pytest.mark.parametrize("seed", range(many(100, 4)))
+def test_drawn_worlds_of_two_robots(seed: int, tmp_path: Path, page_modules: Path):
+    recorded = tmp_path / "run.mcap"
+    options = RunOptions(scenario=shipped_dir("scenarios") / "two-robots", skiller="none", timeout=120.0)
+    play(options, (), RandomChooser(seed), recorded)
+    assert check(open_run(recorded), page_modules) > 0
+
+
+def test_a_counterexample_of_explore(tmp_path: Path, page_modules: Path):
+    defect = DEFECTS[-1]
+    options = defect.options(defect.copy(tmp_path / "agent", broken=True))
+    path = next(
+        path
+        for path, played in runs(options, defect.properties, defect.faults)
+        if played.violation(defect.found_by) is not None
+    )
+    example = write_counterexample(options, defect.properties, defect.found_by, path, tmp_path / "found")
+    assert check(open_run(example.recording), page_modules) > 0
+
+
+def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
+    """As an older version wrote it."""
+    recorded = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "two-robots", trace=recorded))
+    older: list[Event] = [
+        replace(event, skiller="", call="") if isinstance(event, PlanActionTransition) else event
+        for event in open_run(recorded)
+    ]
+    said, guessed = (links(RunHistory.of(events)) for events in (open_run(recorded), ListRun(older)))
+    assert {link.guessed for link in said} == {False}
+    assert {link.guessed for link in guessed} == {True}
+    evidence = RecordedEvidence(ListRun(older), None, None)
+    assert evidence.history is not None
+    for before, after in pairwise(said):
+        assert before.call.begin <= after.call.begin
