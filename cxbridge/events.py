@@ -116,6 +116,8 @@ class GoalTransition(Event, frozen=True):
     :param priority: as CLIPS prints it; empty: not recorded.
     :param is_new: whether the goal is a new one: an agent may use the id of a goal whose fact is gone. False:
         it is not, or that is not recorded.
+    :param slots: the other slots of the deftemplate as CLIPS prints them, those with another value than the
+        default one.
     """
 
     KIND = EventDescription(
@@ -143,6 +145,7 @@ class GoalTransition(Event, frozen=True):
     priority: str = ""
     resources: str = ""
     is_new: bool = False
+    slots: Mapping[str, str] = {}
 
 
 class PlanActionTransition(Event, frozen=True):

@@ -182,7 +182,7 @@ class _GoalFollower:
         self._env = assembly.executive.env
         self._story = story
         self._reasons = BriefReasons(self._slots_of)
-        self._start_us: int | None = None  # of the first transition: loading is no part of the story
+        self._start_us = assembly.clock.now_us()
         self._printed: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 
@@ -193,8 +193,6 @@ class _GoalFollower:
     def take(self, event: Event) -> None:
         """Take a transition; print a goal that ends."""
         self._reasons.take(event)
-        if self._start_us is None:
-            self._start_us = event.time_us
         if not isinstance(event, GoalTransition):
             return
         if event.mode in ENDED_MODES:
@@ -213,5 +211,5 @@ class _GoalFollower:
         forget_oldest(self._printed)
         begun = self._selected_us.pop(goal.goal, None)
         took_s = None if begun is None else (goal.time_us - begun) / MICROSECONDS
-        seconds = (goal.time_us - (self._start_us or 0)) / MICROSECONDS
+        seconds = (goal.time_us - self._start_us) / MICROSECONDS
         self._story.print_goal(self._name, seconds, goal, took_s, self._reasons.reason(goal))

@@ -18,15 +18,12 @@ from collections.abc import Mapping
 from itertools import chain
 from typing import Final
 
+from cxbridge.clipstext.goal_slots import GOAL_SLOTS
 from cxbridge.clipstext.values import FactRef, Symbol, Value, show
 
 LAYOUTS: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "time", "skill_string", "error", "exclusive_controller", "msgid", "status"),
-    "goal": (
-        *("id", "class", "type", "sub-type", "parent", "mode", "outcome", "warning", "error", "message"),
-        *("priority", "params", "meta", "meta-fact", "meta-template", "required-resources"),
-        *("acquired-resources", "committed-to", "verbosity", "is-executable"),
-    ),
+    "goal": tuple(slot.name for slot in GOAL_SLOTS),
     "plan-action": (
         *("id", "goal-id", "plan-id", "skiller", "action-name", "param-names", "param-values", "duration"),
         *("dispatch-time", "state", "executable", "error-msg", "start-time", "precondition"),

@@ -55,7 +55,7 @@ class RuleSource(Protocol):
 class _Passed:
     """What happened in a recording up to a moment.
 
-    :param at_s: seconds since its first event; None for its end.
+    :param at_s: seconds since the start of the run; None for its end.
     :ivar cut: whether there is more behind it.
     :raises TraceError: when the recording cannot be read, or has no events.
     """
@@ -65,14 +65,14 @@ class _Passed:
         self.facts = EnvironmentFacts()
         self.refusals = Refusals()
         self.cut = False
-        start_us = now_us = None
+        start_us, now_us = run.start_us, None
         for event in run:
-            if start_us is None:
-                start_us = now_us = event.time_us
+            start_us = event.time_us if start_us is None else start_us
+            now_us = event.time_us if now_us is None else now_us
             if at_s is not None and event.time_us > start_us + at_s * MICROSECONDS:
                 self.cut = True
                 break
-            now_us = max(now_us or 0, event.time_us)
+            now_us = max(now_us, event.time_us)
             self._take(event)
         if start_us is None or now_us is None:
             raise TraceError("this recording has no events", file=run.path)
@@ -98,7 +98,7 @@ class RecordedEvidence(Evidence):
     """What a recording says about a moment.
 
     :param run: the recording; read once, up to the moment.
-    :param at_s: seconds since its first event; None for its end.
+    :param at_s: seconds since the start of the run; None for its end.
     :param env: the CLIPS environment; the executive's, or the only one, for None.
     :param rules: where the rules are; the files attached to the recording for None.
     :raises TraceError: when the recording cannot be read, or has no such environment.

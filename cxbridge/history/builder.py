@@ -111,9 +111,11 @@ class RunHistory:
         }
 
     @classmethod
-    def of(cls, events: Iterable[Event], limits: HistoryLimits | None = None) -> Self:
+    def of(
+        cls, events: Iterable[Event], limits: HistoryLimits | None = None, start_us: int | None = None
+    ) -> Self:
         """Return the history that the events make."""
-        made = cls(limits)
+        made = cls(limits, start_us)
         for event in events:
             made.take(event)
         return made

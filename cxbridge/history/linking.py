@@ -6,9 +6,9 @@ versions do not: for them alone the pairs are guessed, here and nowhere else.
 The guess: the executive sees the skill run, and lets the action go from WAITING to RUNNING; it sees the skill
 end, and the action ends. So an action that waited when a skill began may be the one, if it went to RUNNING
 before the skill was over. Where facts are recorded they tell which Skiller an action is for, and its
-arguments: then it is one of those for that Skiller, and the one with most of its arguments in the skill string.
-Of several it is the one that ended when the skill did, then one that is called like the skill, then the one that
-waited longest.
+arguments: then it is one of those for that Skiller, and the one with most of its arguments in the skill
+string. Of several it is the one that ended when the skill did, then one that is called like the skill, then
+the one that waited longest.
 """
 
 from __future__ import annotations

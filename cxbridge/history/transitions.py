@@ -12,6 +12,7 @@ from contextlib import suppress
 from typing import Final, Generic, TypeAlias, TypeVar
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
+from cxbridge.clipstext.goal_slots import GOAL_SLOTS
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition, SkillStatus
 from cxbridge.history.forest import NO_PARENT
 
@@ -23,10 +24,7 @@ TRANSITION_TYPES = (GoalTransition, PlanActionTransition, SkillStatus)
 
 TRACKED_TEMPLATES: Final[Mapping[str, tuple[str, ...]]] = {
     "SkillerInterface": ("id", "skill_string", "msgid", "status"),
-    "goal": (
-        *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
-        *("params", "meta", "priority", "required-resources"),
-    ),
+    "goal": tuple(slot.name for slot in GOAL_SLOTS),
     "plan-action": ("goal-id", "plan-id", "id", "action-name", "state", "param-values"),
 }
 """The deftemplates whose facts can mean a transition, and the slots that show it; no other fact, and no other
@@ -52,6 +50,14 @@ MAX_RETIRED: Final = 1000
 Key = TypeVar("Key")
 State = TypeVar("State")
 
+
+_FIELDS: Final = (
+    *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
+    *("params", "meta", "priority", "required-resources"),
+)
+"""The slots of goals that are fields of the event."""
+
+_FURTHER: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _FIELDS)
 
 _GOAL_STATE: Final = ("mode", "outcome", "parent", "error")
 
@@ -197,6 +203,11 @@ class TransitionTracker:
             priority=slots.get("priority", ""),
             resources=_detail(slots, "required-resources"),
             is_new=is_first and goal != NO_PARENT,
+            slots={
+                slot.name: slots[slot.name]
+                for slot in _FURTHER
+                if slots.get(slot.name, slot.default) != slot.default
+            },
         )
 
     def plan_action(self, time_us: int, slots: Mapping[str, str]) -> PlanActionTransition | None:

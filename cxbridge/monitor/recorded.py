@@ -208,7 +208,7 @@ class RecordedSource:
             yield uid, f"at {duration_text(self._since_begin(write.time_us))}", ""
 
     def _since_begin(self, time_us: int) -> float:
-        return (time_us - self._scrubber.events[0].time_us) / MICROSECONDS
+        return (time_us - self._scrubber.start_us) / MICROSECONDS
 
     def _fields(self, uid: str) -> Table:
         write = self._scrubber.state.interfaces.get(uid)

@@ -119,6 +119,7 @@ def _run(
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         _let_in(stack, assembly, attach, company)
+        begun_us = assembly.clock.now_us()
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)
@@ -145,7 +146,7 @@ def _run(
 
         assembly.loop.run(done)
         interrupt.check()
-        run_seconds = (assembly.clock.now_us() - start_us) / MICROSECONDS
+        run_seconds = (assembly.clock.now_us() - begun_us) / MICROSECONDS
         wall_seconds = time.perf_counter() - started
         result = sum_up_run(
             assembly,

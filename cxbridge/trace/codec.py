@@ -108,7 +108,7 @@ def schema_of(event_type: type[Event]) -> dict[str, Any]:
         "title": f"cxbridge.{event_type.__name__}",
         "type": "object",
         "properties": {name: {"type": kind} for name, kind in _json_types(event_type).items()},
-        "required": list(field_names(event_type)),
+        "required": [each.name for each in msgspec.structs.fields(event_type) if each.required],
     }
 
 

@@ -24,6 +24,7 @@ def exchange_json(events: Iterable[Event]) -> Iterator[str]:
     """Yield a JSON object for each message, with the fields of the original's topic."""
     for message, _master in Exchange().read(events):
         fields = asdict(message)
+        del fields["request"]
         fields = {"t": fields.pop("time_us") / MICROSECONDS, **fields}
         yield json.dumps(fields, ensure_ascii=False)
 

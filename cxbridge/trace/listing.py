@@ -46,8 +46,8 @@ def event_filter(kinds: Sequence[str], pattern: str) -> Filter:
 
 
 def text_lines(run: Run, wanted: Filter) -> Iterator[str]:
-    """Yield a line for each event: seconds since the first event, kind, and what happened."""
-    start_us: int | None = None
+    """Yield a line for each event: seconds since the start of the run, kind, and what happened."""
+    start_us = run.start_us
     for event in run:
         start_us = event.time_us if start_us is None else start_us
         text = event_line(event)

@@ -35,13 +35,13 @@ class Scrubber:
         self._run = run
         self._reader: Iterator[Event] | None = iter(run)
         self._stride = stride
-        self._clock = SteadyClock()
+        self._clock = SteadyClock(run.start_us)
         self._kept = [RunState()]
         self._ahead = RunState()
         self._skills: dict[tuple[str, str], tuple[str, str]] = {}
         self.events: list[Event] = []
         self.times = array("q")
-        """Microseconds since the first event, never decreasing."""
+        """Microseconds since the start of the run, never decreasing."""
         self.transitions = array("q")
         """After which event counts a transition has just happened."""
         self.log_lines = array("q")
@@ -54,6 +54,11 @@ class Scrubber:
     def is_loading(self) -> bool:
         """Whether it is not read to its end yet."""
         return self._reader is not None
+
+    @property
+    def start_us(self) -> int:
+        """What the run's clock showed at the start of the run."""
+        return self._clock.first_us or 0
 
     @property
     def end_us(self) -> int:

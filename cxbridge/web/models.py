@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import Any, Final
 
+from cxbridge.clipstext.goal_slots import GOAL_SLOTS
+
 Schema = dict[str, Any]
 
 STRING: Final[Schema] = {"type": "string"}
@@ -40,10 +42,26 @@ def _enum(*values: str) -> Schema:
 _STATE: Final = _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED")
 _FORMULA: Final = _ref("GroundedFormula")
 
+_SHOWN: Final = (
+    *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
+    *("params", "meta", "required-resources", "acquired-resources"),
+)
+"""The slots of goals that Fawkes' API shows."""
+
+FURTHER: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _SHOWN)
+"""The other slots of goals."""
+
+NUMBERS: Final = ("INTEGER", "FLOAT")
+"""The types of slots whose values are numbers."""
+
 SCHEMAS: Final[dict[str, Schema]] = {
     # clips-executive
     "Goal": _model(
         {
+            **{
+                slot.name: STRINGS if slot.is_multi else NUMBER if slot.type in NUMBERS else STRING
+                for slot in FURTHER
+            },
             "id": STRING,
             "type": STRING,
             "sub-type": STRING,
@@ -59,7 +77,8 @@ SCHEMAS: Final[dict[str, Schema]] = {
             "plans": STRINGS,
             "required-resources": STRINGS,
             "acquired-resources": STRINGS,
-        }
+        },
+        " ".join(slot.name for slot in FURTHER),
     ),
     "DomainOperatorParameter": _object({"name": STRING, "type": STRING}),
     "DomainOperator": _model(

@@ -59,7 +59,7 @@ class Run:
 
         :raises TraceError: when the recording cannot be read.
         """
-        return RunHistory.of(self.source)
+        return RunHistory.of(self.source, start_us=self.source.start_us)
 
     @property
     def goals(self) -> list[GoalRecord]:

@@ -84,6 +84,12 @@ class Run(ABC):
         """Return the metadata of the run: version, command, spec, clock, result; may be empty."""
         return {}
 
+    @property
+    def start_us(self) -> int | None:
+        """What the run's clock showed at the start, microseconds since the epoch; None: not recorded."""
+        text = self.metadata().get("start_us", "")
+        return int(text) if text.isdigit() else None
+
     def attachments(self) -> Iterator[Attachment]:
         """Yield the files that were recorded with the run, one after the other in memory."""
         for file in self.files():

@@ -37,7 +37,7 @@ _ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) stat
 _SKILL = re.compile(r'SkillerInterface(?:::(.*?))? skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
 _ENV = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
 _AT = re.compile(r"at (\d+\.\d{6})")
-_DETAIL = re.compile(r"  (params|meta|priority|resources)=(.*)", re.DOTALL)
+_DETAIL = re.compile(r"  ([a-z][\w-]*)=(.*)", re.DOTALL)
 _HEAD = re.compile(
     rb"^(at \d+\.\d{6}\n)?(\[[^]\n]*\] )?"
     rb"(goal \S+ class=\S+ sub-type=|plan-action \S+ goal=\S+ plan=|SkillerInterface(::[^\n]*)? skill=\")"
@@ -139,26 +139,29 @@ class _Details:
 
     def learn(self, event: Event, name: str, value: str) -> None:
         """Take a detail that is new."""
-        if name in event.KIND.details:
-            start = {name: DEFAULTS[name] for name in event.KIND.details}
-            self._last.setdefault(self._subject(event), start)[name] = value
+        start = {name: DEFAULTS[name] for name in event.KIND.details}
+        self._last.setdefault(self._subject(event), start)[name] = value
 
     def known(self, event: Transition) -> Transition:
         """Return an event with the details of its subject."""
-        values: dict[str, Any] = self._last.get(self._subject(event), {})
-        return replace(event, **values) if values else event
+        known = self._last.get(self._subject(event), {})
+        fields: dict[str, Any] = {name: known[name] for name in event.KIND.details if name in known}
+        if isinstance(event, GoalTransition):
+            fields["slots"] = {name: value for name, value in known.items() if value and name not in fields}
+        return replace(event, **fields) if known else event
 
     def news(self, event: Event) -> Iterator[str]:
         """Yield a line for each detail of an event that is new."""
+        now = {name: getattr(event, name) or DEFAULTS[name] for name in event.KIND.details}
         if not any(getattr(event, name) for name in event.KIND.details):
             return
+        now |= event.slots if isinstance(event, GoalTransition) else {}
         subject = self._subject(event)
-        known = self._last.get(subject, DEFAULTS | {"params": ""})
-        self._last[subject] = {}
-        for name in event.KIND.details:
-            value = self._last[subject][name] = getattr(event, name) or DEFAULTS[name]
-            if value != known[name]:
-                yield to_record(f"  {name}={value}")
+        before = self._last.get(subject, DEFAULTS | {"params": ""})
+        self._last[subject] = now
+        for name in (*now, *(before.keys() - now.keys() - DEFAULTS.keys())):
+            if now.get(name, "") != before.get(name, ""):
+                yield to_record(f"  {name}={now.get(name, '')}")
 
 
 class TransitionsWriter(StreamWriter):

@@ -32,14 +32,16 @@ def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
 
     :raises TraceError: when it cannot be read.
     """
-    model = read_events(run, limits)
+    model = read_events(run, limits, run.start_us)
     model.notes[:0] = run.notes
     return model
 
 
-def read_events(events: Iterable[Event], limits: ReportLimits | None = None) -> RunModel:
+def read_events(
+    events: Iterable[Event], limits: ReportLimits | None = None, start_us: int | None = None
+) -> RunModel:
     """Return what a page shows of events."""
-    reader = _ReportReader(limits or ReportLimits())
+    reader = _ReportReader(limits or ReportLimits(), start_us)
     for event in events:
         reader.take(event)
     return reader.finish()
@@ -48,9 +50,9 @@ def read_events(events: Iterable[Event], limits: ReportLimits | None = None) -> 
 class _ReportReader:
     """Takes events in recorded order."""
 
-    def __init__(self, limits: ReportLimits) -> None:
+    def __init__(self, limits: ReportLimits, start_us: int | None) -> None:
         self._log = {level.value: Kept[tuple[int, int, int, str]](limits.log) for level in Level}
-        self._history = RunHistory(limits)
+        self._history = RunHistory(limits, start_us)
         self._model = RunModel(
             self._history,
             log=self._log,

@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
+from cxbridge.clipstext.goal_slots import GoalSlot
 from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 from cxbridge.web.fawkes import formulas
@@ -21,6 +22,7 @@ from cxbridge.web.fawkes.slots import (
     text,
     texts,
 )
+from cxbridge.web.models import FURTHER, NUMBERS
 from cxbridge.web.paging import ListPart
 
 Model = dict[str, Any]
@@ -60,8 +62,9 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
     return plans
 
 
-def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
+def _goal(plans: dict[str, list[str]], exact: bool, slots: Slots) -> Model:
     goal_id = text(slots, "id")
+    further = {} if exact else {slot.name: _further(slot, slots) for slot in FURTHER if slot.name in slots}
     return _model(
         "Goal",
         id=goal_id,
@@ -79,17 +82,25 @@ def _goal(plans: dict[str, list[str]], slots: Slots) -> Model:
         plans=plans.get(goal_id, []),
         required_resources=texts(slots, "required-resources"),
         acquired_resources=texts(slots, "acquired-resources"),
+        **further,
     )
 
 
+def _further(slot: GoalSlot, slots: Slots) -> Any:
+    """Return the value of a slot that Fawkes' API does not show."""
+    if slot.is_multi:
+        return texts(slots, slot.name)
+    return number(slots, slot.name) if slot.type in NUMBERS else text(slots, slot.name)
+
+
 def _goals(call: ApiCall) -> list[Model]:
-    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call)))
+    return _readable(call, "goal", facts(call, "goal"), partial(_goal, _plans_of_goals(call), call.exact))
 
 
 def _one_goal(call: ApiCall) -> Model:
     wanted = call.path["id"]
     found = (slots for slots in facts(call, "goal") if slots.get("id") == wanted)
-    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call))):
+    for goal in _readable(call, "goal", found, partial(_goal, _plans_of_goals(call), call.exact)):
         return goal
     raise ApiError(400, f"Goal '{wanted}' is unknown")
 

@@ -109,7 +109,8 @@ def _lines(path: Path) -> Iterator[bytes]:
 
 def _guessed_links(path: Path) -> str:
     """Return the guessed pairs as JSON: environment, goal, plan, action; Skiller, text, message, begin."""
-    history = RunHistory.of(open_run(path), UNLIMITED)
+    run = open_run(path)
+    history = RunHistory.of(run, UNLIMITED, run.start_us)
     start_us = history.clock.first_us or 0
     pairs = [(link.action, link.call) for link in links(history) if link.guessed]
     return json.dumps(

@@ -19,5 +19,5 @@ const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid })
   msgid,
 }));
 const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, modes: changes.map(({ mode }) => mode) }));
-const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome }) => ({ key, mode, outcome }));
+const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, told }) => ({ key, mode, outcome, told }));
 console.log(JSON.stringify({ calls, goals, now }));

@@ -1,7 +1,7 @@
 // What the views share: the model, where its events come from, and how to get about.
 import SITE from "../shared/site.js";
 import { get, post, throttled } from "./api.js";
-import { el } from "./dom.js";
+import { countFrom, el } from "./dom.js";
 import { readOf } from "./env.js";
 import { MAIN_ENV, Model } from "./model.js";
 import { openPast } from "./recording/open.js";
@@ -169,9 +169,16 @@ class App extends EventTarget {
     return () => this.listeners.delete(call);
   }
   notify() {
+    countFrom(this.zero);
     for (const node of document.querySelectorAll("[data-gate]"))
       this.gate(node, node.dataset.gate === "shut");
     for (const listener of [...this.listeners]) listener();
+  }
+
+  /** Where the run began, microseconds; null: that is not known yet. */
+  get zero() {
+    if (this.recording && !this.recording.isPast) return this.recording.begin;
+    return this.status ? this.status.started_us : this.live.history.begin;
   }
 
   /** The moment that is looked at: of the recording, or of the daemon; microseconds. */

@@ -96,8 +96,34 @@ export function checkbox(text, checked, call) {
 
 const pad = (number, width = 2) => String(number).padStart(width, "0");
 
-/** The time of day of microseconds since the epoch. */
+const BY_DAY = "cxbridge.time-of-day";
+const moments = { zero: null, byDay: false };
+try {
+  moments.byDay = localStorage.getItem(BY_DAY) === "yes";
+} catch {
+  // a page in a sandbox has no storage
+}
+
+/** Times count from here: where the run began, microseconds since the epoch; null: that is not known. */
+export const countFrom = (begin) => {
+  moments.zero = begin;
+};
+/** What times count from; null: the time of day is shown. */
+export const zeroOfTimes = () => (moments.byDay ? null : moments.zero);
+/** Show the time of day, or seconds into the run again. */
+export function switchTimes() {
+  moments.byDay = !moments.byDay;
+  localStorage.setItem(BY_DAY, moments.byDay ? "yes" : "no");
+}
+
+/** Microseconds since the epoch as seconds into the run, or as the time of day where that is wanted. */
 export function clockText(timeUs, digits = 0) {
+  const zero = zeroOfTimes();
+  return zero === null ? timeOfDay(timeUs, digits) : ((timeUs - zero) / 1e6).toFixed(digits || 1) + " s";
+}
+
+/** The time of day of microseconds since the epoch. */
+export function timeOfDay(timeUs, digits = 0) {
   const date = new Date(timeUs / 1000);
   const text = pad(date.getHours()) + ":" + pad(date.getMinutes()) + ":" + pad(date.getSeconds());
   return digits ? text + "." + pad(Math.floor((timeUs / 10 ** (6 - digits)) % 10 ** digits), digits) : text;

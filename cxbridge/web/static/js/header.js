@@ -1,6 +1,6 @@
 // State of the daemon, its clock, pause and resume.
 import { debugBar } from "./debug.js";
-import { button, clockText, el } from "./dom.js";
+import { button, clockText, el, switchTimes } from "./dom.js";
 import { stateBadge } from "./looks.js";
 import { chooseFile } from "./recording/open.js";
 import { themeSwitch } from "./theme.js";
@@ -8,7 +8,15 @@ import { themeSwitch } from "./theme.js";
 /** @param search the button that opens the search over everything */
 export function header(app, search) {
   const state = el("span", { id: "state", role: "status" });
-  const clock = el("time", { id: "clock", title: "the daemon's clock" });
+  const clock = button(
+    "",
+    () => {
+      switchTimes();
+      app.notify();
+      app.reopen();
+    },
+    { id: "clock", class: "quiet", title: "Seconds into the run, or the time of day: press to change" },
+  );
   const pause = button("Pause", () => app.command(stalled() ? "interrupt" : paused() ? "resume" : "pause"), {
     id: "pause",
     "aria-keyshortcuts": "p",
@@ -100,7 +108,7 @@ export function header(app, search) {
   }
   function tick() {
     const time = app.now;
-    clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "--:--:--";
+    clock.textContent = time ? clockText(time, app.recording ? 3 : 0) : "–";
   }
   setInterval(tick, 250);
   app.onChange(draw);

@@ -1,5 +1,5 @@
 // What is known about a run: made of its events, live or recorded. Views are notified once a frame.
-import { MAIN_ENV, bare, goalKey } from "./names.js";
+import { MAIN_ENV, bare, fields, goalKey } from "./names.js";
 import { History } from "./timeline/history.js";
 
 export { MAIN_ENV, goalKey };
@@ -8,9 +8,14 @@ const MOST_LOG = 20000,
   MOST_CALLS = 500,
   MOST_MESSAGES = 200;
 
-/** The fields of a multislot as CLIPS prints them in parentheses; strings without their quotes. */
-export const fields = (text = "") =>
-  [...text.slice(1, -1).matchAll(/"([^"]*)"|[^\s"]+/g)].map(([word, string]) => string ?? word);
+/** The slots of a goal that its event tells besides its state, by the names of the API. */
+const toldBy = ({ params, meta, priority, resources, slots }) => ({
+  parameters: fields(params),
+  meta: fields(meta),
+  ...(priority && { priority }),
+  "required-resources": fields(resources),
+  ...slots,
+});
 
 export class Model {
   /**
@@ -111,6 +116,7 @@ export class Model {
     goal.mode = event.mode;
     goal.outcome = event.outcome;
     goal.error = event.error;
+    goal.told = toldBy(event);
     this.gone.delete(key);
     this.goals.set(key, goal);
     // its fact may stay until its family is gone: who can ask does, a recording only knows this much

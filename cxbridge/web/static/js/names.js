@@ -2,3 +2,6 @@
 export const MAIN_ENV = "executive";
 export const goalKey = (env, id) => (!env || env === MAIN_ENV ? id : env + ":" + id);
 export const bare = (symbol) => (symbol === "nil" ? "" : symbol);
+/** The fields of a multislot as CLIPS prints them in parentheses; strings without their quotes. */
+export const fields = (text = "") =>
+  [...text.slice(1, -1).matchAll(/"([^"]*)"|[^\s"]+/g)].map(([word, string]) => string ?? word);

@@ -4,8 +4,8 @@ import { button, el, none, wideTable } from "../dom.js";
 
 const MOST = 25;
 
-/** @param owners of templateOwners(); choose called with a deftemplate's name */
-export function factsOverview(facts, { core, own }, choose) {
+/** @param owners of templateOwners(); choose called with a deftemplate's name; mayChange whether facts can be changed */
+export function factsOverview(facts, { core, own }, choose, mayChange) {
   const counts = new Map();
   for (const fact of facts) counts.set(fact.template, (counts.get(fact.template) || 0) + 1);
   if (!counts.size) return none("No facts", "They are listed by deftemplate here.");
@@ -17,7 +17,11 @@ export function factsOverview(facts, { core, own }, choose) {
     "div",
     { id: "clips-overview" },
     el("div", { class: "detail-head" }, el("h2", {}, "Facts by deftemplate")),
-    el("p", { class: "dim" }, "Choose a fact to change or retract it."),
+    el(
+      "p",
+      { class: "dim" },
+      mayChange ? "Choose a fact to change or retract it." : "Choose a fact to see it.",
+    ),
     wideTable(
       { class: "counts" },
       ["deftemplate", "facts", "of"],

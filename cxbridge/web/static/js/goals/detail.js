@@ -7,6 +7,18 @@ import { goalOutcome, outcomeBadge } from "../outcome.js";
 import { durationOf, robotsOf } from "./numbers.js";
 import { drawPlan } from "./plan.js";
 
+// what is shown by other names, in other places, or not at all
+const SHOWN = new Set(
+  "kind apiVersion id class type sub-type parent mode outcome error plans priority parameters meta message".split(
+    " ",
+  ),
+)
+  .add("required-resources")
+  .add("acquired-resources");
+
+// values that slots have while no rule has given them another
+const USUAL = new Set(["", "0", "nil", "FALSE", "DEFAULT"]);
+
 const link = (key, text = key) => el("a", { href: "#/goals/" + part(key) }, text);
 
 /** The plans: as the API has them, their states as the last events had them; else made of events. */
@@ -87,11 +99,13 @@ function subGoals(children) {
  * shown.children the sub-goals
  */
 export function goalDetail(app, goal, { plans, why, askWhy, children }) {
-  const details = goal.details || {},
+  const details = { ...goal.told, ...goal.details },
     states = app.model.actions.get(goal.key) || new Map(),
     list = planList(goal, plans, states),
     duration = durationOf(goal, app.now),
-    words = (values) => (values || []).join(" ");
+    words = (values) =>
+      Array.isArray(values) ? values.join(" ") : String(values ?? "").replace(/^"(.*)"$/s, "$1"),
+    further = Object.entries(details).filter(([name, value]) => !SHOWN.has(name) && !USUAL.has(words(value)));
   return el(
     "div",
     {},
@@ -121,9 +135,10 @@ export function goalDetail(app, goal, { plans, why, askWhy, children }) {
           ["priority", details.priority === undefined ? "" : String(details.priority)],
           ["parameters", words(details.parameters)],
           ["meta", words(details.meta)],
-          ["message", details.message],
+          ["message", words(details.message)],
           ["required", words(details["required-resources"])],
           ["acquired", words(details["acquired-resources"])],
+          ...further.map(([name, value]) => [name, words(value)]),
           ["environment", goal.env === MAIN_ENV ? "" : goal.env],
         ]),
         why ? el("section", { id: "why-text" }, el("h3", {}, "Why"), why) : null,

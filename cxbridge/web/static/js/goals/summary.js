@@ -26,7 +26,7 @@ function step({ kind, goal, action, call }) {
       el(
         "a",
         { href: "#/goals/" + part(goal.key) + "?action=" + part(action.id) },
-        "action " + action.id + " " + action.name,
+        ["action", action.id, action.name, ...action.values].join(" "),
       ),
     ];
   return [

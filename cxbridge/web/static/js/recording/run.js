@@ -36,7 +36,8 @@ export class Recording {
   }
 
   get begin() {
-    return this.events.length ? this.events[0].time_us : 0;
+    const first = this.events.length ? this.events[0].time_us : 0;
+    return Math.min(first, this.sources?.startUs ?? first);
   }
   get end() {
     return this.events.length ? this.events[this.events.length - 1].time_us : 0;

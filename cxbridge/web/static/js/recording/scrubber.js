@@ -102,7 +102,7 @@ export function scrubber(app) {
       name.textContent = recording.name;
     }
     slider.value = recording.stepNumber;
-    const text = ((recording.time - recording.begin) / 1e6).toFixed(3) + " s, " + recording.line;
+    const text = clockText(recording.time, 3) + ", " + recording.line;
     output.textContent = "  " + recording.stepNumber + " of " + recording.steps.length + " · " + text;
     slider.setAttribute("aria-valuetext", text);
   }

@@ -11,6 +11,7 @@ export class Sources {
   constructor() {
     this.files = new Map(); // attachment -> text
     this.paths = new Map(); // attachment -> path
+    this.startUs = null; // when the run began
   }
 
   attachment(bytes, view, begin) {
@@ -23,7 +24,6 @@ export class Sources {
 
   metadata(bytes, view, begin) {
     const [name, afterName] = textAt(bytes, view, begin);
-    if (name !== "cxbridge.source") return;
     const end = afterName + 4 + view.getUint32(afterName, true),
       about = {};
     for (let at = afterName + 4; at < end;) {
@@ -32,7 +32,8 @@ export class Sources {
       about[key] = value;
       at = after;
     }
-    if (about.attachment) this.paths.set(about.attachment, about.name);
+    if (/^\d+$/.test(about.start_us)) this.startUs = Number(about.start_us);
+    if (name === "cxbridge.source" && about.attachment) this.paths.set(about.attachment, about.name);
   }
 
   /** The files of an environment, in the order in which they were loaded: {path, core, text}. */

@@ -21,11 +21,15 @@ export function knownSkills(names, executors, calls) {
     .sort((a, b) => (a.name < b.name ? -1 : 1));
 }
 
-/** @param how isRecording, skiller, showsGraphs, problem, isSearch: there are skills, but none matches */
-export function noSkills({ isRecording, skiller, showsGraphs, problem, isSearch }) {
-  if (isRecording) return none("No skills", "A recording has the skills that were called up to its moment.");
+/**
+ * @param how isRecording, skiller, showsGraphs, hasGraph, problem, isSearch: there are skills, but none matches
+ */
+export function noSkills({ isRecording, skiller, showsGraphs, hasGraph, problem, isSearch }) {
+  if (isRecording && !isSearch)
+    return none("No skill called yet", "A recording shows the skills that were called up to its moment.");
   if (isSearch) return none("No skill matches");
   if (problem) return none(problem);
+  if (hasGraph) return none("No list of skills", "The Skiller has not shown its list.");
   if (showsGraphs) return none("No skills", "The Skiller knows none, or there is no Skiller.");
   return none(
     "No list of skills",

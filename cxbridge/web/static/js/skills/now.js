@@ -51,8 +51,7 @@ export async function readStatus(skiller) {
 }
 
 /** The calls of a Skiller, the latest first. */
-export const callsOf = (model, skiller) =>
-  model.calls.filter(isOf(skiller)).slice(-MOST_CALLS).reverse();
+export const callsOf = (model, skiller) => model.calls.filter(isOf(skiller)).slice(-MOST_CALLS).reverse();
 
 /** @param again called with the skill string of a call that is wanted again; null: nothing can be called */
 export function callList(calls, again) {

@@ -57,7 +57,8 @@ export class BoardMessages {
 
   said(ticket, { uid, message, values }) {
     const agent = agentOf(uid),
-      executor = values.executor || (uid.startsWith(EXECUTOR) ? idOf(uid).slice(agent ? agent.length + 1 : 0) : ""),
+      executor =
+        values.executor || (uid.startsWith(EXECUTOR) ? idOf(uid).slice(agent ? agent.length + 1 : 0) : ""),
       type = message.replace(/Message$/, "").toUpperCase(),
       outcome = values.outcome,
       found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };

@@ -59,7 +59,7 @@ export class Detail {
   crumbs(path, { goal, action, call }) {
     const entries = [["All", {}]];
     if (goal) entries.push([goal.id, { goal: path.goal }]);
-    if (action) entries.push([action.id + " " + action.name, { goal: path.goal, action: path.action }]);
+    if (action) entries.push([action.id + " " + action.text, { goal: path.goal, action: path.action }]);
     if (call) entries.push([call.text, { ...path, what: undefined }]);
     if (path.what) entries.push([path.what === "log" ? "Log" : "Why", path]);
     return el(
@@ -157,7 +157,7 @@ export class Detail {
         ...this.times(goal),
         ["environment", goal.env === "executive" ? "" : goal.env],
       ]),
-      this.list("Plan", goal.actions, (action) => this.link(action, action.id + " " + action.name)),
+      this.list("Plan", goal.actions, (action) => this.link(action, action.id + " " + action.text)),
       this.list("Sub-goals", children, (child) => this.link(child, child.id)),
       this.list("Transitions", goal.changes, (change) => [
         this.at(change),
@@ -173,10 +173,11 @@ export class Detail {
     const { calls } = action,
       probably = calls.some((call) => call.guessed);
     return [
-      this.head("Action " + action.id + " " + action.name, outcomeAt(action)),
+      this.head("Action " + action.id + " " + action.text, outcomeAt(action)),
       pairs([["plan", action.plan], ...this.times(action)]),
-      this.list(probably ? "Probably its skill calls" : "Skill calls", calls, (call) => this.link(call, call.skiller + ": " + call.text)) ||
-        el("p", { class: "dim" }, "No skill call is known for it."),
+      this.list(probably ? "Probably its skill calls" : "Skill calls", calls, (call) =>
+        this.link(call, call.skiller + ": " + call.text),
+      ) || el("p", { class: "dim" }, "No skill call is known for it."),
       this.list("States", action.changes, (change) => [
         this.at(change),
         " ",
@@ -193,7 +194,7 @@ export class Detail {
         ["robot", call.skiller],
         [
           call.guessed ? "probably of" : "of",
-          call.action ? el("a", { href: this.href(pathTo(call.action)) }, call.action.name) : "",
+          call.action ? el("a", { href: this.href(pathTo(call.action)) }, call.action.text) : "",
         ],
         ...this.times(call),
         ["status", call.status],

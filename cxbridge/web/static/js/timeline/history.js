@@ -1,7 +1,7 @@
 // What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from events.
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
 import { skillOutcome } from "../outcome.js";
-import { MAIN_ENV, bare, goalKey } from "../names.js";
+import { MAIN_ENV, bare, fields, goalKey } from "../names.js";
 import { BoardMessages } from "./board.js";
 
 const MOST_GOALS = 20000,
@@ -114,7 +114,9 @@ export class History {
   /** The key of the goal that has an id, after a step: an id that is used again has several goals. */
   keyOf(env, id, step = Infinity) {
     const known = this.lives.get(goalKey(env, id));
-    return known ? (lastUpTo(known, step, (goal) => goal.changes[0]?.step ?? Infinity) || known[0]).key : goalKey(env, id);
+    return known
+      ? (lastUpTo(known, step, (goal) => goal.changes[0]?.step ?? Infinity) || known[0]).key
+      : goalKey(env, id);
   }
 
   on_goal(event) {
@@ -208,6 +210,7 @@ export class History {
         plan: event.plan,
         id: event.action_id,
         name: event.action,
+        text: [event.action, ...fields(event.params)].join(" "),
         env: event.env || MAIN_ENV,
         changes: [],
         calls: [],
@@ -219,7 +222,8 @@ export class History {
     }
     append(action.changes, { ...this.step(), state: event.state });
     if (event.call) {
-      const of = (call) => call.sentAs === event.skiller + "\n" + event.call && (!call.env || call.env === event.env);
+      const of = (call) =>
+        call.sentAs === event.skiller + "\n" + event.call && (!call.env || call.env === event.env);
       this.link(action, this.ofSkillers.findLast(of) || this.ofBoard.findLast(of));
     }
   }
@@ -241,7 +245,9 @@ export class History {
     for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
       const path = "\n" + plan + " " + id,
         lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
-        calls = this.calls.filter((call) => call.text === text && call.msgid === msgid && call.skiller === skiller),
+        calls = this.calls.filter(
+          (call) => call.text === text && call.msgid === msgid && call.skiller === skiller,
+        ),
         away = (call) => Math.abs(call.begin.time - begin),
         [call = null] = calls.sort((a, b) => away(a) - away(b)),
         actions = lives.map(({ key }) => this.actions.get(key + path)).filter(Boolean);
@@ -318,12 +324,16 @@ export class History {
       env = id.slice(0, Math.max(0, id.length - skiller.length - 1)),
       held = { ...this.skillers.get(id), ...event.values };
     this.skillers.set(id, held);
-    const lane = this.lastCalls.has(id) ? id : [...this.lastCalls.keys()].find((each) => each.endsWith("/" + id)) || id;
+    const lane = this.lastCalls.has(id)
+      ? id
+      : [...this.lastCalls.keys()].find((each) => each.endsWith("/" + id)) || id;
     this.skillIs({ ...held, skiller, env, lane }, held.error);
   }
 
   on_message(event) {
-    for (const { type, agent, executor, request, text, progress, status, succeeded } of this.board.read(event)) {
+    for (const { type, agent, executor, request, text, progress, status, succeeded } of this.board.read(
+      event,
+    )) {
       const lane = "board " + agent + "/" + executor,
         call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {

@@ -33,7 +33,7 @@ export function nameOf(row, history, step) {
   const text =
     row.kind === "goal"
       ? [item.id, item.cls && item.cls !== item.id ? el("span", { class: "dim" }, " " + item.cls) : null]
-      : [el("span", { class: "dim" }, item.id + " "), item.name];
+      : [el("span", { class: "dim" }, item.id + " "), item.text];
   return [
     icon,
     el("span", { class: "main-text" + (outcome ? "" : " dim"), "aria-hidden": "true", title: about }, text),
@@ -45,7 +45,7 @@ function spoken({ kind, item }, history, outcome) {
   const { ran } = timesOf(item, history),
     error = kind === "goal" ? item.changes.at(-1).error : "";
   return [
-    kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.name,
+    kind === "goal" ? "goal " + item.id : "action " + item.id + " " + item.text,
     outcome ? OUTCOMES[outcome].word : "not there yet",
     ran === null ? "" : "ran " + durationText(ran),
     error,

@@ -155,7 +155,7 @@ export class Painter {
       took = durationText(Math.max(0, to - span.from.time));
     if (item.kind === "action") {
       const [call] = item.calls;
-      return (call ? call.text : item.name) + "  " + took;
+      return (call ? call.text : item.text || item.name) + "  " + took;
     }
     const error = span.outcome === "failed" && item.changes.findLast((each) => each.error);
     return error ? took + "  " + error.error : took;

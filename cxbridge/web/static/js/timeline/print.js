@@ -72,7 +72,7 @@ function picture(timeline, rows, colours) {
   context.rect(0, 0, NAMES - 6, height);
   context.clip();
   for (const [at, row] of rows.entries()) {
-    const name = row.kind === "action" ? row.item.id + " " + row.item.name : row.name;
+    const name = row.kind === "action" ? row.item.id + " " + row.item.text : row.name;
     context.fillText(name, 4 + Math.min(row.depth, 12) * 12, AXIS + at * HIGH + HIGH / 2);
   }
   return canvas;

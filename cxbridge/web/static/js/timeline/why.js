@@ -52,7 +52,7 @@ function sentence(item, outcome) {
     return "Goal " + item.id + " " + is + (error ? ": " + error : "");
   }
   if (item.kind === "action")
-    return "Action " + item.id + " " + item.name + " " + is + " (" + item.changes.at(-1).state + ")";
+    return "Action " + item.id + " " + item.text + " " + is + " (" + item.changes.at(-1).state + ")";
   return (
     (item.guessed ? "probably " : "") +
     item.skiller +

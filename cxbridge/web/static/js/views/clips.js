@@ -235,15 +235,16 @@ export function open(root, app) {
   const overview = throttled(async () => {
     if (!chosen && !detail.contains(document.activeElement)) drawOverview();
   }, FACTS_MS);
+  function chooseTemplate(template) {
+    find.value = "(" + template;
+    wanted = find.value.toLowerCase();
+    draw();
+  }
   function drawOverview() {
     if (tab === "facts")
       refill(
         detail,
-        factsOverview([...app.model.factsOf(app.env).values()], { core, own }, (template) => {
-          find.value = "(" + template;
-          wanted = find.value.toLowerCase();
-          draw();
-        }),
+        factsOverview([...app.model.factsOf(app.env).values()], { core, own }, chooseTemplate, app.mayChange),
       );
     else refill(detail, rulesOverview(allRules(), firings));
   }

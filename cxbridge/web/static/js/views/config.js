@@ -1,6 +1,6 @@
 // The configuration, the daemon's components, and its plugins.
 import { get, part, put, throttled } from "../api.js";
-import { button, clockText, el, none, panel, search, tabs } from "../dom.js";
+import { button, timeOfDay, el, none, panel, search, tabs } from "../dom.js";
 import { badge } from "../dom.js";
 import { componentBadge } from "../looks.js";
 import { VirtualList } from "../virtual.js";
@@ -161,7 +161,7 @@ export function open(root, app) {
         [
           "version " + status.version,
           "process " + status.pid,
-          "since " + clockText(status.started_us),
+          "since " + timeOfDay(status.started_us),
           "clock " + status.clock,
           loop.count ? loop.count + " loops, one in " + (loop.period_us / 1000).toFixed(1) + " ms" : "",
         ]
@@ -181,7 +181,7 @@ export function open(root, app) {
               { class: "card-text" },
               el("b", {}, each.name),
               each.reason ? el("span", { class: "bad-text" }, each.reason) : null,
-              el("span", { class: "dim small" }, each.since_us ? "since " + clockText(each.since_us) : ""),
+              el("span", { class: "dim small" }, each.since_us ? "since " + timeOfDay(each.since_us) : ""),
             ),
             componentBadge(each.state),
           ),

@@ -248,15 +248,25 @@ export function open(root, app) {
   }
 
   let drawn = "",
-    summaryAt = -Infinity;
+    summaryAt = -Infinity,
+    summaryOf = 0,
+    summaryLater = 0;
   function drawSummary() {
     const size = app.model.goals.size + app.model.gone.size,
       pause = size > MANY ? SUMMARY_OF_MANY_MS : SUMMARY_MS;
-    if (drawn === "summary" && performance.now() - summaryAt < pause) return;
-    if (drawn === "summary" && detail.contains(document.activeElement)) return; // who reads there is not disturbed
+    if (drawn === "summary" && performance.now() - summaryAt < pause) {
+      summaryLater ||= setTimeout(() => {
+        summaryLater = 0;
+        drawDetail();
+      }, pause);
+      return;
+    }
+    // a reader there is not disturbed, unless what is read is not true any more
+    if (drawn === "summary" && summaryOf && detail.contains(document.activeElement)) return;
     const goals = [...app.model.gone.values(), ...app.model.goals.values()];
     drawn = "summary";
     summaryAt = performance.now();
+    summaryOf = size;
     refill(detail, runSummary(app, goals, parentsOf(goals)));
   }
   function drawDetail() {
@@ -340,6 +350,7 @@ export function open(root, app) {
     close() {
       stop();
       clearInterval(tick);
+      clearTimeout(summaryLater);
       app.removeEventListener("select", follow);
       soon.stop();
       readPlans.stop();

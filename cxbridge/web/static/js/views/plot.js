@@ -1,6 +1,6 @@
 // Values over time: fields of interfaces, slots of facts, the time that loops take.
 import { palette, save } from "../canvas.js";
-import { button, clockText, dataTable, el, none, panel, refill } from "../dom.js";
+import { button, clockText, zeroOfTimes, dataTable, el, none, panel, refill } from "../dom.js";
 import { Chart, dashOf } from "../plot/chart.js";
 import { choices } from "../plot/choices.js";
 import { csv } from "../plot/csv.js";
@@ -96,7 +96,6 @@ export function open(root, app) {
 
   function timeText(time, step) {
     const digits = step >= 1e6 ? 0 : step >= 1e3 ? 3 : 6;
-    if (app.recording) return ((time - app.recording.begin) / 1e6).toFixed(digits) + " s";
     return clockText(time, digits);
   }
   function readdress() {
@@ -172,7 +171,7 @@ export function open(root, app) {
       );
     chart.show(store.series);
     chart.end = end();
-    chart.zero = app.recording ? app.recording.begin : 0;
+    chart.zero = zeroOfTimes() ?? 0;
     chart.mark(app.recording ? app.recording.time : app.selection.value.time);
     if (!app.recording && follows) {
       const to = end();

@@ -139,11 +139,7 @@ export function open(root, app) {
     const all = ids();
     if (all.includes(chosenSkiller)) return chosenSkiller;
     const last = app.model.calls.at(-1);
-    return last && all.includes(last.lane)
-      ? last.lane
-      : all.includes(USUAL) || !all.length
-        ? USUAL
-        : all[0];
+    return last && all.includes(last.lane) ? last.lane : all.includes(USUAL) || !all.length ? USUAL : all[0];
   }
   function ids() {
     const fromInterfaces = [...app.model.interfaces.keys()]
@@ -258,6 +254,7 @@ export function open(root, app) {
           isRecording: Boolean(app.recording),
           skiller: skiller(),
           showsGraphs,
+          hasGraph: Boolean(graph.querySelector("svg")),
           problem,
           isSearch: all.length > 0,
         }),

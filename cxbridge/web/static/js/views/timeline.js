@@ -1,6 +1,6 @@
 // The timeline of what happens now, or of the recording that is looked at.
 import { get, part } from "../api.js";
-import { paced } from "../dom.js";
+import { paced, zeroOfTimes } from "../dom.js";
 import { envSelect } from "../env.js";
 import { MAIN_ENV } from "../names.js";
 import { partsOf, pathOf } from "../timeline/path.js";
@@ -34,7 +34,7 @@ class PageHost {
     return this.app.model.history;
   }
   get zero() {
-    return this.isLive ? null : this.app.recording.begin;
+    return zeroOfTimes();
   }
   now() {
     return this.isLive

@@ -1,0 +1,48 @@
+"""The slots of goals, read from their one declaration: the deftemplate in the core's ``goal.clp``.
+
+What prints, records or serves goals derives from it what it has to know about slots.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final, NamedTuple
+
+DECLARATION: Final = Path(__file__).parent.parent / "executive" / "clips" / "cx" / "goal.clp"
+
+_COMMENT: Final = re.compile(r";[^\n]*")
+_SLOT: Final = re.compile(r"\((multi)?slot\s+([\w-]+)((?:\s*\([^()]*\))*)\s*\)")
+_ATTRIBUTE: Final = re.compile(r"\(([\w-]+)\s*([^()]*)\)")
+_DEFAULTS: Final = {"STRING": '""', "INTEGER": "0", "FLOAT": "0.0"}
+
+
+class GoalSlot(NamedTuple):
+    """A slot of goals.
+
+    :param is_multi: whether it is a multislot.
+    :param type: ``SYMBOL``, ``STRING``, ``INTEGER``, ``FLOAT``; empty where any value is allowed.
+    :param default: its default value as CLIPS prints it; empty for an empty multislot.
+    """
+
+    name: str
+    is_multi: bool
+    type: str
+    default: str
+
+
+def read_slots(text: str) -> tuple[GoalSlot, ...]:
+    """Return the slots of the first deftemplate of a file, in the order in which CLIPS prints them."""
+    begin = text.index("(deftemplate")
+    declaration = _COMMENT.sub("", text[begin : text.find("\n(def", begin)])
+    return tuple(_slot(bool(multi), name, rest) for multi, name, rest in _SLOT.findall(declaration))
+
+
+def _slot(is_multi: bool, name: str, rest: str) -> GoalSlot:
+    attributes = {key: value.strip() for key, value in _ATTRIBUTE.findall(rest)}
+    kind, allowed = attributes.get("type", ""), attributes.get("allowed-values", "").split()
+    usual = "" if is_multi else allowed[0] if allowed else _DEFAULTS.get(kind, "nil")
+    return GoalSlot(name, is_multi, kind, attributes.get("default", usual))
+
+
+GOAL_SLOTS: Final = read_slots(DECLARATION.read_text("utf-8"))

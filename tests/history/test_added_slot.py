@@ -1,0 +1,122 @@
+"""A slot that is added to the deftemplate in `goal.clp`, and nowhere else, is in all that shows goals."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from cxbridge.clipstext.goal_slots import DECLARATION, GOAL_SLOTS, read_slots
+from tests.history.test_lives import AGENT, SCENARIO
+from tests.history.test_views_agree import NODE
+from tests.support import ROOT
+
+ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (multislot warning)"
+REST = """
+import json
+from cxbridge.run.program.additions import NOTHING
+from cxbridge.web.fawkes.executive import _goal
+from cxbridge.web.models import SCHEMAS
+from cxbridge.executive.host.values import Symbol
+values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
+for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
+    values[name] = Symbol("x")
+for name in ("error", "params", "meta", "required-resources", "acquired-resources"):
+    values[name] = ()
+print(json.dumps([_goal({}, False, values)["deadline"], SCHEMAS["Goal"]["properties"]["deadline"]["type"]]))
+"""
+
+
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package with one more slot of goals."""
+    folder = tmp_path_factory.mktemp("package")
+    ignored = shutil.ignore_patterns("__pycache__")
+    shutil.copytree(ROOT / "cxbridge", folder / "cxbridge", ignore=ignored)
+    for each in ("interfaces", "luaskills"):
+        (folder / each).symlink_to(ROOT / each)
+    goal = folder / "cxbridge" / DECLARATION.relative_to(ROOT / "cxbridge")
+    text = goal.read_text()
+    assert text.count("  (multislot warning)") == 1
+    goal.write_text(text.replace("  (multislot warning)", ADDED))
+    return folder
+
+
+def run(package: Path, *arguments: str) -> str:
+    done = subprocess.run(
+        [sys.executable, *arguments],
+        env={**os.environ, "PYTHONPATH": str(package)},
+        cwd=package,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode in (0, 1), done.stderr
+    return done.stdout
+
+
+@pytest.fixture(scope="module")
+def events(package: Path) -> list[dict[str, Any]]:
+    """The transitions of goals of a run whose rules set the slot."""
+    agent = package / "agent"
+    agent.mkdir()
+    (agent / "scenario.yaml").write_text(SCENARIO)
+    (agent / "twice.clp").write_text(AGENT.replace("(params round ?n)", "(deadline (* 10 ?n))"))
+    trace = str(package / "run.mcap")
+    run(package, "-m", "cxbridge", "run", str(agent), "--trace", trace, "--trace-level", "facts")
+    lines = run(package, "-m", "cxbridge", "trace", "cat", trace, "--json").splitlines()
+    return [event for event in map(json.loads, lines) if event["kind"] in ("goal", "fact")]
+
+
+def test_the_declaration_is_read():
+    assert {slot.name for slot in GOAL_SLOTS} >= {"id", "class", "mode", "params", "is-executable"}
+    more = read_slots(DECLARATION.read_text().replace("  (multislot warning)", ADDED))
+    (deadline,) = set(more) - set(GOAL_SLOTS)
+    assert deadline == ("deadline", False, "INTEGER", "0")
+
+
+def test_facts_and_events_have_it(events: list[dict[str, Any]]):
+    facts = [event["text"] for event in events if event["kind"] == "fact" and event["template"] == "goal"]
+    assert any("(deadline 20)" in text for text in facts)
+    told = {(event["goal"], event["slots"].get("deadline")) for event in events if event["kind"] == "goal"}
+    assert told == {("HOUSE", None), ("ROOM", "10"), ("ROOM", "20")}
+
+
+def test_text_lines_have_it(package: Path):
+    code = (
+        "import sys; from pathlib import Path; from cxbridge.trace.formats.registry import open_run;"
+        "from cxbridge.trace.formats.transitions_text import TransitionsWriter as W;"
+        "w = W('golden.txt', details=True); [w.write(e) for e in open_run('run.mcap')]; w.close();"
+        "print([e.slots.get('deadline') for e in open_run('golden.txt') if e.KIND.name == 'goal'])"
+    )
+    said = run(package, "-c", code)
+    assert "'10'" in said
+    assert "'20'" in said
+    assert "  deadline=20" in (package / "golden.txt").read_text()
+
+
+def test_rest_has_it(package: Path):
+    assert json.loads(run(package, "-c", REST)) == [7, "number"]
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
+    (package / "cxbridge" / "web" / "static" / "package.json").write_text('{"type": "module"}')
+    assert NODE is not None
+    script = ROOT / "tests" / "web" / "page" / "model_of_run.mjs"
+    done = subprocess.run(
+        [NODE, str(script), str(package / "cxbridge" / "web" / "static" / "js")],
+        input="\n".join(map(json.dumps, events)),
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    now = {goal["key"]: goal["told"].get("deadline") for goal in json.loads(done.stdout)["now"]}
+    assert now["ROOM"] == "10"
+    assert now["ROOM#2"] == "20"
