@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter, deque
+from typing import Final
 
 from msgspec import Struct
 
@@ -11,6 +12,9 @@ from cxbridge.history.forest import NO_PARENT
 
 KEPT = 1000
 """Root goals that have ended and are remembered one by one; a daemon runs for long."""
+
+MOST_LISTED: Final = 10_000
+"""Goals that are gone and are listed, the last ones; a run may be long."""
 
 _FIRST = "FORMULATED"
 _OVER = "RETRACTED"
@@ -48,12 +52,17 @@ class GoalWatch:
     :ivar open: goals whose facts are there, by id.
     :ivar ended: root goals that are retracted or gone, in that order; at most :data:`KEPT` of them.
     :ivar outcomes: how many root goals ended with which outcome.
+    :ivar forgotten: how many goals that are gone are not listed any more.
     """
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self.open: dict[str, GoalState] = {}
         self.ended: deque[GoalState] = deque(maxlen=KEPT)
         self.outcomes: Counter[str] = Counter()
+        self.forgotten = 0
+        self._last: dict[tuple[str, int], GoalState] = {}
+        self._lives: Counter[str] = Counter()
+        self._tidy_at = 2 * MOST_LISTED
         self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
         self._gone: set[str] = set()
         self._over: set[str] = set()
@@ -61,18 +70,24 @@ class GoalWatch:
         env.watcher.follow_retractions("goal", self._retracted, ("id",))
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
-        goal = slots["id"]
+        goal, mode = slots["id"], slots.get("mode", "")
+        before = self.open.get(goal)
+        if goal in self._gone and mode == _FIRST and before is not None and before.mode == _OVER:
+            self._leave(goal)  # an agent uses the id of a goal that is gone
         self._facts[goal] += 1
         self._gone.discard(goal)
-        self.open[goal] = GoalState(
+        self.open[goal] = self._last[goal, self._lives[goal]] = GoalState(
             goal,
             slots.get("class", ""),
             slots.get("parent", NO_PARENT),
-            slots.get("mode", ""),
+            mode,
             slots.get("outcome", ""),
             slots.get("error", ""),
             slots.get("type", ""),
         )
+        if len(self._last) > self._tidy_at:
+            self._forget()
+            self._tidy_at = len(self._last) + MOST_LISTED
 
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
@@ -84,21 +99,43 @@ class GoalWatch:
     def settle(self) -> None:
         """Book what has ended. To be called between runs: a modify retracts and asserts within one."""
         for goal in self._gone:
-            state = self.open.pop(goal, None)
-            # a goal without an id that goes before anything happened to it has got one
-            named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
-            if state is not None and named and state.is_root and goal not in self._over:
-                self._end(state)
-            self._over.discard(goal)
+            self._leave(goal)
         self._gone.clear()
         for state in self.roots:
             if state.mode == _OVER and state.goal not in self._over:
                 self._over.add(state.goal)
                 self._end(state)
 
+    def _leave(self, goal: str) -> None:
+        """Book that a goal is gone."""
+        state = self.open.pop(goal, None)
+        # a goal without an id that goes before anything happened to it has got one
+        named = state is not None and (goal != NO_PARENT or state.mode != _FIRST)
+        if state is not None and named and state.is_root and goal not in self._over:
+            self._end(state)
+        self._over.discard(goal)
+        if named:
+            self._lives[goal] += 1
+
     def _end(self, state: GoalState) -> None:
         self.ended.append(state)
         self.outcomes[state.outcome] += 1
+
+    def all(self) -> tuple[GoalState, ...]:
+        """Return the last state of each goal that there has been, in the order in which goals appeared."""
+        self._forget()
+        unnamed = self._last.get((NO_PARENT, self._lives[NO_PARENT]))
+        if unnamed is not None and unnamed.mode == _FIRST and NO_PARENT not in self.open:
+            del self._last[NO_PARENT, self._lives[NO_PARENT]]  # it has got an id
+        return tuple(self._last.values())
+
+    def _forget(self) -> None:
+        gone = [key for key, state in self._last.items() if self.open.get(key[0]) is not state]
+        for key in gone[:-MOST_LISTED]:
+            del self._last[key]
+            self.forgotten += 1
+            if key[0] not in self.open:
+                self._lives.pop(key[0], None)
 
     @property
     def roots(self) -> list[GoalState]:

@@ -83,11 +83,23 @@ def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) ->
 
 
 def goal_lines(goals: Iterable[NamedGoal], *, modes: bool = False) -> Iterator[GoalLine]:
-    """Yield goals as trees, parents before their children; see :func:`goal_line`."""
-    by_id = {goal.goal: goal for goal in goals}
-    forest = Forest({name: parent_id(goal.parent) for name, goal in by_id.items()})
-    for name, branch in drawn(forest):
-        yield goal_line(branch, name, by_id[name], modes=modes)
+    """Yield goals as trees, parents before their children; see :func:`goal_line`.
+
+    :param goals: in the order in which they appeared; several with one id are lives of that id.
+    """
+    known = list(goals)
+    lives: dict[str, list[int]] = {}
+    for number, goal in enumerate(known):
+        lives.setdefault(goal.goal, []).append(number)
+    parents: dict[int, int | None] = {}
+    for number, goal in enumerate(known):
+        above = lives.get(parent_id(goal.parent) or "", [])
+        before = [each for each in above if each < number]
+        parents[number] = before[-1] if before else above[0] if above else None
+    for number, branch in drawn(Forest(parents)):
+        goal = known[number]
+        life = lives[goal.goal].index(number) + 1
+        yield goal_line(branch, goal.goal if life == 1 else f"{goal.goal}#{life}", goal, modes=modes)
 
 
 def drawn(forest: Forest[Key]) -> Iterator[tuple[Key, str]]:

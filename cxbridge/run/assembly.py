@@ -8,14 +8,12 @@ from typing import TYPE_CHECKING, Self
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.closing import Closing
-from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent_context import AgentContext, make_only_agent_context
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.executive import ExecutiveComponent
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.context import RunContext
-from cxbridge.run.goal_history import GoalHistory
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.source import source_of
@@ -68,7 +66,6 @@ class Assembly(Closing):
         self.registry, self.board, self.memory = context.registry, context.board, context.memory
         self._thinking = ExecutiveComponent(context)
         self.manager, self.executive = self._thinking.manager, self._thinking.executive
-        self.goal_history = GoalHistory(self.executive.goals)
         self._components: list[Component] = [self._thinking]
 
     @property
@@ -84,7 +81,6 @@ class Assembly(Closing):
             for missing in self.context.missing:
                 self.bus.logger("Config").warn(f"{missing.location}: {missing.message}")
         self._thinking.watch()
-        self.bus.subscribe(self.goal_history.note, GoalTransition)
         if self._replay is not None:
             for component in self._replay.components(self.context):
                 self._start(component)

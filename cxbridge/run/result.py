@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.events import GoalTransition
-from cxbridge.history.tree import GoalLine, goal_lines
+from cxbridge.history.tree import GoalLine, NamedGoal, goal_lines
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
@@ -34,7 +33,7 @@ class RunResult:
     :param status: the exit status.
     :param reason: why, in a sentence.
     :param spec: the spec that was run.
-    :param goals: the last transition of each goal, in the order they appeared; of very many the last.
+    :param goals: the last state of each goal, in the order they appeared; of very many the last.
     :param is_stuck: whether it was ended before its time because nothing could happen any more.
     :param forgotten: how many goals there were before them.
     :param loops: loops of the main loop.
@@ -48,7 +47,7 @@ class RunResult:
     status: int
     reason: str
     spec: str
-    goals: tuple[GoalTransition, ...]
+    goals: tuple[NamedGoal, ...]
     loops: int
     firings: int
     run_seconds: float

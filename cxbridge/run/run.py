@@ -209,8 +209,8 @@ def sum_up_run(
             agent.name: RunResult(
                 *verdicts[agent.name],
                 spec=agent.spec,
-                goals=agent.goal_history.last(),
-                forgotten=agent.goal_history.forgotten,
+                goals=agent.executive.goals.all(),
+                forgotten=agent.executive.goals.forgotten,
                 loops=agent.loop.loops,
                 firings=agent.firings,
                 run_seconds=seconds[0],

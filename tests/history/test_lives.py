@@ -125,3 +125,13 @@ def test_the_page_has_both(recorded: Path, page_modules: Path):
         "HOUSE#2": "COMPLETED",
         "ROOM#2": "COMPLETED",
     }
+
+
+def test_the_result_of_a_run_lists_both(recorded: Path):
+    result = run_scenario(RunOptions(scenario=recorded.parent, timeout=20.0))
+    assert [(line.split(":")[0].split(" (")[0], line.rpartition(" ")[2]) for line in result.goal_lines()] == [
+        ("HOUSE", "FAILED"),
+        ("└─ ROOM", "FAILED"),
+        ("HOUSE#2", "COMPLETED"),
+        ("└─ ROOM#2", "COMPLETED"),
+    ]

@@ -233,7 +233,7 @@ class Alone(Assembly):
 
     def outcomes(self) -> dict[str, str]:
         """How the goals ended."""
-        return {goal.goal: goal.outcome for goal in self.goal_history.last()}
+        return {goal.goal: goal.outcome for goal in self.executive.goals.all()}
 
 
 @pytest.mark.usefixtures("fast")
