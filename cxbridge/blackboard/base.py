@@ -133,7 +133,7 @@ class BlackBoard(ABC):
 
         :param interface: the class, or the name of its type.
         :param owner: who opens it, for lists and messages to people.
-        :param queue_limit: how many messages may wait; None: any number.
+        :param queue_limit: how many messages may wait; None: 1,024.
         :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
         :raises WriterActiveError: when somebody has it open for writing.
         :raises InvalidNameError: when the type or the id is empty or too long.

@@ -24,7 +24,7 @@ class OpenRequest(Struct, frozen=True):
     """An interface to open; its names are checked.
 
     :param owner: who opens it, for lists and messages to people.
-    :param queue_limit: how many messages may wait, of a writer; None: any number.
+    :param queue_limit: how many messages may wait, of a writer; None: 1,024.
     :param listen: called with the instance before others can know about it.
     """
 

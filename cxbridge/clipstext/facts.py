@@ -39,8 +39,9 @@ _MARK = re.compile(r"[()\"]")
 _NAME = re.compile(r"[^\s()\";&|~?<][^\s()\";&|~<]*")
 _INTEGER = re.compile(r"[+-]?[0-9]+")
 _FLOAT = re.compile(r"[+-]?(?:[0-9]+\.[0-9]*|\.?[0-9]+)(?:[eE][+-]?[0-9]+)?")
-_FACT = re.compile(r"<Fact-([0-9]+)>")
+_FACT = re.compile(r"<Fact-([0-9]{1,18})>")
 _LARGEST = 2**63
+_LONGEST_INTEGER = 100
 
 IMPLIED: Final = "implied"
 """The one slot of an ordered fact, which is not printed."""
@@ -257,7 +258,7 @@ def parse_values(text: str) -> tuple[Value, ...]:
 
 def _atom(text: str) -> Value:
     """Return what is printed without quotes: a number, a fact address or a symbol."""
-    if _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
+    if len(text) <= _LONGEST_INTEGER and _INTEGER.fullmatch(text) and abs(int(text)) < _LARGEST:
         return int(text)
     if _FLOAT.fullmatch(text):
         return float(text)

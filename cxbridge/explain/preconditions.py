@@ -38,7 +38,8 @@ class Preconditions:
 
     def __init__(self, facts_of: FactsOf) -> None:
         self._facts_of = facts_of
-        self._formulas = list(facts_of("pddl-formula"))
+        # A formula of which two formulas are parents would be looked at 2^N times below N such formulas.
+        self._formulas = list({slots.get("id", ""): slots for slots in facts_of("pddl-formula")}.values())
         self._predicates = list(facts_of("pddl-predicate"))
         self._facts: list[Atom] | None = None
 

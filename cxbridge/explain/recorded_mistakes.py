@@ -16,7 +16,10 @@ MOST_DIAGNOSTICS: Final = 1000
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 _COMPONENT = re.compile(r"CLIPS \((.+)\)")
-_DIAGNOSTIC = re.compile(r"(.+?)(?::(\d+))?: (?:(def\w+ \S+) is not defined: )?(.*) \[(\w+)\]", re.DOTALL)
+# The end is looked for first: without it each colon would be tried as the one after the file.
+_DIAGNOSTIC = re.compile(
+    r"(?=.* \[\w+\]\Z)(.+?)(?::(\d{1,9}))?: (?:(def\w+ \S++) is not defined: )?(.*) \[(\w+)\]", re.DOTALL
+)
 
 
 class Refusals:

@@ -170,16 +170,17 @@ def _asked(ticket: _Ticket, values: Any) -> _SkillRequest:
 def _said(kind: str, values: Any) -> dict[str, Any]:
     """Return status, success and progress of a message."""
     if kind == "FEEDBACK":
-        return {"status": str(values.get("text", "")), "progress": _progress(values)}
+        return {"status": str(values.get("text", "")), "progress": progress_of(values)}
     if kind != "FINISH":
         return {}
     outcome, error = _outcome(values), str(values.get("error", ""))
     success = outcome == "SUCCEEDED"
     said = values.get("text", "") if success else error or outcome
-    return {"status": str(said), "success": success, "progress": _progress(values)}
+    return {"status": str(said), "success": success, "progress": progress_of(values)}
 
 
-def _progress(values: Any) -> float:
+def progress_of(values: Any) -> float:
+    """Return the progress that the values of a message have; 0 for what is not a number."""
     value = values.get("progress", 0.0)
     return float(value) if isinstance(value, int | float) else 0.0
 

@@ -41,7 +41,7 @@ class Interface(SharedBlock):
     :param owner: who opened it.
     :param serial: unique to this instance.
     :param writer: opened for writing.
-    :param queue_limit: how many messages may wait for a writer; None: any number.
+    :param queue_limit: how many messages may wait for a writer; None: 1,024.
     """
 
     __slots__ = ("_last_message_id", "_queue")

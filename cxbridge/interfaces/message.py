@@ -182,18 +182,25 @@ class Message(Block):
         return twin
 
 
+MOST_WAITING: Final = 1024
+"""Messages that wait for a writer at most, unless it is opened with another ``queue_limit``.
+
+A writer takes all its messages in each loop. Only clients that send without an end reach the limit.
+"""
+
+
 class MessageQueue:
     """First in, first out; owned by a writing instance. Safe to use from several threads.
 
     :param uid: of the interface, for messages to people.
-    :param limit: how many messages it holds at most; None: any number, as in Fawkes.
+    :param limit: how many messages it holds at most; None: :data:`MOST_WAITING`.
     """
 
     __slots__ = ("_limit", "_lock", "_uid", "waiting")
 
     def __init__(self, uid: str, limit: int | None = None) -> None:
         self._uid = uid
-        self._limit = limit
+        self._limit = MOST_WAITING if limit is None else limit
         self._lock = threading.Lock()
         self.waiting: Final[deque[Message]] = deque()
         """The messages. To see whether there are any; all else goes through the methods."""
@@ -209,10 +216,10 @@ class MessageQueue:
         """Put ``message`` at the end, stamped with ``time_us``.
 
         :raises MessageAlreadyQueuedError: when it is, or was, in a queue.
-        :raises QueueFullError: when the queue is bounded and full.
+        :raises QueueFullError: when the queue is full.
         """
         with self._lock:
-            if self._limit is not None and len(self.waiting) >= self._limit:
+            if len(self.waiting) >= self._limit:
                 raise QueueFullError(self._uid, self._limit)
             message.mark_enqueued(time_us)
             self.waiting.append(message)

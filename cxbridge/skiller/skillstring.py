@@ -49,7 +49,6 @@ def parse_skill_call(text: str) -> SkillStringCall:
 
 
 _FAWKES_CALL = re.compile(r"(\w+)(?:\(\)|\{(.+)?\})", re.ASCII)
-_FAWKES_ARGS = re.compile(r"(?:([^,]+),\s*)*?([^,]+)")
 _FAWKES_ARG = re.compile(r"""(\w+)=(['"]?)([^'"]*)\2\s*""", re.ASCII)
 
 
@@ -65,9 +64,10 @@ def parse_as_fawkes(text: str) -> SkillStringCall:
     if found is None:
         raise SkillError(f"Unexpected skill string: '{line}'")
     args: dict[str | int, Any] = {}
-    seen = _FAWKES_ARGS.fullmatch(found[2] or "")
-    for item in seen.groups() if seen else ():
-        pair = _FAWKES_ARG.fullmatch(item or "")
+    first, *more = (found[2] or "").split(",")
+    items = [first, *(item.lstrip() for item in more)] if first and all(more) else []
+    for item in items[-2:]:
+        pair = _FAWKES_ARG.fullmatch(item)
         if pair is not None:
             args[pair[1]] = pair[3]
     return SkillStringCall(found[1], args)

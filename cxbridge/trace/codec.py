@@ -20,7 +20,7 @@ from cxbridge.event_kinds import Event
 
 _PLAIN: Final = frozenset({int, str, bool})
 _JSON_TYPES: Final = {int: "integer", str: "string", bool: "boolean", float: "number"}
-_TIME_LIMIT: Final = 1 << 63
+_LIMIT: Final = 1 << 63
 
 
 class EventFormatError(ValueError):
@@ -80,14 +80,19 @@ def decoder(event_type: type[Event]) -> Callable[[bytes], Event]:
     """
     fast = msgspec.json.Decoder(event_type).decode
     refused = (msgspec.MsgspecError, ValueError, RecursionError)
+    whole_numbers = [name for name, hint in get_type_hints(event_type).items() if hint in (int, int | None)]
 
     def decode(data: bytes) -> Event:
         try:
             event = fast(data)
         except refused:
             event = _convert(event_type, data)
-        if not -_TIME_LIMIT < event.time_us < _TIME_LIMIT:
-            raise EventFormatError(f"no event of kind {event_type.KIND.name}: time_us is {event.time_us}")
+        for name in whole_numbers:
+            number = getattr(event, name)
+            if number is not None and not -_LIMIT < number < _LIMIT:
+                raise EventFormatError(
+                    f"no event of kind {event_type.KIND.name}: {name} has more than 64 bits"
+                )
         return event
 
     return decode

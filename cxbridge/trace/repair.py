@@ -108,6 +108,15 @@ def examine(path: Path, *, exact: bool = False) -> Mending:
     return _text(run)
 
 
+def read_whole(path: Path) -> None:
+    """Read all events of a recorded run.
+
+    :raises TraceError: when one cannot be read: no repair mends that.
+    """
+    for _ in open_run(path):
+        pass
+
+
 def files_of(folder: Path) -> Iterator[Path]:
     """Yield the files in a folder that are recorded runs, by name.
 

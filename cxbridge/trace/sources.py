@@ -18,6 +18,7 @@ from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.trace.formats.base import Run, StoredFile
 from cxbridge.trace.formats.files import writing
 
+_MOST_DIGITS = 18
 _OWN_KEYS = frozenset({"role", "owner", "name", "attachment", "time_us"})
 
 
@@ -53,6 +54,11 @@ class RunSource:
         return SourceRead(self.time_us, self.role, self.owner, self.name, self.data, self.details)
 
 
+def _number(text: str) -> int:
+    """Return a number of at most 18 digits, else 0."""
+    return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else 0
+
+
 def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunSource]:
     """Yield what a run was made of, in the order in which it was read.
 
@@ -70,7 +76,7 @@ def sources_of(run: Run, *roles: str, owner: str | None = None) -> Iterator[RunS
             role,
             its_owner,
             record.get("name", ""),
-            int(time_us) if time_us.isdecimal() else 0,
+            _number(time_us),
             {key: value for key, value in record.items() if key not in _OWN_KEYS},
             files.get(record.get("attachment", "")),
         )

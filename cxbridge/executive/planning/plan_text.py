@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.executive.planning.planner import PlannedAction
 
-_ACTION: Final = re.compile(r"(?:(\S+): )?\((\S+)(?: (.*?))?\)(?: \[(\S+)\])?")
+_ACTION: Final = re.compile(r"(?:(\S+): )?\(([^\s()]++)(?: ([^()]*+))?\)(?: \[(\S+)\])?")
 
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:

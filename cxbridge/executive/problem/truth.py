@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from itertools import product
 from typing import Final
 
+from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
@@ -23,6 +24,9 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     number_of,
 )
+
+MOST_STEPS: Final = 200_000
+"""Parts of a formula that are looked at, each for each choice of objects: a second of work at most."""
 
 Ground = tuple[str, tuple[str, ...]]
 """A predicate or function with its objects."""
@@ -58,7 +62,10 @@ def holds(
     functions: Mapping[Ground, float],
     instances_of: InstancesOf,
 ) -> bool:
-    """Return whether a formula is true. A comparison with a function that has no value is not."""
+    """Return whether a formula is true. A comparison with a function that has no value is not.
+
+    :raises PddlError: when quantified variables make too many cases.
+    """
     return _Truth(predicates, functions, instances_of).of(formula, {})
 
 
@@ -72,8 +79,15 @@ class _Truth:
         self._predicates = predicates
         self._functions = functions
         self._instances_of = instances_of
+        self._steps = 0
 
     def of(self, formula: Formula, bound: Mapping[str, str]) -> bool:
+        self._steps += 1
+        if self._steps > MOST_STEPS:
+            raise PddlError(
+                f"the formula has more than {MOST_STEPS} cases to look at",
+                hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
+            )
         match formula:
             case Atom(predicate=name, arguments=terms):
                 found = self._ground(name, terms, bound) in self._predicates

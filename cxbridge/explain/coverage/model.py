@@ -216,9 +216,15 @@ def add_recorded_agent(agent: AgentSources, run: Run, env: str, *, core: bool) -
 def _unwatched(tree: str) -> list[str]:
     try:
         found = json.loads(tree).get(_UNWATCHED, [])
-    except (ValueError, AttributeError):
+    except (ValueError, AttributeError, RecursionError):
         return []
-    return [found] if isinstance(found, str) else [str(name) for name in found]
+    return (
+        [found]
+        if isinstance(found, str)
+        else [str(name) for name in found]
+        if isinstance(found, list)
+        else []
+    )
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ MAX_ELEMENTS: Final = 10_000
 
 _DOCTYPE_HINT = 'use exactly <!DOCTYPE interface SYSTEM "interface.dtd">, or leave it out'
 _ENTITY = re.compile(rb"&(?!(?:amp|lt|gt|quot|apos|#\d+|#x[0-9A-Fa-f]+);)")
-_START_TAG = re.compile(rb"""<[^\s>/]+(?:[^>"']|"[^"]*"|'[^']*')*>""")
+_START_TAG = re.compile(rb"""<[^\s>/"']++(?:[^>"']++|"[^"]*+"|'[^']*+')*+>""")
 
 
 class Element(Struct):

@@ -15,6 +15,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.ros2.bags.topics import EVENTS, FILES, SOURCES, Taker, Takers, file_of, record_of
+from cxbridge.ros2.bags.unpacking import bound_unpacking
 from cxbridge.ros2.definitions import Definitions
 from cxbridge.ros2.interfaces.definitions import ACTIONS, definitions_of
 from cxbridge.ros2.messages import Codec, Message
@@ -118,6 +119,7 @@ class BagRun(Run):
     @contextmanager
     def _opened(self) -> Iterator[Reader]:
         try:
+            bound_unpacking()
             bag = Reader(self.path)
             bag.open()
         except (ReaderError, OSError) as error:

@@ -107,6 +107,7 @@ class _TreeReader:
         self._signs = signs
         self._kinds = [*TreeNodeKind][: TreeNodeKind.NUMBER + 1] if is_old else [*TreeNodeKind]
         self._effects = effects
+        self._read: set[int] = set()
 
     def formula(self, at: int = 0, depth: int = 0) -> Formula:
         """Return the formula that begins at a node."""
@@ -161,8 +162,14 @@ class _TreeReader:
         return sign, left, right
 
     def _node(self, at: int, depth: int) -> tuple[Message, TreeNodeKind]:
-        if at >= len(self._nodes) or depth > _MOST_DEEP:
-            raise Ros2Error(f"the tree has no node {at}" if at >= len(self._nodes) else "the tree has no end")
+        if at >= len(self._nodes):
+            raise Ros2Error(f"the tree has no node {at}")
+        if depth > _MOST_DEEP:
+            raise Ros2Error(f"the tree is deeper than {_MOST_DEEP} nodes")
+        # A node of which two nodes are parents would be read 2^N times below N such nodes.
+        if at in self._read:
+            raise Ros2Error(f"the tree has node {at} in two places: a node has one parent")
+        self._read.add(at)
         kind = self._nodes[at]["node_type"]
         return self._nodes[at], TreeNodeKind(kind) if kind in self._kinds else TreeNodeKind.UNKNOWN
 

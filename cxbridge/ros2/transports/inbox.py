@@ -6,20 +6,23 @@ import threading
 from collections import deque
 from collections.abc import Callable
 from itertools import count
-from typing import Any
+from typing import Any, Final
+
+MOST_KEPT: Final = 1000
+"""Items that are kept of a source without a depth."""
 
 
 class InboxSource:
     """One of those whom something comes for; made by :meth:`MessageInbox.source`.
 
-    :param depth: how much is kept: what is oldest is dropped; 0: all is kept.
+    :param depth: how much is kept: what is oldest is dropped; 0: :data:`MOST_KEPT`.
     :param deliver: gets what has come.
     """
 
     __slots__ = ("deliver", "depth", "is_open", "waiting")
 
     def __init__(self, deliver: Callable[[Any], None], depth: int) -> None:
-        self.deliver, self.depth = deliver, depth
+        self.deliver, self.depth = deliver, depth or MOST_KEPT
         self.is_open = True
         self.waiting: deque[int] = deque()
 
@@ -37,7 +40,7 @@ class MessageInbox:
         with self._came:
             if not source.is_open:
                 return
-            if source.depth and len(source.waiting) >= source.depth:
+            if len(source.waiting) >= source.depth:
                 del self._items[source.waiting.popleft()]
             number = next(self._numbers)
             source.waiting.append(number)

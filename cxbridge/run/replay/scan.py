@@ -26,6 +26,7 @@ SKILL_BOARD: Final = "SkillBoardInterface"
 _LOG: Final = "fawkes-log"
 _UNTIMED: Final = ("transitions", "clips-watch")
 _CLIPS: Final = "CLIPS ("
+_MOST_DIGITS: Final = 18
 _OVER: Final = "RETRACTED"
 
 
@@ -137,7 +138,7 @@ def scan(run: Run) -> Scan:
     found = take_all(run)
     found.metadata = dict(run.metadata())
     start = found.metadata.get("start_us", "")
-    if start.isdecimal() and found.is_timed:
+    if start.isdecimal() and len(start) <= _MOST_DIGITS and found.is_timed:
         found.begin_us = int(start)
     if not found.transitions and not found.samples:
         raise TraceError(

@@ -9,6 +9,7 @@ from enum import Enum
 from typing import Any, Final
 
 from cxbridge.events import InterfaceMessage, InterfaceWrite, SkillStatus
+from cxbridge.history.exchange import progress_of
 from cxbridge.trace.compare.names import anonymous
 
 Values = Mapping[str, Any]
@@ -206,11 +207,11 @@ def _add_message(execution: Execution, message: InterfaceMessage) -> None:
     values = message.values
     if message.message == "RequestMessage":
         try:
-            execution.parameters = json.loads(values.get("parameters") or "{}")
-        except ValueError:
+            execution.parameters = json.loads(str(values.get("parameters") or "{}"))
+        except (ValueError, RecursionError):
             execution.parameters = None
     elif message.message == "FeedbackMessage":
         after_us = message.time_us - execution.time_us
-        execution.feedback.append((after_us, float(values.get("progress", 0.0)), str(values.get("text", ""))))
+        execution.feedback.append((after_us, progress_of(values), str(values.get("text", ""))))
     elif message.message == "FinishMessage":
         execution.outcome, execution.error = str(values.get("outcome", "")), str(values.get("error", ""))

@@ -23,7 +23,7 @@ _PAIR = re.compile(r"(?<![\w.-])(\d{1,9}) \d{1,6}(?![\w.-])")  # seconds and mic
 _DATED_US = 10**9 * MICROSECONDS
 _RECENT_S = 3600
 _TIME_WITHIN = re.compile(r"\d{10}")
-_MSGID = re.compile(r"\(msgid (\d+)\)")
+_MSGID = re.compile(r"\(msgid (\d{1,18})\)")
 
 MSGID: Final = "msgid"
 """The field, and the slot, with the id of the message that a writer took last."""

@@ -16,6 +16,7 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry, default_registry
 from cxbridge.trace.formats.files import writing
 
+_MOST_DIGITS = 18
 MAX_NOTES = 100
 """So many notes are kept of a run; a mistake on every line is known by then."""
 
@@ -88,7 +89,7 @@ class Run(ABC):
     def start_us(self) -> int | None:
         """What the run's clock showed at the start, microseconds since the epoch; None: not recorded."""
         text = self.metadata().get("start_us", "")
-        return int(text) if text.isdigit() else None
+        return int(text) if text.isdecimal() and len(text) <= _MOST_DIGITS else None
 
     def attachments(self) -> Iterator[Attachment]:
         """Yield the files that were recorded with the run, one after the other in memory."""

@@ -23,8 +23,8 @@ from cxbridge.trace.formats.files import MAX_LINE, open_alone, read_lines, writi
 _ENTRY = re.compile(r"([DIWE]) (\d\d:\d\d:\d\d)\.(\d{6}) (.*?): (.*)", re.DOTALL)
 _STAMP = re.compile(r"[DIWE] \d\d:\d\d:\d\d\.\d{6} ")
 _HEAD = re.compile(rb"^[DIWE] \d\d:\d\d:\d\d\.\d{6} .*?: ", re.MULTILINE)
-_FACT = re.compile(r"(==>|<==) f-(\d+) +(\(.*)", re.DOTALL)
-_FIRE = re.compile(r"FIRE +(\d+) ([^: ]+):(?: (.*))?", re.DOTALL)
+_FACT = re.compile(r"(==>|<==) f-(\d{1,18}) +(\(.*)", re.DOTALL)
+_FIRE = re.compile(r"FIRE +(\d{1,18}) ([^: ]+):(?: (.*))?", re.DOTALL)
 _ENV = re.compile(r"CLIPS \((.+)\)")
 
 _CHANGES = ("==> f-", "<== f-")

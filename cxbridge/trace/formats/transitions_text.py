@@ -34,9 +34,11 @@ _GOAL = re.compile(
     r"goal (\S+) class=(\S+) sub-type=(\S+) parent=(\S+) mode=(\S+) outcome=(\S+) error=(.*)", re.DOTALL
 )
 _ACTION = re.compile(r"plan-action (\S+) goal=(\S+) plan=(\S+) action=(\S+) state=(\S+)")
-_SKILL = re.compile(r'SkillerInterface(?:::(.*?))? skill="(.*)" msgid=(\d+) status=(\S+)', re.DOTALL)
+_SKILL = re.compile(
+    r'SkillerInterface(?:::((?:(?! skill=").)*+))? skill="(.*)" msgid=(\d{1,18}) status=(\S+)', re.DOTALL
+)
 _ENV = re.compile(r"\[([^]\n]*)\] (.*)", re.DOTALL)
-_AT = re.compile(r"at (\d+\.\d{6})")
+_AT = re.compile(r"at (\d{1,12}\.\d{6})")
 _DETAIL = re.compile(r"  ([a-z][\w-]*)=(.*)", re.DOTALL)
 _HEAD = re.compile(
     rb"^(at \d+\.\d{6}\n)?(\[[^]\n]*\] )?"

@@ -44,11 +44,11 @@ class Known:
         groundings = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-grounding")}
         if not groundings:
             return cls({}, {}, {})
-        for template in ("pddl-formula", "pddl-predicate"):
-            for slots in facts(call, template):
-                nodes.setdefault(str(slots.get("part-of", "")), []).append(
-                    (template == "pddl-predicate", slots)
-                )
+        # A formula of which two formulas are parents would be looked at 2^N times below N such formulas.
+        formulas = {str(slots.get("id", "")): slots for slots in facts(call, "pddl-formula")}.values()
+        for atom, found in ((False, formulas), (True, facts(call, "pddl-predicate"))):
+            for slots in found:
+                nodes.setdefault(str(slots.get("part-of", "")), []).append((atom, slots))
         for template, slot in (
             ("grounded-pddl-formula", "formula-id"),
             ("grounded-pddl-predicate", "predicate-id"),

@@ -22,6 +22,7 @@ from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFrame
 from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
 from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.room import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
 from cxbridge.blackboard.observers import Observer
 from cxbridge.clock import MICROSECONDS
@@ -33,8 +34,6 @@ from cxbridge.rights import EVERYTHING, RefusedError, Rights
 
 OWNER: Final = "remote"
 """Who owns what clients open, as in Fawkes."""
-MOST_INSTANCES: Final = 1024
-"""Instances that one client may have open."""
 
 _LAST_SECOND: Final = 2**62
 """Time stamps beyond are nonsense from the wire, and left as they are."""
@@ -158,12 +157,11 @@ class BlackBoardNetworkHandler(NetworkHandler):
         :raises BlackBoardError: when there is no code for the reason.
         """
         of_client = self._opened.setdefault(session, {})
-        if len(of_client) >= MOST_INSTANCES:
-            raise BlackBoardError(f"{session!r} has {MOST_INSTANCES} interfaces open, more are refused")
         try:
             interface_class = self._board.registry.get(asked.type)
             if not accepts_hash(interface_class.SCHEMA, asked.hash):
                 return bb.OpenError.HASH_MISMATCH  # before anything is opened, or it would stay open
+            check_room((each.instance for each in of_client.values()), interface_class.SCHEMA)
             opened = self._open_listening(session, interface_class, asked)
         except (UnknownTypeError, InterfaceError):
             return bb.OpenError.UNKNOWN_TYPE

@@ -8,7 +8,8 @@ from typing import Any, Final
 
 from cxbridge.blackboard.errors import UnknownTypeError, VersionMismatchError
 from cxbridge.blackboard.info import InterfaceInfo
-from cxbridge.blackboard.kit.errors import ProtocolError, RemoteRefusalError
+from cxbridge.blackboard.kit.errors import ProtocolError
+from cxbridge.blackboard.kit.room import check_room
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import check_names
@@ -24,9 +25,6 @@ from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.instance import Interface, Message
 from cxbridge.interfaces.known_hashes import accepts_hash
 from cxbridge.rights import EVERYTHING, Rights
-
-MAX_INSTANCES: Final = 4096
-"""Instances that a session may have."""
 
 _CODES: Final = {int(code): code for code in ResultCode}
 _OUTCOMES: Final = {ResultCode.OK: QUEUED, ResultCode.DECLINED: HANDLED}
@@ -80,9 +78,8 @@ class RequestHandler:
 
     def _on_open(self, session: ZmqSession, frame: ZmqFrame) -> None:
         body = frame.body
-        if len(session.instances) >= MAX_INSTANCES:
-            raise RemoteRefusalError(f"a client may have {MAX_INSTANCES} instances")
         interface_class = self._class_of(body.type, body.id)
+        check_room(session.instances.values(), interface_class.SCHEMA)
         if body.writer:
             self._rights.check_writer(f"{body.type}::{body.id}")
         schema = interface_class.SCHEMA

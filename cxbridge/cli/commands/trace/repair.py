@@ -77,10 +77,14 @@ def repair(
 
 def _repair(path: Path, output: Path | None, *, in_place: bool, dry_run: bool, exact: bool) -> dict[str, Any]:
     """Mend one file, and return what was done."""
-    from cxbridge.trace.repair import examine
+    from cxbridge.trace.repair import examine, read_whole
 
     mending = examine(path, exact=exact)
+    if not mending.actions:
+        read_whole(path)
     written, backup = (None, None) if dry_run else _write(mending, output, in_place=in_place)
+    if written is not None and not exact:
+        read_whole(written)
     return {
         "path": str(path),
         "format": mending.format,

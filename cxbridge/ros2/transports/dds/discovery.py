@@ -40,7 +40,7 @@ _MOST: Final = 20_000
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
 _PLACE: Final = re.compile(
-    r"rt(/.*?)(?:/_action/(?:feedback|status))?|r[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
+    r"\Art(/.*?)(?:/_action/(?:feedback|status))?|\Ar[qr](/.*?)(?:/_action/\w+?)?(?:Request|Reply)"
 )
 
 

@@ -6,7 +6,7 @@ import json
 import queue
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from itertools import count
 from typing import Any, Final
 
@@ -26,6 +26,12 @@ _RETRY_S: Final = 1.0
 _STOP_S: Final = 5.0
 _NAMES: Final = ("op", "id", "topic", "service", "action")
 
+MOST_BYTES: Final = 16 * 1024 * 1024
+"""Bytes of a message of the bridge, unpacked. After a larger one the connection ends and begins again."""
+
+MOST_WAITING: Final = 10_000
+"""Operations that wait to be taken out."""
+
 
 class RosbridgeConnection:
     """The connection: comes back by itself, and repeats what is to be kept.
@@ -39,7 +45,7 @@ class RosbridgeConnection:
         if not url.startswith(("ws://", "wss://")):
             raise Ros2Error(f"'{url}' is no URL of a rosbridge", hint="e.g. ws://robot:9090")
         self._url = url
-        self._inbox: queue.SimpleQueue[Operation] = queue.SimpleQueue()
+        self._inbox: queue.Queue[Operation] = queue.Queue(MOST_WAITING)
         self._kept: dict[int, Operation] = {}
         self._numbers = count()
         self._lock = threading.Lock()
@@ -110,7 +116,7 @@ class RosbridgeConnection:
     def _connect(self) -> None:
         self._open.close()  # what is left of the last one
         socket: ClientConnection = self._open.enter_context(
-            connect(self._url, open_timeout=_OPEN_S, max_size=None, proxy=None)
+            connect(self._url, open_timeout=_OPEN_S, max_size=MOST_BYTES, proxy=None)
         )
         with self._lock:
             kept = list(self._kept.values())
@@ -125,19 +131,26 @@ class RosbridgeConnection:
             if socket is not None:
                 self._receive(socket)
                 self._socket = None
-                self._inbox.put(LOST)
+                self._put(LOST)
             elif not self._closing.wait(_RETRY_S):
                 try:
                     self._connect()
                 except (OSError, WebSocketException, ValueError):
                     continue
 
+    def _put(self, op: Operation) -> None:
+        """Add an operation to the inbox; while the inbox is full the bridge waits for this connection."""
+        while not self._closing.is_set():
+            with suppress(queue.Full):
+                self._inbox.put(op, timeout=_RETRY_S)
+                return
+
     def _receive(self, socket: ClientConnection) -> None:
         try:
             for text in socket:
                 op = _parsed(text)
                 if op is not None:
-                    self._inbox.put(op)
+                    self._put(op)
         except (WebSocketException, OSError):
             return
 

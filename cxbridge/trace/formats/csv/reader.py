@@ -27,7 +27,9 @@ from cxbridge.trace.formats.csv.columns import Column, columns_of, csv_files, pa
 from cxbridge.trace.formats.files import MAX_LINE, read_lines
 
 _ROW = re.compile(r"(\d{1,12})\.(\d{6})(?:;|\Z)")
-_NAME = re.compile(r"(.*?)-([A-Za-z_]\w*)-(.*)-(\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d)")
+_FILE_NAME = re.compile(r"(.*?)-([A-Za-z_]\w*+)-(.*)-")
+_FILE_DATE = re.compile(r"\d{4}-\d\d-\d\d-\d\d-\d\d-\d\d")
+_DATE_LENGTH = len("2026-01-01-12-00-00")
 _INFO_SIZE = 4096
 _MAX_SPARE = 1 << 14
 
@@ -251,10 +253,11 @@ def _from_info(path: Path) -> _Source | None:
 
 def _from_name(stem: str) -> _Source | None:
     """Return what the name of a file says, if it is one that bblogger gives."""
-    match = _NAME.fullmatch(stem)
-    if match is None:
+    date = stem[-_DATE_LENGTH:]
+    match = _FILE_NAME.fullmatch(stem[:-_DATE_LENGTH])
+    if match is None or _FILE_DATE.fullmatch(date) is None:
         return None
-    scenario, kind, interface_id, date = match.groups()
+    scenario, kind, interface_id = match.groups()
     return _Source(unquote(scenario), kind, unquote(interface_id), _local_us(date, "%Y-%m-%d-%H-%M-%S"))
 
 

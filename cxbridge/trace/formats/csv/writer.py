@@ -143,8 +143,14 @@ class _CsvFile:
             value = values.get(name, "")
             if write is None:
                 cells.append(str(value).encode("utf-8", "backslashreplace"))
-            else:
-                cells.append(", ".join(map(write, value if is_array else [value])).encode())
+                continue
+            try:
+                texts = [write(each) for each in (value if is_array else [value])]
+            except (TypeError, ValueError):
+                raise TraceError(
+                    f"the recording has {value!r:.40} as the field '{name}'", file=self._path
+                ) from None
+            cells.append(", ".join(texts).encode("utf-8", "backslashreplace"))
         self._put(b";".join(cells))
 
     def _put(self, line: bytes) -> None:

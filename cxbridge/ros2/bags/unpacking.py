@@ -1,0 +1,85 @@
+"""Bounds what rosbags unpacks: its own functions unpack a chunk or message of any size into memory."""
+
+from __future__ import annotations
+
+import functools
+import io
+from collections.abc import Callable
+from typing import Any, Final
+
+import lz4.frame
+import rosbags.rosbag2.reader as of_bags
+import rosbags.rosbag2.storage_mcap as of_chunks
+from rosbags.rosbag2 import ReaderError
+
+from cxbridge.trace.formats.mcap.records import MAX_RECORD
+
+MOST_BYTES: Final = MAX_RECORD
+"""Bytes of a chunk or message, unpacked."""
+
+MOST_TIMES: Final = 100
+"""How often a whole packed file may become its size, if that is beyond :data:`MOST_BYTES`."""
+
+_PIECE: Final = 1024 * 1024
+
+
+def _decompress(make: Callable[[], Any], data: bytes) -> bytes:
+    """Return data unpacked, of one frame after another.
+
+    :raises ReaderError: when the data are larger than :data:`MOST_BYTES`.
+    """
+    parts: list[bytes] = []
+    left = MOST_BYTES
+    while data:
+        frame = make()
+        part = bytes(frame.decompress(data, left + 1))
+        left -= len(part)
+        if left < 0 or (not frame.eof and not part):
+            raise ReaderError(
+                f"a chunk or message of more than {MOST_BYTES} bytes"
+                if left < 0
+                else "a cut chunk or message"
+            )
+        parts.append(part)
+        data = frame.unused_data or b"" if frame.eof else b""
+    return b"".join(parts)
+
+
+class _Zstd:
+    """The zstd module as rosbags uses it."""
+
+    def __init__(self, module: Any) -> None:
+        self._module = module
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._module, name)
+
+    def decompress(self, data: bytes) -> bytes:
+        """Return data unpacked."""
+        return _decompress(self._module.ZstdDecompressor, data)
+
+    def open(self, file: Any, mode: str) -> Any:
+        """Open a packed file.
+
+        :raises ReaderError: when it would become too large.
+        """
+        packed = file.seek(0, io.SEEK_END)
+        most = max(MOST_BYTES, MOST_TIMES * packed)
+        file.seek(0)
+        with self._module.open(file, mode) as unpacked:
+            size = 0
+            while piece := unpacked.read(_PIECE):
+                size += len(piece)
+                if size > most:
+                    raise ReaderError(f"a packed file of {packed} bytes becomes more than {most}")
+        file.seek(0)
+        return self._module.open(file, mode)
+
+
+@functools.cache
+def bound_unpacking() -> None:
+    """Have rosbags unpack within the limits, in this process."""
+    modules: tuple[Any, Any] = (of_bags, of_chunks)
+    for module in modules:
+        module.zstd = _Zstd(module.zstd)
+    modules[1].lz4_decompress = functools.partial(_decompress, lz4.frame.LZ4FrameDecompressor)

@@ -1,0 +1,54 @@
+"""The lists of queues and unpackings on the page about security are those of the code."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator
+from pathlib import Path
+
+from tests.support import ROOT
+
+PACKAGE = ROOT / "cxbridge"
+PACKERS = {"zstandard", "zstd", "lz4", "bz2", "gzip", "zlib", "lzma", "zipfile", "tarfile", "base64"}
+PACKERS |= {"websockets", "foxglove"}
+QUEUES = {"deque", "Queue", "SimpleQueue", "LifoQueue", "PriorityQueue"}
+
+
+def listed(heading: str) -> set[str]:
+    """Return the files in the first column of the table below a heading."""
+    text = (ROOT / "docs/security.md").read_text()
+    table = text[text.index(heading) :].partition("\n\n**")[0]
+    return set(re.findall(r"^\| `([\w/]+\.py)` \|", table, re.MULTILINE))
+
+
+def files() -> Iterator[tuple[str, ast.Module]]:
+    for path in sorted(PACKAGE.rglob("*.py")):
+        yield path.relative_to(PACKAGE).as_posix(), ast.parse(Path(path).read_text())
+
+
+def is_unlimited(node: ast.AST) -> bool:
+    """Whether a call makes a queue that has no limit where it is made."""
+    if not isinstance(node, ast.Call):
+        return False
+    name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+    return name in QUEUES and not any(each.arg == "maxlen" for each in node.keywords)
+
+
+def test_the_page_lists_each_queue_without_a_limit():
+    made = {name for name, tree in files() if any(map(is_unlimited, ast.walk(tree)))}
+    assert listed("| queue in `cxbridge/` |") == made
+
+
+def imports(tree: ast.Module) -> set[str]:
+    found = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {alias.name.partition(".")[0] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            found.add(node.module.partition(".")[0])
+    return found
+
+
+def test_the_page_lists_each_file_that_can_unpack():
+    assert listed("| code in `cxbridge/` |") == {name for name, tree in files() if imports(tree) & PACKERS}

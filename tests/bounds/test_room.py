@@ -1,0 +1,67 @@
+"""What one client, or one sender, makes others keep is bounded, on every way to a blackboard."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from contextlib import ExitStack, suppress
+
+import pytest
+
+from cxbridge.blackboard import BlackBoard, LocalBlackBoard
+from cxbridge.blackboard.errors import BlackBoardError, QueueFullError
+from cxbridge.blackboard.fawkesnet.client import FawkesBlackBoard
+from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.kit.room import MOST_BYTES
+from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
+from cxbridge.clock import VirtualClock
+from cxbridge.events import EventBus
+from cxbridge.interfaces import InterfaceRegistry
+from cxbridge.interfaces.message import MOST_WAITING
+from tests.blackboard.fawkesnet.pairs import TIMEOUT
+
+LARGE = "RequestInterface"
+
+
+def over_zmq(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard:
+    server = stack.enter_context(ZmqBlackBoardServer(board, ["tcp://127.0.0.1:*"]))
+    return stack.enter_context(
+        ZmqBlackBoard(server.endpoints[0], InterfaceRegistry(), board.clock, EventBus(board.clock))
+    )
+
+
+def over_fawkes_protocol(stack: ExitStack, board: LocalBlackBoard) -> BlackBoard:
+    server = stack.enter_context(FawkesServer(board, port=0, bus=EventBus(board.clock)))
+    url = f"fawkes://127.0.0.1:{server.port}"
+    return stack.enter_context(
+        FawkesBlackBoard(url, InterfaceRegistry(), board.clock, EventBus(board.clock), timeout=TIMEOUT)
+    )
+
+
+@pytest.mark.parametrize("connect", [over_zmq, over_fawkes_protocol])
+def test_a_client_opens_large_interfaces_up_to_a_limit(
+    connect: Callable[[ExitStack, LocalBlackBoard], BlackBoard],
+):
+    """1,500 readers of one interface had the server keep 763 MiB."""
+    with ExitStack() as stack:
+        clock = VirtualClock()
+        board = LocalBlackBoard(InterfaceRegistry(), clock, EventBus(clock))
+        client = connect(stack, board)
+        size = InterfaceRegistry().schema(LARGE).datasize
+        opened = 0
+        with suppress(BlackBoardError):
+            while opened * size <= 2 * MOST_BYTES:
+                client.open_for_reading(LARGE, "x", owner="greedy")
+                opened += 1
+        assert opened * size <= MOST_BYTES < (opened + 1) * size
+        assert client.open_for_reading("SkillerInterface", "Skiller", owner="modest").valid
+
+
+def test_messages_that_nobody_takes_are_refused_at_a_limit():
+    clock = VirtualClock()
+    board = LocalBlackBoard(InterfaceRegistry(), clock, EventBus(clock))
+    board.open_for_writing("SpeechSynthInterface", "Flite", owner="deaf")
+    reader = board.open_for_reading("SpeechSynthInterface", "Flite", owner="eager")
+    for _ in range(MOST_WAITING):
+        reader.msgq_enqueue(reader.create_message("SayMessage", "x"))
+    with pytest.raises(QueueFullError):
+        reader.msgq_enqueue(reader.create_message("SayMessage", "x"))
