@@ -12,6 +12,8 @@ BIN    := $(VENV)/bin
 # what is installed: the program for those who run it, or all that developers need
 RUN    := $(VENV)/.ready-run
 DEV    := $(VENV)/.ready-dev
+# the plug-ins: each folder is a distribution
+PLUGINS := $(wildcard plugins/*)
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: help setup locked run run-pddl test lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
@@ -33,17 +35,17 @@ $(RUN): pyproject.toml | $(VENV)/bin/python locked
 	$(PIP) --no-deps --no-build-isolation -e .
 	@touch $@
 
-$(DEV): pyproject.toml | $(VENV)/bin/python locked
+$(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
 	$(PIP) --require-hashes -r requirements/dev.txt
-	$(PIP) --no-deps --no-build-isolation -e .
+	$(PIP) --no-deps --no-build-isolation -e . $(PLUGINS:%=-e %)
 	@touch $@ $(RUN)
 else
 $(RUN): pyproject.toml | $(VENV)/bin/python
 	$(PIP) -e '.[test]'
 	@touch $@
 
-$(DEV): pyproject.toml | $(VENV)/bin/python
-	$(PIP) -e '.[dev]'
+$(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python
+	$(PIP) -e '.[dev]' $(PLUGINS:%=-e %)
 	@touch $@ $(RUN)
 endif
 
@@ -104,15 +106,16 @@ types: setup
 platforms: win32 darwin
 
 win32 darwin: setup
-	$(BIN)/mypy --platform $@ --cache-dir .mypy_cache/$@ cxbridge
+	$(BIN)/mypy --platform $@ --cache-dir .mypy_cache/$@ cxbridge $(wildcard plugins/*/cxbridge_*)
 
 # the manual as pages in out/site, with the Python API; a link that leads nowhere is an error
 docs: setup
 	NO_MKDOCS_2_WARNING=1 timeout 120 $(BIN)/mkdocs build --quiet --strict
 
-# wheel and sdist, in dist/
+# wheel and sdist of each distribution, in dist/
 package: setup
 	$(BIN)/python -m hatchling build
+	for each in $(PLUGINS); do (cd $$each && $(abspath $(BIN))/python -m hatchling build -d $(CURDIR)/dist) || exit 1; done
 
 unit: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal

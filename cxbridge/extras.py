@@ -73,6 +73,12 @@ def install_command(extra: str) -> str:
     return _pip(*requirements) if requirements else _pip(f"cxbridge[{extra}]")
 
 
+def plugin_command(package: str) -> str:
+    """Return the shell command that installs a plug-in, from the checkout or from the package index."""
+    folder = _CHECKOUT / "plugins" / package
+    return _pip("-e", _shown(folder)) if folder.is_dir() else _pip(package)
+
+
 def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
     """Return the error for a user who lacks an extra; None when the module is of no extra.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 import re
 import sys
@@ -9,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from importlib import import_module
+from pathlib import Path
 from pkgutil import iter_modules, resolve_name
 from types import MappingProxyType, ModuleType
 from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
@@ -189,6 +191,12 @@ def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
         f"two {thing}s are called '{second.name}': {first}, and {second}",
         hint=f"uninstall the package of one {thing}, or rename the {thing}",
     )
+
+
+def package_with(name: str) -> str:
+    """Return the known package of plug-ins that has a command or an option; empty when none has."""
+    known = json.loads(Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8"))
+    return str(known.get(name, ""))
 
 
 def installed_plugins() -> tuple[Plugin, ...]:

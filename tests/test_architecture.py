@@ -36,7 +36,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"explain", "ros2"},
     {"operations", "properties"},
     {"web", "run"},
-    {"ros2cx", "worldmodel"},
+    {"worldmodel"},
     {"check", "daemon", "services"},
     {"dap", "lsp", "monitor", "testing"},
     {"worlds"},

@@ -208,3 +208,11 @@ def test_a_name_that_no_row_has_is_an_error_with_the_nearest():
     with pytest.raises(PluginError, match="there is no format 'mcapp'") as caught:
         Table("FORMATS", is_module, "a module", Row("mcap", "json")).find("mcapp")
     assert caught.value.hint == "did you mean mcap?"
+
+
+def test_an_option_of_a_known_plug_in_that_is_not_installed_names_the_package(monkeypatch, capsys):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
+        monkeypatch.delitem(sys.modules, module)
+    assert invoke(["check", "--ros2cx", "x"]) == 2
+    assert "--ros2cx belongs to the plug-in cxbridge-ros2cx" in capsys.readouterr().err

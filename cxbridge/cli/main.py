@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import errno
 import os
+import re
 import sys
 import traceback
 from collections.abc import Sequence
@@ -15,8 +16,8 @@ from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import group_of_commands, top_rows
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.extras import missing_package
-from cxbridge.plugins import installed_plugins
+from cxbridge.extras import missing_package, plugin_command
+from cxbridge.plugins import installed_plugins, package_with
 from cxbridge.printing import indented
 
 USAGE = 2
@@ -34,6 +35,7 @@ _EXHAUSTED = frozenset(
 )
 """What the system refuses when it has no more of something: no mistake of the user's."""
 
+_UNKNOWN_COMMAND = re.compile(r"No such command '([\w-]+)'")
 _SILENCED = "PacifyFlushWrapper"
 
 # typer comes with click or with a copy of it inside; this is its ClickException either way
@@ -99,7 +101,7 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         complain(error)
         status = FAULT if _is_exhausted(error) else error.exit_status
     except _UsageProblem as error:
-        error.message = indented(error.message)  # type: ignore[attr-defined]  # typer does not show the type
+        error.message = indented(error.message) + _package_hint(error)  # type: ignore[attr-defined]  # typer hides it
         error.show()  # type: ignore[attr-defined]
         status = USAGE
     except (typer.Abort, KeyboardInterrupt):
@@ -115,6 +117,15 @@ def invoke(arguments: Sequence[str] | None = None) -> int:
         # the same, met by the command line's library, which then silences stdout
         status = 0 if type(sys.stdout).__name__ == _SILENCED else end.code
     return status if isinstance(status, int) else 0
+
+
+def _package_hint(error: Exception) -> str:
+    """Return the hint which package has the option or command that is missing; empty when none is known."""
+    name = getattr(error, "option_name", "")
+    if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
+        name = unknown[1]
+    package = package_with(name)
+    return f"\n  hint: {name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
 
 
 def _call(arguments: Sequence[str] | None) -> object:

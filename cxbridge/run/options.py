@@ -12,7 +12,7 @@ from typing import Annotated, Any, ClassVar, Final
 import typer
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.plugins import Row, Table
+from cxbridge.plugins import Table
 from cxbridge.resources import shipped_scenarios
 
 CORES = ("builtin", "fawkes")
@@ -42,7 +42,6 @@ OPTIONS: Final[Table[type[Any]]] = Table(
     "OPTIONS",
     is_dataclass,
     "a dataclass whose fields are options",
-    Row("ros2cx", "cxbridge.ros2cx.options:Ros2CxOptions"),
 )
 """The groups of options that plug-ins add to :class:`SourceOptions`."""
 

@@ -11,7 +11,7 @@ from cxbridge.config.checkouts import Checkouts
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
 from cxbridge.executive.manager import HOST_LIBRARY
-from cxbridge.plugins import Row, Table
+from cxbridge.plugins import Table
 from cxbridge.resources import shipped_dir, shipped_scenarios
 from cxbridge.run.paths import (
     FAWKES_INTERFACES,
@@ -39,11 +39,8 @@ SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
     "SOURCES",
     callable,
     "a subclass of cxbridge.run.source.Source",
-    Row(
-        "ros2cx", "cxbridge.ros2cx.source:Ros2CxSource", lambda options: options.option("ros2cx") is not None
-    ),
 )
-"""The sources of agents, beside the usual one."""
+"""The sources of plug-ins."""
 
 CLIPS_SUFFIX = ".clp"
 """The ending of a scenario that is one CLIPS file."""

@@ -19,7 +19,7 @@ TERMINAL = "is what tests/ros2/experts/test_terminal.py does"
 HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/run/test_run_rcll.py does the same"
-THESIS = "needs a checkout of ros2-clips-executive; tests/ros2cx does the same"
+THESIS = "needs a checkout of ros2-clips-executive; plugins/cxbridge-ros2cx/tests does the same"
 WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
@@ -99,12 +99,12 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "cxbridge run --ros2cx ~/ros2-clips-executive --config goals": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --executor move=robot.py:Move": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 "
-        "--executor move=cxbridge.ros2cx.executors:MoveExecutor": THESIS,
+        "--executor move=cxbridge_ros2cx.executors:MoveExecutor": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-skill --timeout 5 --trace skill.mcap "
         "--executor move=robot.py:Move --executor move=robot.py:Move": THESIS,
         "cxbridge trace exchange skill.mcap": THESIS,
         "cxbridge daemon --ros2cx ~/ros2-clips-executive --spec test-nav2 --config elsewhere.yaml": THESIS,
-        "cxbridge skill executor cxbridge.ros2cx.executors:MoveExecutor --agent default": THESIS,
+        "cxbridge skill executor cxbridge_ros2cx.executors:MoveExecutor --agent default": THESIS,
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2 --trace nav2.mcap": THESIS,
         "cxbridge trace planning nav2.mcap": THESIS,
         "cxbridge trace report nav2.mcap": THESIS,

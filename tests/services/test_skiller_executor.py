@@ -22,7 +22,7 @@ from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.cli.boards import Looping
 from tests.support import ROOT, ROS2CX_DIR, needs_ros2cx
 
-OVERLAY = ROOT / "scenarios" / "ros2cx" / "skiller.yaml"
+OVERLAY = ROOT / "plugins" / "cxbridge-ros2cx" / "cxbridge_ros2cx" / "overlays" / "skiller.yaml"
 
 
 @pytest.fixture
@@ -101,7 +101,7 @@ def test_the_planning_agent_of_the_thesis_speaks_through_a_skiller(robot, tmp_pa
 
 @needs_ros2cx
 def test_the_goal_tree_of_the_thesis_speaks_through_a_skiller(robot, tmp_path):
-    files = (ROOT / "scenarios" / "ros2cx" / "goals.yaml", overlay(tmp_path, robot))
+    files = (OVERLAY.with_name("goals.yaml"), overlay(tmp_path, robot))
     options = make_options(None, ros2cx=ROS2CX_DIR, config=files, clock="real", timeout=120)
     assert run_scenario(options).status == 0
 

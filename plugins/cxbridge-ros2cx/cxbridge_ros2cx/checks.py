@@ -11,9 +11,9 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 
 from cxbridge.config import Configuration, ConfigValue
-from cxbridge.ros2cx.checkout import Ros2CxCheckout
-from cxbridge.ros2cx.parameters import EXECUTIVE_TREE
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2cx.checkout import Ros2CxCheckout
+from cxbridge_ros2cx.parameters import EXECUTIVE_TREE
 
 _KEYS = (
     "assert-time-each-loop",

@@ -17,7 +17,7 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE
+from cxbridge_ros2cx.parameters import EXECUTIVE_NODE, EXECUTIVE_TREE
 
 NAME = "config_feature"
 _PARAMETERS = "ros__parameters"

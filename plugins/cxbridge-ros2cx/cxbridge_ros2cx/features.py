@@ -14,12 +14,12 @@ from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.ros2cx.blackboard import Ros2CxBlackboardFeature
-from cxbridge.ros2cx.confvals import ParametersFeature
-from cxbridge.ros2cx.parameters import FeatureEntry
-from cxbridge.ros2cx.plansys2 import Plansys2Feature
-from cxbridge.ros2cx.settings import Ros2CxSettings
-from cxbridge.ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
+from cxbridge_ros2cx.blackboard import Ros2CxBlackboardFeature
+from cxbridge_ros2cx.confvals import ParametersFeature
+from cxbridge_ros2cx.parameters import FeatureEntry
+from cxbridge_ros2cx.plansys2 import Plansys2Feature
+from cxbridge_ros2cx.settings import Ros2CxSettings
+from cxbridge_ros2cx.skill_execution import PretendingSkills, SkillExecutionFeature
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -10,11 +10,11 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.ros2cx.settings import Ros2CxSettings
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import MasterState, SkillOutcome
 from cxbridge.skiller.board.settings import TREE, BoardSettings
+from cxbridge_ros2cx.settings import Ros2CxSettings
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration

@@ -22,7 +22,7 @@ from cxbridge.executive.features.planning_base import (
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.ros2cx.plansys2_domain import why_refused
+from cxbridge_ros2cx.plansys2_domain import why_refused
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain

@@ -18,8 +18,8 @@ from cxbridge.executive.features.skill_board import SkillAction, Skills
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.ros2cx.original_board import NO_AGENT
-from cxbridge.ros2cx.sensing import PretendedSensing
+from cxbridge_ros2cx.original_board import NO_AGENT
+from cxbridge_ros2cx.sensing import PretendedSensing
 
 
 class PretendingSkills(Skills, Protocol):

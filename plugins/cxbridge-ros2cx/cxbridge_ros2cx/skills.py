@@ -7,11 +7,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
-from cxbridge.ros2cx.executors import DummyExecutor, OriginalDummy
-from cxbridge.ros2cx.original_board import NO_AGENT, OriginalMaster
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import make_host
 from cxbridge.skiller.board.loading import load_executor
+from cxbridge_ros2cx.executors import DummyExecutor, OriginalDummy
+from cxbridge_ros2cx.original_board import NO_AGENT, OriginalMaster
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

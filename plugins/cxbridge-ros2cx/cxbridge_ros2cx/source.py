@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
@@ -15,17 +15,17 @@ from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
-from cxbridge.ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
-from cxbridge.ros2cx.checks import check_parameters
-from cxbridge.ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, Ros2CxFeatureContext, make_features
-from cxbridge.ros2cx.original_board import policy_of, with_idle_time
-from cxbridge.ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
-from cxbridge.ros2cx.refresh import RefreshTimer, nanoseconds_too
-from cxbridge.ros2cx.settings import Ros2CxSettings
-from cxbridge.ros2cx.skills import Ros2CxSkills
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import Source, SourceContext
 from cxbridge.skiller.board.settings import BoardSettings
+from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
+from cxbridge_ros2cx.checks import check_parameters
+from cxbridge_ros2cx.features import CONFIG_FEATURE, REDEFINE_FEATURE, Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.original_board import policy_of, with_idle_time
+from cxbridge_ros2cx.parameters import EXECUTIVE_FILE, load_features, load_parameters, refresh_period_us
+from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
+from cxbridge_ros2cx.settings import Ros2CxSettings
+from cxbridge_ros2cx.skills import Ros2CxSkills
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
 
-_OVERLAYS = "ros2cx"
-"""The folder of configurations that are shipped for this source, below the shipped scenarios."""
+OVERLAYS: Final = Path(__file__).parent / "overlays"
+"""Configurations that are laid over the parameters of a checkout, with ``--config NAME``."""
 
 
 class Ros2CxSource(Source):
@@ -108,7 +108,7 @@ class Ros2CxSource(Source):
             *options.clips_dirs,
             *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),
         ]
-        folders.append(shipped_dir("scenarios") / _OVERLAYS)  # the files that shipped overlays load
+        folders.append(OVERLAYS)  # the files that shipped overlays load
         builtin = options.core == "builtin"
         before: tuple[Path, ...] = () if Ros2CxSettings.of(config).original else (ROS2CX_SANE_CLIPS,)
         if builtin:
@@ -228,7 +228,7 @@ class Ros2CxSource(Source):
 def _find_overlay(file: Path) -> Path:
     if file.exists() or len(file.parts) != 1 or file.suffix:
         return file
-    folder = shipped_dir("scenarios") / _OVERLAYS
+    folder = OVERLAYS
     shipped = folder / f"{file}.yaml"
     if not shipped.is_file():
         names = ", ".join(path.stem for path in sorted(folder.glob("*.yaml")))

@@ -9,8 +9,8 @@ import pytest
 
 from cxbridge.events import Level
 from cxbridge.history.exchange import Exchange, SkillMessage
-from tests.ros2cx.rows import Watched, run
-from tests.ros2cx.test_recordings import DATA, options
+from ros2cx_tests.rows import Watched, run
+from ros2cx_tests.test_recordings import DATA, options
 from tests.support import needs_ros2cx
 
 pytestmark = needs_ros2cx
@@ -62,7 +62,7 @@ def test_the_original_drops_the_ids_so_the_second_cancels_the_first(tmp_path):
     assert "WAITING" in ends  # nobody tells the first of its end, as there
 
 
-DEFAULT_ONLY = ("move=cxbridge.ros2cx.executors:DummyExecutor",)
+DEFAULT_ONLY = ("move=cxbridge_ros2cx.executors:DummyExecutor",)
 
 
 @pytest.mark.parametrize("core", [None, "builtin"])
@@ -89,7 +89,7 @@ def test_a_configuration_names_executors(tmp_path):
     configured = """
 skill-board:
   agents:
-    robot1: {executors: {move: {class: "cxbridge.ros2cx.executors:MoveExecutor"}}}
+    robot1: {executors: {move: {class: "cxbridge_ros2cx.executors:MoveExecutor"}}}
     robot2: {}
 """
     watched = agents_run(tmp_path, configured)

@@ -6,6 +6,9 @@ import shutil
 from typing import Any
 
 import pytest
+from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
+from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.parameters import FeatureEntry
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
@@ -16,9 +19,6 @@ from cxbridge.executive.host.values import TRUE
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
-from cxbridge.ros2cx.blackboard import ORIGINAL_FUNCTIONS
-from cxbridge.ros2cx.features import Ros2CxFeatureContext, make_features
-from cxbridge.ros2cx.parameters import FeatureEntry
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.program.run import make_options

@@ -16,8 +16,8 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
-from tests.ros2cx import rows
-from tests.ros2cx.test_recordings import DATA, RECORDINGS, options
+from ros2cx_tests import rows
+from ros2cx_tests.test_recordings import DATA, RECORDINGS, options
 from tests.support import needs_ros2cx
 
 pytestmark = needs_ros2cx

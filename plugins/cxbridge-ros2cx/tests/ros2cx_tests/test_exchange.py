@@ -12,15 +12,15 @@ from msgspec import structs
 
 from cxbridge.cli.main import main
 from cxbridge.history.exchange import Exchange, SkillMessage
-from tests.ros2cx.rows import recorded as changes_of
-from tests.ros2cx.rows import run
-from tests.ros2cx.test_recordings import DATA, RECORDINGS, fired, options
+from ros2cx_tests.rows import recorded as changes_of
+from ros2cx_tests.rows import run
+from ros2cx_tests.test_recordings import DATA, RECORDINGS, fired, options
 from tests.support import needs_ros2cx, needs_shared
 
 pytestmark = needs_ros2cx
 
-TWO = ("move=cxbridge.ros2cx.executors:OriginalDummy",) * 2
-SANE_TWO = ("move=cxbridge.ros2cx.executors:DummyExecutor",) * 2
+TWO = ("move=cxbridge_ros2cx.executors:OriginalDummy",) * 2
+SANE_TWO = ("move=cxbridge_ros2cx.executors:DummyExecutor",) * 2
 EXECUTORS_SAY = ("RESPONSE", "FEEDBACK", "FINISH")
 
 

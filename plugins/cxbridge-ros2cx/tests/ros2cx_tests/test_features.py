@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import pytest
+from cxbridge_ros2cx.plansys2 import Plansys2Feature
+from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, Level
@@ -10,8 +12,6 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.ros2cx.plansys2 import Plansys2Feature
-from cxbridge.ros2cx.skill_execution import SkillExecutionFeature
 from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
 

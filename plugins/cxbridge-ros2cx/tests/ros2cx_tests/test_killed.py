@@ -17,7 +17,7 @@ from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
-from tests.ros2cx.test_recordings import DATA, options
+from ros2cx_tests.test_recordings import DATA, options
 from tests.support import ROOT, needs_ros2cx
 
 pytestmark = needs_ros2cx

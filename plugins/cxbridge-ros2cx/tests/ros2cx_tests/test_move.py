@@ -7,18 +7,18 @@ import math
 import re
 
 import pytest
+from cxbridge_ros2cx.executors import MoveExecutor
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.history.exchange import Exchange
-from cxbridge.ros2cx.executors import MoveExecutor
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.protocol import SkillCall
-from tests.ros2cx.rows import run
-from tests.ros2cx.test_recordings import options
+from ros2cx_tests.rows import run
+from ros2cx_tests.test_recordings import options
 from tests.skiller.board.rig import Rig, states
 from tests.support import needs_ros2cx
 
-MOVE = ("move=cxbridge.ros2cx.executors:MoveExecutor",)
+MOVE = ("move=cxbridge_ros2cx.executors:MoveExecutor",)
 REMAINING = re.compile(r"Move running: ([\d.]+) m remaining at 0\.22 m/s")
 
 

@@ -12,8 +12,8 @@ from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE
+from ros2cx_tests.inside import KINDS, Inside, look_inside, names_of
 from tests.executive.clips630.engines import execute, needs_clips630
-from tests.ros2cx.inside import KINDS, Inside, look_inside, names_of
 from tests.support import ROS2CX_DIR, needs_ros2cx
 
 pytestmark = [needs_ros2cx, needs_clips630]

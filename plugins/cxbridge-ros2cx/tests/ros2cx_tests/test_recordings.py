@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.run import RunOptions
 from cxbridge.run.program.run import make_options
-from tests.ros2cx.rows import NOT_COMPARED, recorded, run
+from ros2cx_tests.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 
 DATA = Path(__file__).parent / "data"

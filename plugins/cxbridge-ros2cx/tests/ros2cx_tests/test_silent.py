@@ -7,16 +7,16 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from cxbridge_ros2cx.executors import DummyExecutor
 
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge.mainloop import Hook
-from cxbridge.ros2cx.executors import DummyExecutor
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.protocol import ExecutorState
-from tests.ros2cx.test_recordings import DATA, options
+from ros2cx_tests.test_recordings import DATA, options
 from tests.support import needs_ros2cx
 
 pytestmark = needs_ros2cx

@@ -8,15 +8,16 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
+import cxbridge_ros2cx
 import pytest
 
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
-from tests.ros2cx.inside import look_inside
+from ros2cx_tests.inside import look_inside
 from tests.support import ROOT, ROS2CX_DIR, needs_ros2cx
 
 PAGE = ROOT / "docs" / "thesis-facts.md"
-SOURCES = ("ros2cx", "executive")
+SOURCES = (Path(cxbridge_ros2cx.__file__).parent, ROOT / "cxbridge" / "executive")
 
 ORDERED = {"ff-feature", "ff-feature-loaded", "executive-init", "executive-finalize", "time"}
 """Facts without slots."""
@@ -62,7 +63,7 @@ def constants() -> dict[Path, frozenset[str]]:
     """The texts in our modules."""
     found = {}
     for folder in SOURCES:
-        for file in (ROOT / "cxbridge" / folder).rglob("*.py"):
+        for file in folder.rglob("*.py"):
             tree = ast.parse(file.read_text("utf-8"))
             texts = {
                 node.value
@@ -89,7 +90,7 @@ def test_every_function_of_the_original_is_defined(tmp_path: Path) -> None:
 
 
 def blackboard_functions(folder: Path) -> list[str]:
-    from tests.ros2cx.test_blackboard_feature import Bench
+    from ros2cx_tests.test_blackboard_feature import Bench
 
     bench = Bench(folder, "sane")
     bench.manager.close()

@@ -10,7 +10,8 @@ import signal
 import sys
 from typing import Any
 
-from cxbridge.ros2cx.executors import DummyExecutor
+from cxbridge_ros2cx.executors import DummyExecutor
+
 from cxbridge.services.executor import run_executor
 from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board import host

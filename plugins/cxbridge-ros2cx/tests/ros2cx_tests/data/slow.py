@@ -1,6 +1,6 @@
 """The executor of the recording in which the action goes away: it was asked for less feedback."""
 
-from cxbridge.ros2cx.executors import OriginalDummy
+from cxbridge_ros2cx.executors import OriginalDummy
 
 
 class Slow(OriginalDummy):

@@ -1,0 +1,12 @@
+"""The tables of this plug-in; docs/plugins.md describes them."""
+
+from __future__ import annotations
+
+from cxbridge.plugins import Row
+
+API = 1
+
+OPTIONS = (Row("ros2cx", "cxbridge_ros2cx.options:Ros2CxOptions"),)
+SOURCES = (
+    Row("ros2cx", "cxbridge_ros2cx.source:Ros2CxSource", lambda options: bool(options.option("ros2cx"))),
+)
