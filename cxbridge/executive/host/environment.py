@@ -393,9 +393,9 @@ class ClipsEnvironment:
             if chunk <= 0:
                 break
             # in chunks: signal handlers get their turn, and rules without an end are noticed
-            self.is_firing = True
+            self.is_firing = self.output.is_firing = True
             done = int(lib.Run(self.env, chunk))
-            self.is_firing = False
+            self.is_firing = self.output.is_firing = False
             fired += done
             if self.api.halted():
                 self.api.clear_halt()

@@ -43,6 +43,7 @@ _LEVELS = {
 The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
 """
 
+_LIMIT_REACHED = "rule firing limit reached\n"
 _ROUTER = b"cxbridge-log"
 _PRIORITY = 40
 
@@ -55,6 +56,8 @@ class OutputRouter:
     """
 
     def __init__(self, env: CData, sink: LineSink) -> None:
+        self.is_firing = False
+        """Whether the host runs the agenda: it does so in chunks, and the end of a chunk is no news."""
         self.quiet = False
         """Whether CLIPS' messages of errors are dropped."""
         self._last: str | None = None
@@ -84,6 +87,8 @@ class OutputRouter:
             if self._capture is not None:
                 self._capture.append(piece)
                 return
+        if self.is_firing and piece == _LIMIT_REACHED:
+            return
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return

@@ -298,3 +298,12 @@ def test_a_run_that_is_broken_off_again_and_again_tells_it_once(env, log):
     env.assert_string("(x 2)")
     env.run()
     assert len([text for text in log.texts(Level.ERROR) if "Execution halted" in text]) == 2
+
+
+@pytest.mark.parametrize("firings", [19, 20, 21, 100, 1000])
+def test_the_chunks_of_a_run_leave_no_trace_in_the_log(env, log, firings):
+    """CLIPS prints that a limit is reached; where a chunk ends depends on the speed of the machine."""
+    env.build(f"(defrule count ?f <- (n ?x&:(< ?x {firings})) => (retract ?f) (assert (n (+ ?x 1))))")
+    env.assert_string("(n 0)")
+    assert env.run() == firings
+    assert log.texts() == []

@@ -199,6 +199,7 @@ def test_another_commit_says_which_parts_are_known(checkout):
     [
         ({"fawkes_dir": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
         ({"scenario": Path()}, "--ros2cx goes with neither a scenario nor --fawkes-dir"),
+        ({"overlays": (Path(),)}, "--overlay goes with Fawkes' layout only, not with --ros2cx"),
         ({"core": "fawkes"}, "--core fawkes cannot go with --ros2cx"),
         ({"skiller": "simulator"}, "--skiller simulator cannot go with --ros2cx"),
         ({"skiller": "tcp://127.0.0.1:1", "clock": "real"}, "cannot go with --ros2cx"),
