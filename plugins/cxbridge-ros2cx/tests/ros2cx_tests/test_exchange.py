@@ -55,7 +55,7 @@ def recorded(name: str) -> list[SkillMessage]:
 
 
 def plain(messages: Iterable[SkillMessage]) -> list[SkillMessage]:
-    """Without times; ids by the order in which they appear, as they differ from run to run."""
+    """Without times and requests, which only ours record; ids by the order in which they appear."""
     names: dict[str, str] = {}
 
     def count(message: SkillMessage) -> str:
@@ -66,6 +66,7 @@ def plain(messages: Iterable[SkillMessage]) -> list[SkillMessage]:
         dataclasses.replace(
             message,
             time_us=0,
+            request="",
             node_id=count(message),
             agent_id="" if message.agent_id == "default" else message.agent_id,
             progress=round(message.progress, 6),
