@@ -34,9 +34,6 @@ _MAKES_INSTANCES: Final = frozenset(
 )
 """Functions whose arguments are the slots of an instance, ``(SLOT VALUE...)``, among others."""
 
-OBJECT: Final = "object"
-"""How patterns of instances begin."""
-
 _NO_CALLS: Final = frozenset({"case", "default"})
 _SLOTS: Final = frozenset({"slot", "multislot", "single-slot", "field", "multifield"})
 _CHANGES: Final = frozenset({"modify", "duplicate", "cx-modify-goal"})

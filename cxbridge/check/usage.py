@@ -10,10 +10,9 @@ from functools import cached_property
 from math import inf
 from typing import Final
 
-from cxbridge.agent.clips import OBJECT
 from cxbridge.agent.model import AgentModel
 from cxbridge.agent.names import Name, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.clipstext.condition import CE, PatternCE, elements, needed
+from cxbridge.clipstext.condition import CE, OBJECT, PatternCE, condition_of, needed
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
 from cxbridge.suggestions import nearest
 
@@ -105,10 +104,7 @@ class Construct:
     @cached_property
     def condition(self) -> tuple[CE, ...]:
         """The condition of a rule; empty for anything else."""
-        if self.keyword != "defrule":
-            return ()
-        arrow = next((n for n, item in enumerate(self.node.arguments) if item.text == "=>"), None)
-        return tuple(elements(self.node.arguments[1:arrow]))
+        return condition_of(self.node)
 
     @cached_property
     def actions(self) -> tuple[SyntaxNode, ...]:

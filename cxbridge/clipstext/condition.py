@@ -13,6 +13,9 @@ from msgspec import Struct
 from cxbridge.clipstext.syntax import SyntaxNode, literal, one_line
 
 _VARIABLE = re.compile(r"\$?\?([A-Za-z_][^\s:]*)(?::.*)?\Z")
+OBJECT = "object"
+"""How patterns of instances begin."""
+
 _GLOBAL = re.compile(r"\?\*.+\*\Z")
 
 
@@ -331,6 +334,14 @@ def needed(ces: Sequence[CE]) -> Iterator[PatternCE]:
             yield ce
         elif isinstance(ce, GroupCE) and ce.kind == "exists":
             yield from needed(ce.items)
+
+
+def condition_of(rule: SyntaxNode) -> tuple[CE, ...]:
+    """Return the CEs of a rule, those before its arrow; none of another construct."""
+    if rule.head != "defrule":
+        return ()
+    arrow = next((place for place, item in enumerate(rule.arguments) if item.text == "=>"), None)
+    return tuple(elements(rule.arguments[1:arrow]))
 
 
 def elements(items: Sequence[SyntaxNode]) -> Iterator[CE]:

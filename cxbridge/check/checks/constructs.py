@@ -12,7 +12,7 @@ from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.check.agent import Agent, ClipsFile
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.lost import Losses
-from cxbridge.clipstext.condition import elements, patterns
+from cxbridge.clipstext.condition import OBJECT, condition_of, patterns
 from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
@@ -90,7 +90,6 @@ _LITERAL = "CSTRNCHK1"
 
 _QUOTED = re.compile(r"'([^']+)'")
 _VARIABLE = re.compile(r"\$?\?[\w*-]+")
-_CONDITIONS = frozenset({"and", "or", "not", "test", "exists", "forall", "logical", "declare", "object"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -190,13 +189,9 @@ def _refused(agent: Agent, file: ClipsFile, construct: Definition, what: str) ->
 
 def _facts(construct: Definition) -> list[SyntaxNode]:
     """Return the patterns of a construct and the facts that it makes, in the order of the text."""
-    items = construct.node.arguments[1:]
     facts = [node for call in construct.node.walk() if call.head == "assert" for node in call.arguments]
-    if construct.kind == "defrule":
-        arrow = next((n for n, item in enumerate(items) if item.text == "=>"), None)
-        facts += [ce.node for ce in patterns(tuple(elements(items[:arrow])))]
-    elif construct.kind == "deffacts":
-        facts += items
+    facts += [ce.node for ce in patterns(condition_of(construct.node))]
+    facts += construct.node.arguments[1:] if construct.kind == "deffacts" else ()
     return sorted(facts, key=lambda node: node.start)
 
 
@@ -302,31 +297,11 @@ def _follows(finding: Finding, diagnostic: Diagnostic, dropped: set[str], known:
 
 def _unknown_template(agent: Agent, construct: Definition) -> SyntaxNode | None:
     """Return the first pattern with slots whose deftemplate does not exist."""
-    if construct.kind != "defrule":
-        return None
-    known = agent.deftemplates
-    for node in construct.node.walk():
-        if node.text == "=>":
-            return None
-        slots = node.arguments and all(item.head for item in node.arguments)
-        if slots and without_module(node.head) not in known and _is_pattern(construct, node):
-            return node
+    known = agent.deftemplates | {OBJECT}
+    for ce in patterns(condition_of(construct.node)):
+        if not ce.is_ordered and without_module(ce.template) not in known:
+            return ce.node
     return None
-
-
-def _is_pattern(construct: Definition, node: SyntaxNode) -> bool:
-    """Whether a list is a pattern: at the top of the condition, or below a conditional element."""
-    if node.head in _CONDITIONS or node is construct.node:
-        return False
-    above = [construct.node]
-    while above:
-        parent = above.pop()
-        for item in parent.items or ():
-            if item is node:
-                return True
-            if item.head in _CONDITIONS - {"test", "declare"}:
-                above.append(item)
-    return False
 
 
 def _function_hint(agent: Agent, name: str, known: _Known) -> str:

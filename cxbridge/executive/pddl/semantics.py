@@ -55,6 +55,7 @@ class DomainChecker:
         self._supers: dict[str, set[str]] = {}
         for name, super_type in pairs_of(domain.types):
             self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
+        self._section = "(:constants ...)"  # declares what is unknown
         self._constants: Scope = {}
         for group in domain.constants:
             for name in group.names:
@@ -83,10 +84,11 @@ class DomainChecker:
             self._action(action)
 
     def check_objects(self, objects: TypedList) -> None:
-        """Check the types of a problem's objects.
+        """Check the types of a problem's objects; what is checked afterwards belongs to the problem.
 
         :raises PddlSemanticError: when one is not declared.
         """
+        self._section = "(:objects ...) of the problem"
         self._check_types(objects)
 
     def check_formula(self, formula: Formula) -> None:
@@ -229,9 +231,9 @@ class DomainChecker:
         raise self._error(
             f"Unknown constant {term.name}",
             term.position,
-            f"declare it in (:constants ...), or write ?{term.name} for the parameter"
+            f"declare it in {self._section}, or write ?{term.name} for the parameter"
             if term.name in scope
-            else "declare it in (:constants ...)",
+            else f"declare it in {self._section}",
         )
 
     def _fits(self, term: Term, given: tuple[str, ...], expected: tuple[str, ...]) -> bool:

@@ -102,8 +102,9 @@ def test_with_durative_actions_time_counts():
 
 
 def test_a_problem_of_facts_that_make_no_sense():
-    with pytest.raises(PddlSemanticError, match="Unknown constant c9"):
+    with pytest.raises(PddlSemanticError, match="Unknown constant c9") as caught:
         problem_of_facts(DOMAIN, [], [("at", ("c9", "home"))], parse_formula("()"))
+    assert "(:objects ...)" in (caught.value.hint or "")
 
 
 @needs_shared
