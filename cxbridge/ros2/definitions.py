@@ -109,6 +109,21 @@ class Definitions:
         found: Sequence[tuple[str, FieldType]] = self._store.fielddefs[str(name)][1]
         return found
 
+    def lacking(self, name: TypeName, path: str) -> tuple[str, list[str]] | None:
+        """Return the first part of a path with dots that a message lacks, and the fields there; None: none.
+
+        :raises Ros2Error: when there is no such type, or its file is broken.
+        """
+        for part in path.split("."):
+            fields = dict(self.fields(name))
+            if part not in fields:
+                return part, list(fields)
+            inner = _nested(fields[part])
+            if inner is None:
+                return None
+            name = parse_type(inner)
+        return None
+
     def defaults(self, name: TypeName) -> Mapping[str, Any]:
         """Return the values of fields that are not zero when nobody sets them."""
         return self._defaults.get(str(name), {})

@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Generator, Mapping
+from collections.abc import Generator, Iterator, Mapping
+from pathlib import Path
 from typing import Any, ClassVar, Final
 
 from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ConfigError, SkillError
+from cxbridge.errors import ConfigError, Ros2Error, SkillError
 from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
+from cxbridge.ros2.executor import TIMEOUT_S, NodeSettings, RosExecutor, nested, seconds_of
 from cxbridge.ros2.messages import Message
+from cxbridge.ros2.names import parse_type
 from cxbridge.ros2.node import Client
 from cxbridge.ros2.topics import check_topic
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
@@ -224,6 +226,33 @@ def _skill(name: str, value: Any, namespace: str) -> RosSkill:
         timeout_s=seconds_of(name, "timeout", value.get("timeout", TIMEOUT_S)),
         patience_s=seconds_of(name, "patience", value.get("patience", PATIENCE_S)),
     )
+
+
+def mistakes(settings: Mapping[str, Any], folder: Path) -> Iterator[ConfigError | Ros2Error]:
+    """Yield what is wrong with the types and fields of skills, as far as no node need be joined.
+
+    :param settings: of the executor.
+    :param folder: what relative folders are seen from.
+    :raises CxbridgeError: when the settings make no sense.
+    """
+    nodes = NodeSettings.of(settings, folder, "RosSkills")
+    definitions = nodes.definitions()
+    configured = nested(settings).get("skills")
+    for skill, value in configured.items() if isinstance(configured, Mapping) else ():
+        known = _skill(skill, value, nodes.namespace)
+        kind = parse_type(known.kind, "action" if known.is_action else "srv")
+        answer = kind.derived("Result" if known.is_action else "Response")
+        paths = ((kind.derived("Feedback"), known.feedback), (answer, known.success), (answer, known.error))
+        try:
+            for message, path in paths:
+                lacks = definitions.lacking(message, path) if path else None
+                if lacks is not None:
+                    hint = did_you_mean(lacks[0], lacks[1], f"it has: {', '.join(lacks[1])}")
+                    yield ConfigError(f"the skill {skill}: {message} has no field '{path}'", hint=hint)
+            definitions.fields(answer)
+        except Ros2Error as error:
+            error.message = f"the skill {skill}: {error.message}"
+            yield error
 
 
 def _field(message: Any, path: str) -> Any:

@@ -437,3 +437,45 @@ def test_an_action_that_a_planner_may_plan_and_nobody_executes(tmp_path):
     (finding,) = check(RunOptions(scenario=folder))
     assert finding.code.name == "CX404"
     assert "'wave', which a planner may plan" in finding.message
+
+
+ROS = """
+skill-board:
+  agents:
+    robot1:
+      executors:
+        ros:
+          class: cxbridge.ros2.skills:RosSkills
+          packages: [ros]
+          skills:
+            say:
+              {kind}: {name}
+              name: /say
+              {field}
+"""
+DRIVE = "float32 far\n---\nstring reason\n---\nfloat32 left\ngeometry_msgs/Pose at\n"
+
+
+@pytest.mark.parametrize(
+    ("kind", "name", "field", "message"),
+    [
+        ("service", "std_srvs/srv/Trigger", "success: success", ""),
+        ("service", "std_srvs/srv/Trigger", "error: mesage", "Trigger_Response has no field 'mesage'"),
+        ("service", "std_srvs/srv/Triger", "", "there is no ROS 2 type std_srvs/srv/Triger"),
+        ("action", "robots/action/Drive", "feedback: at.position.x", ""),
+        ("action", "robots/action/Drive", "feedback: at.positon.x", "no field 'at.positon.x'"),
+        ("action", "robots/action/Drive", "error: why", "Drive_Result has no field 'why'"),
+        ("action", "robots/action/Dive", "", "there is no ROS 2 type robots/action/Dive"),
+    ],
+)
+def test_the_types_and_fields_of_skills_of_ros(tmp_path, kind, name, field, message):
+    pytest.importorskip("rosbags", reason="the extra 'ros2' is not installed")
+    package = tmp_path / "ros" / "robots"
+    (package / "action").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>robots</name></package>")
+    (package / "action" / "Drive.action").write_text(DRIVE)
+    folder = agent(tmp_path, scenario_yaml=SPEC + ROS.format(kind=kind, name=name, field=field))
+    findings = check(RunOptions(scenario=folder))
+    assert [(each.code.name, message in each.message) for each in findings] == (
+        [("CX415", True)] if message else []
+    )

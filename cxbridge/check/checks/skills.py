@@ -40,6 +40,13 @@ ARGUMENT: Final = Code(
     "its text: the skill never reads it.",
 )
 
+ROS: Final = Code(
+    "CX415",
+    Severity.ERROR,
+    "a skill of ROS 2 names what its type lacks",
+    "There is no such action or service, or a message of it has no such field: the executor does not start, "
+    "or shows no progress and no reason.",
+)
 COMPILES: Final = Code(
     "CX414",
     Severity.WARNING,
@@ -48,8 +55,9 @@ COMPILES: Final = Code(
     "start.",
 )
 
-CODES: Final = (BROKEN, UNKNOWN, ARGUMENT, COMPILES)
+CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
+_ROS_SKILLS: Final = "cxbridge.ros2.skills:RosSkills"
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
@@ -65,6 +73,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     if skills is None:
         return
     yield from _check_files(agent)
+    yield from _check_ros(agent)
     yield from _check_arguments(agent, skills)
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
@@ -91,6 +100,20 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
             if (problem := compiler.problem(path.read_bytes())) is not None:
                 line, message = problem
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
+
+
+def _check_ros(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each type and field that skills of ROS 2 name and that there is not."""
+    board = agent.context.skill_board
+    for member in () if board is None else board.agents:
+        for executor in member.executors:
+            if executor.target != _ROS_SKILLS:
+                continue
+            from cxbridge.ros2.skills import mistakes  # noqa: PLC0415 - an extra
+
+            place = SourcePlace("") if executor.place is None else place_of(executor.place)
+            for error in mistakes(executor.settings, executor.folder):
+                yield Finding(ROS, place, error.message, error.hint or "")
 
 
 def _check_arguments(agent: Agent, skills: Mapping[str, Path | None]) -> Iterator[Finding]:
