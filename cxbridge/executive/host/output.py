@@ -57,7 +57,7 @@ class OutputRouter:
 
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.is_firing = False
-        """Whether the host runs the agenda: it does so in chunks, and the end of a chunk is no news."""
+        """Whether the host runs the agenda: in chunks, whose ends are not reported."""
         self.quiet = False
         """Whether CLIPS' messages of errors are dropped."""
         self._last: str | None = None
