@@ -6,10 +6,15 @@ import ast
 import re
 import subprocess
 import sys
+import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from functools import cache
+from pathlib import Path
 
+import pytest
+
+from tests.run.mini import write_scenario
 from tests.support import ROOT
 
 PACKAGE = ROOT / "cxbridge"
@@ -222,3 +227,51 @@ def test_no_test_sleeps_and_hopes():
     }
     assert {name: lines for name, lines in hopeful.items() if name not in SLOW_ON_PURPOSE} == {}
     assert set(hopeful) == SLOW_ON_PURPOSE
+
+
+# -- plug-ins
+
+PLUGINS = {
+    package.name: package
+    for distribution in sorted((ROOT / "plugins").iterdir())
+    for package in sorted(distribution.glob("cxbridge_*"))
+}
+"""The packages of the plug-ins of this repository, by name."""
+
+
+def imported_packages(folder: Path) -> set[str]:
+    """Return the packages that the modules of a folder import, for types or at run time."""
+    found = set()
+    for file in folder.rglob("*.py"):
+        for node in statements(ast.parse(file.read_text())):
+            if isinstance(node, ast.ImportFrom) and node.module:
+                found.add(node.module.partition(".")[0])
+            elif isinstance(node, ast.Import):
+                found |= {alias.name.partition(".")[0] for alias in node.names}
+    return found
+
+
+def test_the_core_imports_no_plug_in():
+    assert imported_packages(PACKAGE) & PLUGINS.keys() == set()
+
+
+@pytest.mark.parametrize("name", PLUGINS)
+def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
+    project = tomllib.loads((PLUGINS[name].parent / "pyproject.toml").read_text())["project"]
+    core = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    declared = {re.split(r"[=<>]", each)[0].replace("-", "_") for each in project["dependencies"]}
+    assert (imported_packages(PLUGINS[name]) & PLUGINS.keys()) - {name} <= declared
+    assert f"cxbridge=={core['version']}" in project["dependencies"]
+    assert project["version"] == core["version"]
+
+
+def test_a_run_imports_only_tables_and_options_of_plug_ins(tmp_path):
+    folder = write_scenario(tmp_path)
+    program = (
+        f"import sys; from cxbridge.cli.main import invoke; invoke(['run', {str(folder)!r}, '--quiet']); "
+        "print(*(name for name in sys.modules if name.partition('.')[0] in sys.argv))"
+    )
+    call = [sys.executable, "-c", program, *PLUGINS]
+    done = subprocess.run(call, capture_output=True, text=True, check=True)
+    parts = {name.partition(".")[2] for name in done.stdout.splitlines()[-1].split()}
+    assert parts <= {"", "plugin", "options"}
