@@ -9,7 +9,9 @@ from typing import Final
 from cxbridge.check.agent import Agent, ClipsFile, place_of
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
 from cxbridge.check.planned import planned_actions
-from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal
+from cxbridge.check.usage import Construct, Usage
+from cxbridge.clipstext.condition import PatternCE, patterns
+from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.pddl import Domain, load_domain, names_of
@@ -57,6 +59,8 @@ DOUBT: Final = Code(
 
 CODES: Final = (DOMAIN, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
 
+_OPERATOR: Final = "domain-operator"
+_ACTION: Final = "plan-action"
 _PARSE: Final = "parse-pddl-domain"
 
 
@@ -78,9 +82,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     for file in agent.own_files:
         for call in file.calls(_PARSE):
             yield from _check_domain(agent, file, call, actions)
-    for file in agent.files:
-        _note_operators(file, actions)
-        _note_executed(file, actions)
+    _note_operators(agent.usage, actions)
     if actions.parameters and actions.is_complete:
         yield from _check_plan_actions(agent.own_files, actions)
     yield from _check_mapping(agent, actions)
@@ -108,39 +110,38 @@ def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Act
         )
 
 
-def _note_operators(file: ClipsFile, actions: _Actions) -> None:
-    """Note the operators that rules make."""
-    for node in file.calls("domain-operator"):
-        name = _slot(node, "name")
-        if name is None:
-            continue
-        if _is_word(name):
-            actions.parameters.setdefault(name.text, None)
-        elif _is_asserted(file, node):
-            actions.is_complete = False
+def _note_operators(usage: Usage, actions: _Actions) -> None:
+    """Note the operators that rules make or match."""
+    for _, fact in usage.made.get(_OPERATOR, ()):
+        actions.parameters.update(
+            dict.fromkeys(fact.slots.get("name", frozenset()) - actions.parameters.keys())
+        )
+        if "name" in fact.named and "name" not in fact.slots:
+            actions.is_complete = False  # computed
+    for construct in usage.constructs:
+        for ce in patterns(construct.condition):
+            words = _words_of(construct, ce)
+            actions.parameters.update(dict.fromkeys(words - actions.parameters.keys()))
 
 
-def _note_executed(file: ClipsFile, actions: _Actions) -> None:
-    """Note the actions that rules execute without asking for an operator.
+def _words_of(construct: Construct, ce: PatternCE) -> frozenset[str]:
+    """Return the actions that a pattern names as operators, or to execute them without asking for one.
 
-    Such a rule matches a plan-action by its name, not by ``(executable TRUE)``, and changes its state.
+    The latter matches a plan-action by its name, not by ``(executable TRUE)``, and changes its state.
     """
-    for construct in file.constructs:
-        items = construct.node.arguments
-        for variable, sign, node in zip(items, items[1:], items[2:], strict=False):
-            if sign.text != "<-" or node.head != "plan-action" or _slot(node, "executable") is not None:
-                continue
-            name = _slot(node, "action-name")
-            if name is not None and _is_word(name) and _changes_state(construct, variable.text):
-                actions.parameters.setdefault(name.text, None)
-
-
-def _changes_state(construct: Definition, variable: str) -> bool:
-    return any(
-        node.head == "modify" and node.arguments[0].text == variable and _slot(node, "state") is not None
-        for node in construct.node.walk()
+    if ce.template == _OPERATOR:
+        return ce.slots.get("name", frozenset())
+    if ce.template != _ACTION or "executable" in {part.slot for part in ce.parts}:
+        return frozenset()
+    changes = any(
+        node.head == "modify"
+        and node.arguments[0].text == f"?{ce.variable}"
+        and any(slot.head == "state" for slot in node.arguments)
+        for action in construct.actions
+        for node in action.walk()
         if node.arguments
     )
+    return ce.slots.get("action-name", frozenset()) if changes else frozenset()
 
 
 def _check_plan_actions(files: list[ClipsFile], actions: _Actions) -> Iterator[Finding]:
@@ -171,25 +172,3 @@ def _check_mapping(agent: Agent, actions: _Actions) -> Iterator[Finding]:
                 yield Finding(PARAMETER, place, f"'{action}' has no parameter '{part.name}'", hint)
         for doubt in find_doubts(template):
             yield Finding(DOUBT, place, f"'{doubt.text}' is not a placeholder: {doubt.reason}")
-
-
-def _slot(node: SyntaxNode, name: str) -> SyntaxNode | None:
-    """Return the value of a slot with one value."""
-    for item in node.arguments:
-        if item.head == name and len(item.arguments) == 1:
-            return item.arguments[0]
-    return None
-
-
-def _is_word(node: SyntaxNode) -> bool:
-    return node.items is None and not node.text.startswith(("?", "$?", '"', "~"))
-
-
-def _is_asserted(file: ClipsFile, node: SyntaxNode) -> bool:
-    """Whether a list is in an ``assert`` or a deffacts, and no pattern."""
-    for construct in file.constructs:
-        if construct.node.start <= node.start < construct.node.end:
-            if construct.kind == "deffacts":
-                return True
-            return any(call.start < node.start < call.end for call in file.calls("assert"))
-    return False
