@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from datetime import UTC, datetime
 from typing import Final
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.monitor.snapshot import MOST_ROWS, GoalRow, Table
 
@@ -24,14 +22,6 @@ def duration_text(seconds: float) -> str:
     if hours:
         return f"{hours:.0f} h {minutes:02.0f} min {rest:02.0f} s"
     return f"{minutes:.0f} min {rest:04.1f} s"
-
-
-def clock_text(time_us: int) -> str:
-    """Return a time stamp as the time of day here."""
-    try:
-        return datetime.fromtimestamp(time_us / MICROSECONDS, UTC).astimezone().strftime("%H:%M:%S")
-    except (ValueError, OverflowError, OSError):  # a recording may have any
-        return f"{time_us} us"
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:

@@ -16,7 +16,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
-from cxbridge.monitor.choosing import clock_text, duration_text, page
+from cxbridge.monitor.choosing import duration_text, page
 from cxbridge.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,
@@ -171,8 +171,8 @@ class DaemonSource:
         if "time_us" not in state:
             return
         kind = status["clock"]
-        yield clock_text(state["time_us"]) + (f" ({kind} clock)" if kind != "real" else "")
-        yield f"up {duration_text((state['time_us'] - status['started_us']) / MICROSECONDS)}"
+        seconds = (state["time_us"] - status["started_us"]) / MICROSECONDS
+        yield f"up {duration_text(seconds)}" + (f" ({kind} clock)" if kind != "real" else "")
         loops = state.get("loops", 0)
         self._loops.append((time.monotonic(), loops))
         (first_s, first), (last_s, last) = self._loops[0], self._loops[-1]

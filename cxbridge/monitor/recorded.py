@@ -13,7 +13,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.monitor.choosing import choose_goals, clock_text, duration_text, page
+from cxbridge.monitor.choosing import choose_goals, duration_text, page
 from cxbridge.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,
@@ -159,7 +159,6 @@ class RecordedSource:
         it = self._scrubber
         words = [
             f"{duration_text(it.now_us / MICROSECONDS)} of {duration_text(it.end_us / MICROSECONDS)}",
-            clock_text(it.events[0].time_us + it.now_us),
             f"event {it.at:,} of {len(it.events):,}",
         ]
         if it.is_loading:

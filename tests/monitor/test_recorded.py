@@ -57,7 +57,7 @@ def test_it_begins_at_the_last_transition(tmp_path):
 
 def test_moments(source):
     seen = at(source, "begin", pane="events")
-    assert re.fullmatch(r"0\.0 s of 4\.0 s · \d\d:\d\d:\d\d · event 0 of 1,024", seen.head)
+    assert re.fullmatch(r"0\.0 s of 4\.0 s · event 0 of 1,024", seen.head)
     assert (seen.stop, seen.progress, seen.goals, seen.events.at) == ("the begin", 0, [], None)
     seen = at(source, "transition 1", "event 2")
     assert [goal.id for goal in seen.goals] == ["gen1", "gen2", "RUN-gen3"]
@@ -103,7 +103,7 @@ def test_it_plays_at_a_speed(tmp_path):
     assert source.do("speed 2", ViewQuery()) == "speed 2"
     slow = source.period_s
     seen = at(source, "play")
-    assert re.fullmatch(r"0\.0 s of 10\.0 s · \d\d:\d\d:\d\d · event 1 of 11 · playing x2", seen.head)
+    assert re.fullmatch(r"0\.0 s of 10\.0 s · event 1 of 11 · playing x2", seen.head)
     assert source.period_s < slow
     now[0] += 2.5
     assert source.look(ViewQuery()).goals[0].mode == "M5"

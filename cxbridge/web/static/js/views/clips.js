@@ -163,6 +163,7 @@ export function open(root, app) {
     list.set(items);
     updateRule();
     envs.renew();
+    if (!chosen && items.length && detail.querySelector(".empty")) drawOverview(); // it says that there is nothing
     overview();
   }
 

@@ -1,0 +1,110 @@
+"""The page tells the truth about a recorded run: links of skill calls, counts, times, empty states."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from msgspec.structs import replace
+
+from cxbridge.events import PlanActionTransition
+from cxbridge.resources import shipped_dir
+from cxbridge.run.options import RunOptions
+from cxbridge.run.run import run_scenario
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.formats.registry import open_run
+from tests.web.page.conftest import wait_for
+from tests.web.page.test_moments import viewing
+
+
+@pytest.fixture(scope="module")
+def recorded(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run of two robots on a skill board, with facts."""
+    path = tmp_path_factory.mktemp("runs") / "two.mcap"
+    scenario = shipped_dir("scenarios") / "two-robots"
+    run_scenario(RunOptions(scenario=scenario, trace=path, trace_level="facts"))
+    return path
+
+
+@pytest.fixture(scope="module")
+def older(recorded: Path) -> Path:
+    """The same as an older version wrote it: no action says with which message it was sent."""
+    path = recorded.with_name("older.mcap")
+    writer = McapWriter(path)
+    for event in open_run(recorded):
+        is_action = isinstance(event, PlanActionTransition)
+        writer.write(replace(event, skiller="", call="") if is_action else event)
+    writer.close()
+    return path
+
+
+@pytest.fixture
+def opened(tab: Any, recorded: Path) -> Iterator[Any]:
+    with viewing(recorded) as (url, recordings):
+        tab.goto(f"{url}{recordings.start}#/goals")
+        tab.wait_for_selector("#state >> text=RECORDING")
+        yield tab
+
+
+def go(tab: Any, address: str) -> None:
+    tab.evaluate("(address) => { location.hash = address; }", address)
+
+
+def test_a_move_is_below_the_action_of_its_own_robot(opened: Any):
+    for goal, robot in (("INSPECT-lab", "robot1"), ("INSPECT-store", "robot2")):
+        go(opened, f"#/timeline/goal/{goal}/action/{goal}-PLAN%201")
+        opened.wait_for_selector(f".tl-detail h3:has-text('Action 1 move {robot}')")
+        calls = opened.locator(".tl-detail section:has(h4:text-is('Skill calls')) li a").all_inner_texts()
+        assert calls == [f'{robot}: move{{to="{goal.removeprefix("INSPECT-")}"}}']
+
+
+def test_an_older_recording_has_the_same_calls_probably(tab: Any, older: Path):
+    with viewing(older) as (url, recordings):
+        tab.goto(f"{url}{recordings.start}#/timeline/goal/INSPECT-lab/action/INSPECT-lab-PLAN%201")
+        tab.wait_for_selector(".tl-detail h4:text-is('Probably its skill calls')")
+        calls = tab.locator(".tl-detail section:has(h4:has-text('skill calls')) li a").all_inner_texts()
+        assert calls == ['robot1: move{to="lab"}']
+
+
+def test_the_run_is_summed_up_beside_its_goals_and_no_call_counts_twice(opened: Any):
+    opened.wait_for_selector("#run h2:text-is('The run')")
+    assert "Nothing has happened yet" not in opened.inner_text("main")
+    row = opened.locator("#run tr:has(th:text-is('skill calls')) td.n").first
+    wait_for(opened, lambda: row.inner_text() == "8")
+    began = opened.locator("#run dt:text-is('began') + dd, #run tr:has-text('began')").first.inner_text()
+    assert "0.0" in began  # seconds into the run
+    assert ":" not in began
+
+
+def test_only_robots_are_listed_as_robots(opened: Any):
+    go(opened, "#/timeline")
+    rows = opened.locator(".tl [role=treeitem] .hear-only")
+    wait_for(opened, lambda: rows.count() > 5)
+    assert "executor" not in " ".join(rows.all_inner_texts())
+    assert "camera" not in opened.inner_text(".tl")
+
+
+def test_the_time_of_day_is_shown_on_demand(opened: Any):
+    assert opened.inner_text("#clock").endswith(" s")
+    opened.click("#clock")
+    assert opened.inner_text("#clock").count(":") == 2
+    opened.click("#clock")
+    assert opened.inner_text("#clock").endswith(" s")
+
+
+def test_a_recording_offers_nothing_to_change(opened: Any):
+    go(opened, "#/clips")
+    opened.wait_for_selector("#clips-overview")
+    assert "to change" not in opened.inner_text("main")
+    assert "No facts" not in opened.inner_text("main")
+
+
+def test_at_the_beginning_no_skill_has_been_called(opened: Any):
+    go(opened, "#/skills")
+    opened.wait_for_selector("#skill-now")
+    opened.locator("input[type=range]").first.evaluate(
+        "(slider) => { slider.value = 0; slider.dispatchEvent(new Event('input', {bubbles: true})); }"
+    )
+    opened.wait_for_selector("text=No skill called yet")
