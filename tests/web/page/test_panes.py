@@ -53,7 +53,7 @@ def failed_run(daemon):
         action_event("LEAF", "1", "FORMULATED"),
         action_event("LEAF", "1", "PENDING"),
         skill_event('move{to="lab"}', "S_RUNNING"),
-        action_event("LEAF", "1", "RUNNING", time_us=START_US + SECOND),
+        action_event("LEAF", "1", "RUNNING", time_us=START_US + SECOND, skiller="robot1", call="1"),
         skill_event('move{to="lab"}', "S_FAILED", time_us=START_US + 2 * SECOND),
         action_event("LEAF", "1", "FAILED", time_us=START_US + 2 * SECOND),
         goal_event("GOOD", "RETRACTED", "COMPLETED", parent="ROOT", goal_class="INSPECT"),
@@ -83,7 +83,7 @@ def test_goals_are_filtered_by_outcome_class_and_robot(tab, site, daemon, failed
         goal_event("OTHER", "DISPATCHED", goal_class="INSPECT"),
         action_event("OTHER", "1", "PENDING"),
         skill_event('move{to="x"}', "S_RUNNING", skiller="robot2"),
-        action_event("OTHER", "1", "RUNNING"),
+        action_event("OTHER", "1", "RUNNING", skiller="robot2", call="1"),
     )
     tab.goto(f"{site.url}#/goals")
     tab.wait_for_selector("[role=treeitem]")
