@@ -191,7 +191,7 @@ class GoalReporter:
             Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
         ]
         if not found:
-            found = [self._failed_action(goal, action) for action in failed_actions(goal.actions)]
+            found = [self._failed_action(goal, action) for action in failed_actions(goal.last_actions)]
         if not found:
             found = [
                 Cause(self._outcome(child), self._further(child, reported))
@@ -218,9 +218,10 @@ class GoalReporter:
         return Cause("which rule decided so is not known: firings were not recorded (level rules)")
 
     def _completed(self, goal: GoalRecord, change: GoalChange) -> Iterator[Cause]:
-        done = [action for action in goal.actions if action.state == "FINAL"]
-        if goal.actions:
-            yield Cause(f"{len(done)} of {len(goal.actions)} actions are done")
+        actions = goal.last_actions
+        done = [action for action in actions if action.state == "FINAL"]
+        if actions:
+            yield Cause(f"{len(done)} of {len(actions)} actions are done")
         for child in self._goals.children(goal):
             if child.ended is not None:
                 yield Cause(self._outcome(child))

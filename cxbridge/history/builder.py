@@ -32,7 +32,7 @@ from cxbridge.history.model import (
     SentCall,
     SkillExecution,
 )
-from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
+from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, fields_of, order_of
 from cxbridge.history.steady import SteadyClock
 from cxbridge.history.transitions import unquote
 
@@ -143,10 +143,6 @@ class RunHistory:
     def _now(self) -> tuple[int, int]:
         return self.events, self.clock.now_us
 
-    def goal(self, goal: str, env: str) -> GoalRecord | None:
-        """Return the last goal of an id."""
-        return self._goals.get((env, goal))
-
     def set_orders(self, env: str, orders: Mapping[ActionKey, ActionOrder]) -> None:
         """Note what plan-actions ask for, when that is known from elsewhere."""
         for key, order in orders.items():
@@ -184,14 +180,15 @@ class RunHistory:
     def _action(self, event: PlanActionTransition) -> None:
         key = event.env, (event.goal, event.plan, event.action_id)
         action, goal = self._actions.get(key), self._goals.get((event.env, event.goal))
-        if action is None or (goal is not action.goal_record and action.goal_record is not None):
+        if action is None or self._is_other(action, goal, event):
             if len(self.actions) >= self._limits.actions:
                 self._lost["plan-action"] += 1
                 return
             action = PlanActionRecord(
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
             )
-            action.order = self._orders.get(key, action.order)
+            action.params = event.params
+            action.order = self._orders.get(key) or ActionOrder(arguments=fields_of(event.params[1:-1]))
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:
@@ -199,6 +196,15 @@ class RunHistory:
         if event.call and [each[1:] for each in action.sent[-1:]] != [(event.skiller, event.call)]:
             action.sent.append(SentCall(self.events, event.skiller, event.call))
         self._append(action.changes, ActionChange(*self._now, event.state))
+
+    @staticmethod
+    def _is_other(action: PlanActionRecord, goal: GoalRecord | None, event: PlanActionTransition) -> bool:
+        """Whether an event is of another plan-action that has got the same ids: its goal is tried again."""
+        return (
+            (action.goal_record is not None and action.goal_record is not goal)
+            or action.name != event.action
+            or ("" != action.params != event.params != "")
+        )
 
     def _append(self, changes: list[_Change], change: _Change) -> None:
         """Add a change; beyond the limit in place of the last one, so that begin and end are right."""
@@ -276,7 +282,8 @@ class RunHistory:
     def _note_order(self, env: str, key: ActionKey, order: ActionOrder) -> None:
         if len(self._orders) < self._limits.actions:
             self._orders[env, key] = order
-            if (action := self._actions.get((env, key))) is not None:
+            # the fact comes before the first event, which knows the order if it has parameters
+            if (action := self._actions.get((env, key))) is not None and not action.params:
                 action.order = order
 
     def _plan(self, event: PlannerCall) -> None:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Final, NamedTuple, TypeAlias
 
 from cxbridge.events import Event, InterfaceMessage
@@ -57,7 +57,7 @@ class SkillMessage:
     params: tuple[str, ...]
     agent_id: str
     mapped_action: str
-    request: str = ""
+    request: str = field(default="", compare=False)
     status: str = ""
     success: bool = False
     progress: float = 0.0

@@ -75,6 +75,12 @@ class GoalRecord:
         return self.id if self.life == 1 else f"{self.id}#{self.life}"
 
     @property
+    def last_actions(self) -> list[PlanActionRecord]:
+        """The plan-actions since it was formulated last: a goal may be tried again with another plan."""
+        since = max((change.seq for change in self.changes if change.mode == "FORMULATED"), default=0)
+        return [action for action in self.actions if action.changes[-1].seq >= since]
+
+    @property
     def parent(self) -> str:
         """The slot ``parent``: an id, or ``nil``."""
         return self.changes[-1].parent
@@ -144,6 +150,7 @@ class PlanActionRecord:
     :param goal_record: its goal, None when that was not seen before.
     :param order: who is to execute it and with what, as far as facts show.
     :param sent: the messages that sent it; empty where the recording does not say it.
+    :param params: its parameters as its first event has them: another plan-action may get the same ids later.
     """
 
     number: int
@@ -156,6 +163,7 @@ class PlanActionRecord:
     changes: list[ActionChange] = field(default_factory=list)
     order: ActionOrder = field(default_factory=ActionOrder)
     sent: list[SentCall] = field(default_factory=list)
+    params: str = ""
 
     @property
     def state(self) -> str:

@@ -42,5 +42,9 @@ def order_of(slots: Mapping[str, str]) -> tuple[ActionKey, ActionOrder]:
     :param slots: of the fact, as CLIPS prints their values.
     """
     key = slots.get("goal-id", ""), slots.get("plan-id", ""), slots.get("id", "")
-    values = tuple(unquote(word) for word in _WORD.findall(slots.get("param-values", "")))
-    return key, ActionOrder(unquote(slots.get("skiller", "")), values)
+    return key, ActionOrder(unquote(slots.get("skiller", "")), fields_of(slots.get("param-values", "")))
+
+
+def fields_of(text: str) -> tuple[str, ...]:
+    """Return the fields of a multislot as CLIPS prints them, strings without quotes."""
+    return tuple(unquote(word) for word in _WORD.findall(text))

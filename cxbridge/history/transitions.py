@@ -51,6 +51,9 @@ Key = TypeVar("Key")
 State = TypeVar("State")
 
 
+_NOT_SENT: Final = ("FORMULATED", "PENDING")
+"""States of a plan-action that no message has been sent for."""
+
 _FIELDS: Final = (
     *("id", "class", "sub-type", "parent", "mode", "outcome", "error"),
     *("params", "meta", "priority", "required-resources"),
@@ -218,6 +221,8 @@ class TransitionTracker:
         key, state, action = _action_key(slots), slots["state"], slots["action-name"]
         if not self._actions.is_new(key, state):
             return None
+        if state in _NOT_SENT:
+            self._calls.pop(key, None)  # of the plan-action that had these ids before, or of the last try
         skiller, call = self._calls.get(key, ("", ""))
         return PlanActionTransition(
             time_us=time_us,

@@ -167,7 +167,10 @@ def check(run: Run, modules: Path) -> int:
     assert {action for action, _ in why} == {action for action, _ in last}
     assert sorted(set(in_timeline(run))) == said
     if NODE is not None:
-        assert sorted(set(page_pairs(in_page(run, modules)))) == said
+        model = in_page(run, modules)
+        assert sorted(set(page_pairs(model))) == said
+        report = page_data(read(run))["actions"]
+        assert sorted(text for *_, text in model["actions"]) == sorted(row[4] for row in report)
     return len(known)
 
 

@@ -40,7 +40,7 @@ cx.run = (() => {
   for (const [seq, event] of events) {
     history.apply(event);
     if (event.kind === "skill") calls[event.lane] = history.lastCalls.get(event.lane);
-    if (event.kind === "plan-action") actions[event.number] ??= history.actions.get(history.keyOf(event.env, event.goal) + "\n" + event.plan + " " + event.action_id);
+    if (event.kind === "plan-action") actions[event.number] ??= history.actionAt(history.keyOf(event.env, event.goal), event.plan, event.action_id);
     while (steps.length < history.steps) steps.push({ seq, time: event.time_us, line: lineOf(event) });
   }
   for (const [action, call, guessed] of data.links) history.link(actions[action], calls[call], guessed);

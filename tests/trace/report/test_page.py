@@ -177,7 +177,7 @@ def test_keys_and_filters_of_the_page(tmp_path, monkeypatch):
     assert json.loads(unescape(found[1])) == {
         "home": "▾\nRobots",
         "chosen": {"goal": "gen1", "action": "gen1-PLAN 1"},
-        "detail": "Action 1 say ✓completed",
+        "detail": "Action 1 say peggy ✓completed",
         "closed": 3,
         "opened": 6,
         "moment": 2,

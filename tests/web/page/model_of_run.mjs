@@ -20,4 +20,5 @@ const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid })
 }));
 const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, modes: changes.map(({ mode }) => mode) }));
 const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, told }) => ({ key, mode, outcome, told }));
-console.log(JSON.stringify({ calls, goals, now }));
+const actions = [...history.actions.values()].map(({ env, goal, plan, id, text }) => [env, goal, plan, id, text]);
+console.log(JSON.stringify({ actions, calls, goals, now }));

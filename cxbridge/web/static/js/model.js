@@ -180,8 +180,6 @@ export class Model {
     const action = actions.get(key) || {
       plan: event.plan,
       id: event.action_id,
-      name: event.action,
-      values: fields(event.params),
       since: 0,
       /** Its last skill call up to now; null: none is known. */
       get call() {
@@ -191,6 +189,8 @@ export class Model {
         return callOf()?.skiller || "";
       },
     };
+    action.name = event.action;
+    action.values = fields(event.params);
     action.state = event.state;
     action.since = event.time_us;
     if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
@@ -241,7 +241,7 @@ export class Model {
 
   /** The last skill call of an action, as far as it has begun; null: none is known. */
   callOf(goal, { plan, id }) {
-    const action = this.history.actions.get(goal + "\n" + plan + " " + id),
+    const action = this.history.actionAt(goal, plan, id, this.step),
       call = action && action.calls.findLast(({ begin }) => begin.step <= this.step);
     return call ? this.callNow(call) : null;
   }

@@ -45,6 +45,7 @@ export class History {
   clear() {
     this.goals = new Map();
     this.actions = new Map();
+    this.actionLives = new Map(); // goal, plan and id -> the plan-actions that had them, in order
     this.lives = new Map(); // goalKey -> the goals that had this id, in order
     this.ofSkillers = [];
     this.ofBoard = []; // the same executions, as a skill board's executors tell them
@@ -161,7 +162,10 @@ export class History {
     for (const [key, goal] of this.goals) {
       if (goal.changes.at(-1).mode !== "RETRACTED") continue;
       this.goals.delete(key);
-      for (const action of goal.actions) this.actions.delete(action.key);
+      for (const action of goal.actions) {
+        this.actions.delete(action.key);
+        this.actionLives.delete(action.goal + "\n" + action.plan + " " + action.id);
+      }
       if (this.goals.size <= MOST_GOALS * 0.95) break;
     }
     for (const [id, lives] of this.lives) {
@@ -196,26 +200,39 @@ export class History {
     return event;
   }
 
+  /** The plan-action that has these ids, after a step: a goal that is tried again may give them to another one. */
+  actionAt(goal, plan, id, step = Infinity) {
+    const known = this.actionLives.get(goal + "\n" + plan + " " + id) || [];
+    return lastUpTo(known, step, ({ changes }) => changes[0]?.step ?? Infinity);
+  }
+
   on_plan_action(event) {
     const goalOf = this.keyOf(event.env, event.goal),
-      path = event.plan + " " + event.action_id,
-      key = goalOf + "\n" + path;
-    let action = this.actions.get(key);
-    if (!action) {
+      base = goalOf + "\n" + event.plan + " " + event.action_id,
+      lives = this.actionLives.get(base) || [];
+    let action = lives.at(-1);
+    const isOther =
+      action &&
+      (action.name !== event.action || (action.params && event.params && action.params !== event.params));
+    if (!action || isOther) {
+      const again = lives.length ? "#" + (lives.length + 1) : "";
       action = {
         kind: "action",
-        key,
-        path,
+        key: base + again,
+        path: event.plan + " " + event.action_id + again,
         goal: goalOf,
         plan: event.plan,
         id: event.action_id,
         name: event.action,
+        params: event.params || "",
         text: [event.action, ...fields(event.params)].join(" "),
         env: event.env || MAIN_ENV,
         changes: [],
         calls: [],
       };
-      this.actions.set(key, action);
+      lives.push(action);
+      this.actionLives.set(base, lives);
+      this.actions.set(action.key, action);
       const goal = this.goals.get(goalOf);
       if (goal) goal.actions.push(action);
       this.shape += 1;
@@ -243,14 +260,13 @@ export class History {
   /** Link what the server has guessed: rows of environment, goal, plan, action; Skiller, text, message, begin. */
   linkGuessed(rows) {
     for (const [env, goal, plan, id, skiller, text, msgid, begin] of rows) {
-      const path = "\n" + plan + " " + id,
-        lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
+      const lives = this.lives.get(goalKey(env, goal)) || [{ key: goalKey(env, goal) }],
         calls = this.calls.filter(
           (call) => call.text === text && call.msgid === msgid && call.skiller === skiller,
         ),
         away = (call) => Math.abs(call.begin.time - begin),
         [call = null] = calls.sort((a, b) => away(a) - away(b)),
-        actions = lives.map(({ key }) => this.actions.get(key + path)).filter(Boolean);
+        actions = lives.flatMap(({ key }) => this.actionLives.get(key + "\n" + plan + " " + id) || []);
       this.link(
         actions.findLast(({ changes }) => changes[0].time <= begin),
         call,

@@ -211,7 +211,7 @@ export function open(root, app) {
         ? app.model.goals.has(key)
           ? await readMainPlans(goal)
           : []
-        : (await readOf(goal.env, "plans")).filter((plan) => plan["goal-id"] === goal.id);
+        : (await readOf(goal.env, "plans")).filter((plan) => plan["goal-id"] === goal.name);
       if (key !== chosen) return;
       if (read.length) {
         plans = read;
@@ -223,10 +223,10 @@ export function open(root, app) {
     () => {},
   );
   async function readMainPlans(goal) {
-    const details = await get("clips-executive/goals/" + part(goal.id));
+    const details = await get("clips-executive/goals/" + part(goal.name));
     goal.details = details;
     return Promise.all(
-      (details.plans || []).map((plan) => get("clips-executive/plans/" + part(goal.id) + "/" + part(plan))),
+      (details.plans || []).map((plan) => get("clips-executive/plans/" + part(goal.name) + "/" + part(plan))),
     );
   }
 
