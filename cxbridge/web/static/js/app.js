@@ -141,6 +141,18 @@ class App extends EventTarget {
     return () => this.renewals.delete(call);
   }
 
+  /** Ask for the status, so that the first view knows where times count from; not for long. */
+  async firstStatus() {
+    const patience = new Promise((done) => {
+      setTimeout(done, SOON_MS);
+    });
+    const answer = get("cxbridge/status").then(
+      (status) => this.statusIs(status),
+      () => {},
+    );
+    await Promise.race([answer, patience]);
+  }
+
   statusIs(status) {
     this.status = status;
     this.statusAt = performance.now();
@@ -178,7 +190,7 @@ class App extends EventTarget {
   /** Where the run began, microseconds; null: that is not known yet. */
   get zero() {
     if (this.recording && !this.recording.isPast) return this.recording.begin;
-    return this.status ? this.status.started_us : this.live.history.begin;
+    return this.status ? this.status.started_us : null;
   }
 
   /** The moment that is looked at: of the recording, or of the daemon; microseconds. */
@@ -263,6 +275,7 @@ class App extends EventTarget {
       });
     } else this.select({ time: null });
     this.selection.write(); // the view is opened with what the address says
+    countFrom(this.zero);
     this.notify();
     this.reopen();
   }

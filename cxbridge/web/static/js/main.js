@@ -104,6 +104,7 @@ async function start() {
     openNoRun(main, app.runs);
     return;
   }
+  await app.firstStatus();
   route();
   openLinked(app);
 }
