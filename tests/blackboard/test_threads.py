@@ -117,9 +117,9 @@ def test_a_write_that_is_late_does_not_disturb_the_next_writer(board):
 
 
 def test_messages_of_each_sender_arrive_once_and_in_order(board):
-    writer = board.open_for_writing(SampleInterface, "a")
     senders = 4
     each = 1500
+    writer = board.open_for_writing(SampleInterface, "a", queue_limit=senders * each)
     got: dict[object, list[int]] = {}
 
     def send() -> None:

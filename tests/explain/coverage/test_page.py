@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cxbridge.errors import TraceError
+from cxbridge.errors import CxbridgeError
 from cxbridge.explain.coverage.model import AgentSources, RecordedUse, coverage_of
 from cxbridge.explain.coverage.page import render, write_page
 from cxbridge.explain.rules.constructs import TextFile
@@ -98,7 +98,7 @@ def test_nothing_is_fetched():
 
 
 def test_a_file_that_cannot_be_written(tmp_path):
-    with pytest.raises(TraceError, match="cannot be written"):
+    with pytest.raises(CxbridgeError, match="cannot be written"):
         write_page(
             tmp_path / "no" / "x.html", coverage_of(AgentSources(), RecordedUse()), {}, firings_known=True
         )

@@ -91,7 +91,7 @@ WRONG: tuple[tuple[str, Any, str], ...] = (
     ("add_problem_goal", goal("(clean nowhere)"), "Unknown constant nowhere"),
     ("add_problem_goal", goal("(clean dock)"), "Type missmatch"),
     ("add_problem_goal", goal("(>= (speed r2) 1)"), "Unknown function: speed"),
-    ("add_problem_goal", {"tree": {"nodes": [{"node_type": 1, "children": [0]}]}}, "has no end"),
+    ("add_problem_goal", {"tree": {"nodes": [{"node_type": 1, "children": [0]}]}}, "in two places"),
     ("add_problem_goal", {"tree": {"nodes": [{"node_type": 1, "children": [7]}]}}, "has no node 7"),
     ("add_problem_goal", {"tree": {"nodes": [{"node_type": 99}]}}, "is not a condition"),
     ("add_problem_instance", named("x", "boat"), "no such type: 'boat'"),
