@@ -48,6 +48,19 @@ RECURSIONS = {
     "eval": '(deffunction f (?x) (eval "(f 1)"))',
     "funcall": "(deffunction f (?x) (funcall (sym-cat f) ?x))",
     "a method": "(defgeneric f) (defmethod f ((?x INTEGER)) (+ 1 (f ?x)))",
+    "a method by its number": "(defmethod f (?x) (call-specific-method f 1 ?x))",
+    "the query of a method": "(defmethod f ((?x INTEGER (f ?x))) 1)",
+    "queries of methods": "(defgeneric f) (defmethod g ((?x (f ?x))) 1) (defmethod f (?y (?x INTEGER (g ?x))) 1)"
+    "(defmethod f ((?x INTEGER (> ?x 0) )) (g ?x))",
+    "eval in a query": '(defmethod f ((?x INTEGER (eval "(f 1)"))) 1)',
+    "sort": "(deffunction f (?x $?y) (sort f 3 1 2))",
+    "assert-string": '(deffunction f (?x) (assert-string "(x =(f 1))"))',
+    "a handler": """(defclass A (is-a USER)) (defmessage-handler A go () (send ?self go))
+        (deffunction f (?x) (send (make-instance of A) go))""",
+    "instances": """(defclass A (is-a USER)) (defmessage-handler A init after () (make-instance of A))
+        (deffunction f (?x) (make-instance of A))""",
+    "a default": """(deffunction f (?x) (make-instance of ?x)) (deffunction made () (f A))
+        (defclass A (is-a USER) (slot s (default-dynamic (made)))) (defrule q (b) => (f A))""",
 }
 
 

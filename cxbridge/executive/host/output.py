@@ -79,6 +79,8 @@ class OutputRouter:
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         piece = decode(text)
         target = ffi.string(name)
+        if target == b"stdwrn" and self.quiet:
+            return
         if target == b"stderr":
             piece = OWN_NAMES.get(piece, piece)
             if self.quiet:

@@ -23,7 +23,7 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.functions.recursion import guard_at
+from cxbridge.executive.host.functions.recursion import guards_at
 from cxbridge.executive.host.functions.shortcuts import shortcut_at
 from cxbridge.executive.host.retracted import kept_slots
 
@@ -136,6 +136,9 @@ def prepare(
         if end is None:
             unclosed = lines.at(start)
         _rewrite(code, (start, len(code) if end is None else end), rewritten, edits)
+        if rewrite_modify and end is not None:
+            guards = guards_at(code, start, end, lambda name: name in functions or is_known(name))
+            edits += ((at, at, guard) for at, guard in guards)
         if found is None:
             continue
         constructs += _constructs(found, code, end, lines)
@@ -145,7 +148,6 @@ def prepare(
         if rewrite_modify and end is not None:
             edits += kept_slots(code, start, end)
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
-            _add_guard(code, (start, end), lambda name: name in functions or is_known(name), edits)
             functions.add(found[2])
             _add_shortcut(code, (start, end), edits)
             question = question_at(text[start:end])
@@ -190,15 +192,6 @@ def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) 
 def rewrite(text: str) -> str:
     """Return an expression with its calls of `modify` and `duplicate` rewritten."""
     return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
-
-
-def _add_guard(
-    code: str, span: tuple[int, int], is_known: Callable[[str], bool], edits: list[tuple[int, int, str]]
-) -> None:
-    """Note the edit that guards the function in ``span`` against endless recursion, if it needs one."""
-    guard = guard_at(code, *span, is_known)
-    if guard is not None:
-        edits.append((guard[0], guard[0], guard[1]))
 
 
 def _add_shortcut(code: str, span: tuple[int, int], edits: list[tuple[int, int, str]]) -> None:

@@ -3,8 +3,8 @@
 Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
 puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
 itself: one that names itself, one that was there before (mutual recursion needs that in CLIPS), one that
-calls what only the run can tell (``funcall``, ``eval``, ``send``). The guard looks at how much of the
-thread's stack is left.
+calls what only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. The guard looks
+at how much of the thread's stack is left.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from __future__ import annotations
 import ctypes
 import re
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from clips._clips import ffi, lib
 
@@ -29,11 +29,24 @@ _MOST = 256 * 1024 * 1024
 """Bytes of the stack that CLIPS may use, however large it is."""
 
 _FUNCTION = re.compile(r"\(\s*(?:deffunction|defmethod)\s+([^\s()]+)(?:\s+\d+)?\s*")
-_INDIRECT = ("funcall", "eval", "send")
+_HANDLER = re.compile(
+    r"\(\s*defmessage-handler\s+[^\s()]+\s+([^\s()]+)(?:\s+(?:around|before|primary|after)(?=[\s(]))?\s*"
+)
+_INDIRECT = (
+    *("funcall", "sort", "call-specific-method"),
+    *("eval", "build", "assert-string", "str-assert", "load-facts"),
+    *("send", "make-instance", "initialize-instance", "load-instances", "restore-instances"),
+)
+"""Functions of CLIPS that call functions whose names only the run can tell."""
+
+_QUERY_DEPTH = 3
+"""Parentheses around what is in the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``."""
 
 
-def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> tuple[int, str] | None:
-    """Return where a construct needs the guard, and the guard; None when it needs none.
+def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:
+    """Yield the places where a construct needs guards, and the texts to insert there; none when it needs none.
+
+    The body of a function has a guard, and so has each query of a method: CLIPS evaluates queries first.
 
     :param code: the text without its strings and comments (:func:`~cxbridge.clipstext.syntax.blank`): an
         example in a documentation string is not a call.
@@ -41,19 +54,28 @@ def guard_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -
     :param end: behind the one that closes it.
     :param is_known: whether there is a function of this name already.
     """
-    head = _FUNCTION.match(code, start, end)
+    handler = _HANDLER.match(code, start, end)
+    head = handler or _FUNCTION.match(code, start, end)
     if head is None or not code.startswith("(", head.end()):
-        return None
+        return
     name = head[1]
     calls = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, (name, *_INDIRECT)))})(?=[\s()])")
-    if not calls.search(code, head.end(), end) and not is_known(name):
-        return None
+    if handler is None and not calls.search(code, head.end(), end) and not is_known(name):
+        return
+    guard = f"({GUARD_FUNCTION} {name})"
     depth = 0
     for match in PARENTHESIS.finditer(code, head.end(), end):
-        depth += {"(": 1, ")": -1}[match.group()]
+        if match.group() == "(":
+            depth += 1
+            if depth == _QUERY_DEPTH:
+                yield match.start(), f"(progn {guard} "
+            continue
+        if depth == _QUERY_DEPTH:
+            yield match.end(), ")"
+        depth -= 1
         if depth == 0:
-            return match.end(), f" ({GUARD_FUNCTION} {name})"
-    return None
+            yield match.end(), f" {guard}"
+            return
 
 
 class _Stacks(threading.local):
