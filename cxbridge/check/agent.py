@@ -26,6 +26,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Sink, SourceRead
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.looking import LookEnvironment
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.components.executive import make_executive, unasked_features
@@ -45,6 +46,7 @@ _INTERFACES: Final = frozenset(
 )
 _FIRST_FILES: Final = "BATCH|blackboard-init.clp"
 _FROM_CORE: Final = "the core"
+_MAIN: Final = Symbol("MAIN")
 
 
 @dataclass(frozen=True)
@@ -152,7 +154,6 @@ class Agent(Closing):
                 for name in unasked_features(context):
                     self._request(name)
                 self._load_files()
-                self.env.eval("(set-current-module MAIN)")  # names without a module are asked for there
             except Exception:
                 self.close()
                 raise
@@ -274,7 +275,9 @@ class Agent(Closing):
 
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""
+        module = self._enter(_MAIN)  # a file may have entered another one
         found = self.env.call("path-resolve", name)
+        self._enter(module)
         return Path(found) if isinstance(found, str) and found != "FALSE" else None
 
     def feature_with(self, function: str) -> str:
@@ -335,6 +338,11 @@ class Agent(Closing):
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
                 self._load(file, place_of(value))
+                self._enter(_MAIN)  # as in a run, where functions of MAIN load each file
+
+    def _enter(self, module: Value) -> Value:
+        """Make a module the current one, in which names are found; return the one before."""
+        return self.env.call("set-current-module", module)
 
     def _load(self, name: str, place: SourcePlace) -> None:
         """Load a file and those that it loads, each once."""

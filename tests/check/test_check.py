@@ -182,6 +182,16 @@ def test_a_file_that_clips_cannot_read_and_a_skill_that_does_not_load(tmp_path):
     assert [each.code.name for each in findings] == ["CX411"]
 
 
+@pytest.mark.parametrize("target", ["arm.py:Arms", "arm.py:Arm", "none.py:Arm", "arm", "arm.py:"])
+def test_an_executor_that_does_not_load_has_a_place(tmp_path, target):
+    board = f'skill-board: {{agents: {{r1: {{executors: {{arm: {{class: "{target}"}}}}}}}}}}\n'
+    folder = agent(tmp_path, scenario_yaml=SPEC + board)
+    (folder / "arm.py").write_text("class Arm: pass\n")
+    ((code, file, line, _),) = found(folder)
+    assert code == "CX411"
+    assert (file, line) in {("scenario.yaml", 14), ("arm.py", 1), ("none.py", 0)}
+
+
 def test_the_formats(tmp_path):
     findings = check(RunOptions(scenario=agent(tmp_path, "(defrule r (thing (c 1)) => (halt))")))
     file = str(tmp_path / "agent.clp")
@@ -298,6 +308,14 @@ MODULES = """\
 
 def test_modules_and_objects_are_fine(tmp_path):
     assert found(agent(tmp_path, MODULES)) == []
+
+
+def test_a_file_after_one_that_ends_in_a_module_is_of_main(tmp_path):
+    module = '(defmodule ALONE) (deffunction ALONE::more () (load* "more.clp")) (defrule ALONE::r => (more))'
+    folder = agent(tmp_path, module, more_clp="")
+    (folder / "scenario.yaml").write_text(SPEC.replace("agent.clp", "agent.clp, last.clp"))
+    (folder / "last.clp").write_text("(defrule last (wm-fact (key a)) => (assert (wm-fact (key a))))")
+    assert found(folder) == []
 
 
 def test_a_mistake_in_a_module_is_found_in_that_file_alone(tmp_path):

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -61,7 +62,8 @@ class ExecutorSettings:
 
         :raises CxbridgeError: as :meth:`load`, or when its settings make no sense.
         """
-        return self.load().skills_with(self.settings)
+        with self._placed():
+            return self.load().skills_with(self.settings)
 
     def written_skills(self) -> tuple[str, ...] | None:
         """Return the skills that its text says it executes, without importing it; None: it computes them.
@@ -70,7 +72,8 @@ class ExecutorSettings:
         """
         if not isinstance(self.target, str) or self.target.startswith(_OURS):
             return self.skills()
-        return written_skills(self.target, self.folder)
+        with self._placed():
+            return written_skills(self.target, self.folder)
 
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
@@ -80,11 +83,17 @@ class ExecutorSettings:
         :param verbatim: see :class:`~cxbridge.skiller.board.host.ExecutorHost`.
         :raises CxbridgeError: when the class cannot be loaded, or does not want these settings.
         """
-        try:
+        with self._placed():
             kind = self.load()
             log = bus.logger(self.name)
             context = ExecutorContext(agent, board, clock, log, self.settings, self.folder)
             return make_host(kind, context, self.name, verbatim=verbatim)
+
+    @contextmanager
+    def _placed(self) -> Iterator[None]:
+        """Give errors that have no place that of the executor in the configuration."""
+        try:
+            yield
         except CxbridgeError as error:
             if self.place is not None and error.file is None:
                 error.file, error.line = self.place.file, self.place.line
