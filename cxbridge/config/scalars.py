@@ -32,7 +32,7 @@ _SPACE = r"[ \t\n\v\f\r]*"
 _STRTOL = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}")
 _STREAM_INT = re.compile(rf"{_SPACE}(?P<sign>[+-]?){_DIGITS}{_SPACE}")
 _STREAM_FLOAT = re.compile(
-    rf"{_SPACE}(?P<number>[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?){_SPACE}"
+    rf"{_SPACE}(?P<number>[+-]?(?:[0-9]+(?:\.[0-9]*)?|\.[0-9]+)(?:[eE][+-]?[0-9]+)?){_SPACE}"
 )
 _BOOLS = {
     "y": True,

@@ -19,6 +19,9 @@ ANY: Final = "*"
 _STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
 _CONDITION = re.compile(r"\s+if\s+(?=\()")
 _HITS = re.compile(r"\s+hit\s+(\S+)\Z")
+LONGEST = 4096
+"""Characters of a breakpoint: clients of a daemon set breakpoints, too."""
+
 _LOG = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
 _ARGUMENTS = re.compile(r"[\s({]")
 _EXPRESSION = re.compile(r"\{([^{}]*)\}")
@@ -135,6 +138,8 @@ def parse_breakpoint(spec: str) -> Breakpoint:
 
     :raises ExecutiveError: when it stands for none.
     """
+    if len(spec) > LONGEST:
+        raise ExecutiveError(f"a breakpoint has at most {LONGEST} characters, this one has {len(spec)}")
     rest, *log = _LOG.split(spec.strip(), maxsplit=1)
     place, *condition = _CONDITION.split(rest, maxsplit=1)
     place, *hits = _HITS.split(place, maxsplit=1)

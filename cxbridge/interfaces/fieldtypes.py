@@ -13,7 +13,7 @@ import re
 from msgspec import Struct
 
 _INTEGER = re.compile(r"\s*[+-]?[0-9]{1,20}")
-_DECIMAL = re.compile(r"\s*[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
+_DECIMAL = re.compile(r"\s*[+-]?([0-9]+(?:\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]{1,6})?")
 _INT64_MAX = (1 << 63) - 1
 _BOOLS = {"true": True, "yes": True, "1": True, "false": False, "no": False, "0": False}
 

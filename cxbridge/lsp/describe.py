@@ -17,7 +17,7 @@ from cxbridge.lsp.session import Session, comment_above
 
 _MOST_ROWS: Final = 40
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}
-_COMMENT: Final = re.compile(r"<comment>(.*?)</comment>", re.DOTALL)
+_COMMENT: Final = re.compile(r"<comment>([^<]*)</comment>")
 _BRACE: Final = re.compile(r"[{}]")
 _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 

@@ -16,7 +16,7 @@ from msgspec import Struct, field
 
 from cxbridge.errors import NavGraphError
 
-_FLOAT = re.compile(r"\s*[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+_FLOAT = re.compile(r"\s*[+-]?(\d+(?:\.\d*)?|\.\d+)([eE][+-]?\d+)?")
 _INTEGER = re.compile(r"\s*[+-]?\d+")
 _TRUE = frozenset(["true", "yes", "1"])
 

@@ -49,7 +49,7 @@ def parse_skill_call(text: str) -> SkillStringCall:
 
 
 _FAWKES_CALL = re.compile(r"(\w+)(?:\(\)|\{(.+)?\})", re.ASCII)
-_FAWKES_ARG = re.compile(r"""(\w+)=(['"]?)([^'"]*)\2\s*""", re.ASCII)
+_FAWKES_ARG = re.compile(r"""(\w+)=(?:'([^'"]*)'\s*|"([^'"]*)"\s*|([^'"]*))""", re.ASCII)
 
 
 def parse_as_fawkes(text: str) -> SkillStringCall:
@@ -69,7 +69,7 @@ def parse_as_fawkes(text: str) -> SkillStringCall:
     for item in items[-2:]:
         pair = _FAWKES_ARG.fullmatch(item)
         if pair is not None:
-            args[pair[1]] = pair[3]
+            args[pair[1]] = pair[pair.lastindex or 0]
     return SkillStringCall(found[1], args)
 
 

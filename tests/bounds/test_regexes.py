@@ -82,13 +82,14 @@ def methods_of(path: str, line: int) -> tuple[str, ...]:
     return WHOLE, PARTS
 
 
-def compiled() -> Iterator[tuple[Any, int, tuple[str, ...]]]:
-    """Yield the expressions that modules compile when they are imported, with their flags and methods."""
+@cache
+def compiled() -> tuple[tuple[Any, int, tuple[str, ...]], ...]:
+    """Return the expressions that modules compile when they are imported, with their flags and methods."""
     done = subprocess.run(
         [sys.executable, "-c", _COLLECT], cwd=ROOT, capture_output=True, text=True, check=True
     )
-    for pattern, flags, path, line in ast.literal_eval(done.stdout.splitlines()[-1]):
-        yield pattern, flags, methods_of(path, line)
+    found = ast.literal_eval(done.stdout.splitlines()[-1])
+    return tuple((pattern, flags, methods_of(path, line)) for pattern, flags, path, line in found)
 
 
 def literals() -> Iterator[tuple[Any, int, tuple[str, ...]]]:
@@ -128,6 +129,65 @@ def test_no_expression_of_the_package_backtracks_without_a_bound():
     assert len(found) > 250
     tried = {(pattern, flags, methods): slow(pattern, flags, methods) for pattern, flags, methods in found}
     assert {expression: text for expression, text in tried.items() if text} == {}
+
+
+QUADRATIC = {
+    "texts of programs, which a run or an editor reads": (
+        r" \(([^\s()\";&|~?<][^\s()\";&|~<]*)([^()\"]*)\)",
+        r"([A-Za-z_]\w*)\s*\{[^}]*\Z",
+        r"(\?\*[^\s()&|~]+\*)\s*=",
+        r"(\w+)\s*=\s*(\d+)\s*;",
+        r"(repeated\s+)?(\w+)\s+(\w+)\s*=\s*(\d+)\s*;",
+        r"<<(?P<mark>[#/]?)(?P<name>[A-Za-z0-9_]+)(?:\|(?P<query>.*?))?>>",
+        r"\(([\w-]+)\s*([^()]*)\)",
+        r"\b([A-Za-z_][\w-]*)\s*[{(]",
+        r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)",
+        r"([^\s:|]+):(\d+):",
+        r"mean (.*)\?",
+        r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""",
+    ),
+    "the line before the cursor": (
+        r"[?:\w-]*\Z",
+        r"[\w/.-]*\Z",
+        r"[^\s()\"&|~;]*\Z",
+        r"[^\s()\"&|~]*\Z",
+    ),
+    "a name of a file": (r"(.*?)-([A-Za-z_]\w*+)-(.*)-",),
+    "a breakpoint, which is short": (r'\s+log\s+"(.*)"\Z',),
+    "files that the user names: a certificate, a planner's output": (
+        r"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----",
+        r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$",
+    ),
+    "what another expression has matched": (r"!\S*[ \t]+",),
+}
+"""Expressions that take four times as long for a text of twice the length, and why they may."""
+
+FOUR_TIMES_S = 0.03
+"""Processor time for a text of 4,000 pieces; a linear expression takes a millisecond."""
+
+
+def is_quadratic(pattern: Any, flags: int, methods: tuple[str, ...] = (WHOLE, PARTS)) -> bool:
+    """Return whether there is a text for which an expression takes four times as long when it is doubled."""
+    made = re.compile(pattern, flags)
+    for before, piece, end in islice(attacks(pattern, flags), 12):
+        for method in methods:
+            text, longer = (before + piece * count + end for count in (MANY[-1], 4 * MANY[-1]))
+            if seconds(made, method, text) > FOUR_TIMES_S / 40 and seconds(made, method, longer) > max(
+                FOUR_TIMES_S, 9 * seconds(made, method, text)
+            ):
+                return True
+    return False
+
+
+def test_expressions_for_data_take_time_that_grows_with_the_length():
+    known = {pattern for patterns in QUADRATIC.values() for pattern in patterns}
+    found = {each for each in (*compiled(), *literals()) if each[0] not in known and is_quadratic(*each)}
+    assert found == set()
+
+
+@pytest.mark.parametrize("pattern", [r"(?:\d+\.?\d*|\.\d+)(?:e\d+)?", r"=[^']*\s*"])
+def test_an_expression_that_is_quadratic_is_found(pattern: str):
+    assert is_quadratic(pattern, 0)
 
 
 @pytest.mark.parametrize(

@@ -50,8 +50,8 @@ RECURSIONS = {
     "a method": "(defgeneric f) (defmethod f ((?x INTEGER)) (+ 1 (f ?x)))",
     "a method by its number": "(defmethod f (?x) (call-specific-method f 1 ?x))",
     "the query of a method": "(defmethod f ((?x INTEGER (f ?x))) 1)",
-    "queries of methods": "(defgeneric f) (defmethod g ((?x (f ?x))) 1) (defmethod f (?y (?x INTEGER (g ?x))) 1)"
-    "(defmethod f ((?x INTEGER (> ?x 0) )) (g ?x))",
+    "queries of methods": """(defgeneric f) (defmethod g ((?x (f ?x))) 1)
+        (defmethod f (?y (?x INTEGER (g ?x))) 1) (defmethod f ((?x INTEGER (> ?x 0) )) (g ?x))""",
     "eval in a query": '(defmethod f ((?x INTEGER (eval "(f 1)"))) 1)',
     "sort": "(deffunction f (?x $?y) (sort f 3 1 2))",
     "assert-string": '(deffunction f (?x) (assert-string "(x =(f 1))"))',

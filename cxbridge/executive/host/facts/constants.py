@@ -26,7 +26,7 @@ from cxbridge.executive.host.values import FALSE, FactAddress, Value
 DATA_FUNCTION = "cx-assert-data"
 """As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
 
-_NUMBER: Final = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
 _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 

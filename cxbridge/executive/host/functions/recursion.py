@@ -44,7 +44,7 @@ _QUERY_DEPTH = 3
 
 
 def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:
-    """Yield the places where a construct needs guards, and the texts to insert there; none when it needs none.
+    """Yield the places where a construct needs guards, and the texts to insert there.
 
     The body of a function has a guard, and so has each query of a method: CLIPS evaluates queries first.
 

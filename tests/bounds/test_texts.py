@@ -1,0 +1,64 @@
+"""Texts that regular expressions of old have taken for ever for, by the ways in which they come."""
+
+from __future__ import annotations
+
+from time import process_time
+
+import pytest
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.interfaces.xml.parser import parse_bytes
+from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge.skiller.skillstring import parse_as_fawkes
+from tests.skiller.rig import Rig
+
+MOST_S = 1.0
+LONGEST = 1_023
+"""What the field ``skill_string`` holds."""
+
+SKILL_STRINGS = [
+    "say{" + "a, " * 24 + "}",
+    "say{" + "a,\t " * 250 + ",}",
+    "say{" + "," * 1_000 + "}",
+    "say{a=" + " " * 1_000 + "'}",
+    "say{a='" + "x" * 1_000 + '"}',
+    "s" * LONGEST,
+]
+
+
+@pytest.mark.parametrize("text", SKILL_STRINGS)
+@pytest.mark.parametrize("mode", ["strict", "fawkes"])
+def test_a_skill_string_of_the_simulator(text, mode):
+    assert len(text) <= LONGEST
+    rig = Rig()
+    rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, (), mode=mode))
+    rig.send("AcquireControl", False)
+    rig.send("ExecSkill", text)
+    before = process_time()
+    rig.loop(3)
+    assert process_time() - before < MOST_S
+
+
+def test_a_value_with_many_blanks_takes_time_that_grows_with_its_length():
+    before = process_time()
+    parse_as_fawkes("say{a=" + " " * 60_000 + "'}")
+    assert process_time() - before < MOST_S
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-16", "utf-16-le", "utf-16-be"])
+@pytest.mark.parametrize(
+    "tag",
+    [
+        '<interface name="A" ' + 'b="c" ' * 10_000,
+        "<interface " + "'\"" * 20_000,
+        "<" + "a" * 40_000,
+        "<a " * 9_000,
+    ],
+    ids=["attributes", "quotes", "name", "tags"],
+)
+def test_a_start_tag(tag, encoding):
+    before = process_time()
+    for end in ("", "<", "/>"):
+        with pytest.raises(CxbridgeError):
+            parse_bytes((tag + end).encode(encoding))
+    assert process_time() - before < MOST_S
