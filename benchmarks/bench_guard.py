@@ -16,7 +16,7 @@ from cxbridge.clipstext.syntax import blank
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.functions.recursion import guard_at
+from cxbridge.executive.host.functions.recursion import guards_at
 
 CALLS = 5_000
 ROUNDS = 41
@@ -34,8 +34,9 @@ LOOP = """(deffunction NAME-calls (?n)
 
 def guarded(text: str, code: str) -> str:
     """Return the function with the guard that it needs by ``code``."""
-    guard = guard_at(code, 0, len(code), lambda _name: False)
-    return text if guard is None else text[: guard[0]] + guard[1] + text[guard[0] :]
+    for at, guard in guards_at(code, 0, len(code), lambda _name: False):
+        text = text[:at] + guard + text[at:]
+    return text
 
 
 def measure() -> tuple[list[float], list[float]]:

@@ -16,12 +16,12 @@ from cxbridge.history.transitions import Transition
 ANY: Final = "*"
 """What a part of a breakpoint is that was left out."""
 
-_STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
-_CONDITION = re.compile(r"\s+if\s+(?=\()")
-_HITS = re.compile(r"\s+hit\s+(\S+)\Z")
 LONGEST = 4096
 """Characters of a breakpoint: clients of a daemon set breakpoints, too."""
 
+_STATUS = re.compile(r"(.+):(S_[A-Z*?]+)", re.DOTALL)
+_CONDITION = re.compile(r"\s+if\s+(?=\()")
+_HITS = re.compile(r"\s+hit\s+(\S+)\Z")
 _LOG = re.compile(r'\s+log\s+"(.*)"\Z', re.DOTALL)
 _ARGUMENTS = re.compile(r"[\s({]")
 _EXPRESSION = re.compile(r"\{([^{}]*)\}")

@@ -144,6 +144,9 @@ QUADRATIC = {
         r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modify)\b.*:)",
         r"([^\s:|]+):(\d+):",
         r"mean (.*)\?",
+        r"^\s*//[^\n]*\n",
+        r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill"""
+        r"""\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)""",
         r"""\buse_skill\s*\(?\s*["']([^"'\\]*)["']\s*\)?""",
     ),
     "the line before the cursor": (
@@ -153,7 +156,7 @@ QUADRATIC = {
         r"[^\s()\"&|~]*\Z",
     ),
     "a name of a file": (r"(.*?)-([A-Za-z_]\w*+)-(.*)-",),
-    "a breakpoint, which is short": (r'\s+log\s+"(.*)"\Z',),
+    "a breakpoint, which is short": (r'\s+log\s+"(.*)"\Z', r"\s+if\s+(?=\()", r"\s+hit\s+(\S+)\Z"),
     "files that the user names: a certificate, a planner's output": (
         r"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----",
         r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$",
@@ -162,19 +165,19 @@ QUADRATIC = {
 }
 """Expressions that take four times as long for a text of twice the length, and why they may."""
 
-FOUR_TIMES_S = 0.03
-"""Processor time for a text of 4,000 pieces; a linear expression takes a millisecond."""
+LONG = 8_000
+LONG_S = 0.1
+"""Processor time for a text of so many pieces; a linear expression takes two milliseconds."""
 
 
 def is_quadratic(pattern: Any, flags: int, methods: tuple[str, ...] = (WHOLE, PARTS)) -> bool:
-    """Return whether there is a text for which an expression takes four times as long when it is doubled."""
+    """Return whether an expression takes more than 24 times as long for a text that is 8 times as long."""
     made = re.compile(pattern, flags)
     for before, piece, end in islice(attacks(pattern, flags), 12):
         for method in methods:
-            text, longer = (before + piece * count + end for count in (MANY[-1], 4 * MANY[-1]))
-            if seconds(made, method, text) > FOUR_TIMES_S / 40 and seconds(made, method, longer) > max(
-                FOUR_TIMES_S, 9 * seconds(made, method, text)
-            ):
+            text, longer = (before + piece * count + end for count in (LONG // 8, LONG))
+            took = seconds(made, method, text)
+            if took > LONG_S / 100 and seconds(made, method, longer) > max(LONG_S, 24 * took):
                 return True
     return False
 
