@@ -27,7 +27,7 @@ def explored(tmp_path_factory):
     folder = tmp_path_factory.mktemp("explored")
     words = [str(SCENARIO), "--faults", "2", "--json", "--property", PROPERTY, "--out", str(folder)]
     done = nursery().run(["explore", *words])
-    assert (done.returncode, done.stderr) == (1, b"")
+    assert done.returncode == 1, done.stderr.decode()
     return json.loads(done.stdout), folder
 
 
@@ -86,6 +86,7 @@ def test_the_test_moves_with_its_project(tmp_path, monkeypatch):
     options = ["--config", "over.yaml", "--clips-dir", "agent", "--property", PROPERTY, "--out", "tests"]
     done = nursery().run(["explore", "agent", *options], folder=project)
     assert done.returncode == 1, done.stderr.decode()
+    assert "no-failed-talk is violated: " in done.stderr.decode()  # before its counterexample is sought
     moved = project.rename(tmp_path / "there")
     file = moved / "tests" / "test_no_failed_talk.py"
     assert str(tmp_path) not in file.read_text()

@@ -242,6 +242,8 @@ def _with_counterexamples(
         if each.get("is_given_up"):
             continue
         name = each["property"]
+        # each counterexample plays runs, which take seconds where rules fire without an end
+        say(f"{name} is violated: {each['message']}; its counterexample follows", err=True, flush=True)
         try:
             path = read_path(each["choices"])
             found[name] = write_counterexample(options, result.properties, name, path, folder, world, make)
