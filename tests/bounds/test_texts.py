@@ -6,7 +6,8 @@ from time import process_time
 
 import pytest
 
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.executive.host.facts.constants import constant_fact
 from cxbridge.interfaces.xml.parser import parse_bytes
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.skillstring import parse_as_fawkes
@@ -62,3 +63,27 @@ def test_a_start_tag(tag, encoding):
         with pytest.raises(CxbridgeError):
             parse_bytes((tag + end).encode(encoding))
     assert process_time() - before < MOST_S
+
+
+@pytest.mark.parametrize(
+    ("inner", "is_fact"),
+    [
+        ("(a b)" * 100_000, True),
+        ("(a b)" * 100_000 + "(a", False),
+        ("a " * 200_000, True),
+        ("1" * 500_000 + "x", True),
+        ("(" * 500_000, False),
+        ('"' * 500_000, True),
+        ('\\"' * 250_000, False),
+    ],
+    ids=["slots", "slots, unclosed", "fields", "digits", "parentheses", "texts", "a text, unclosed"],
+)
+def test_a_fact_of_a_client(inner, is_fact):
+    before = process_time()
+    try:
+        constant_fact(f"(f {inner})")
+    except ClipsError:
+        assert not is_fact
+    else:
+        assert is_fact
+    assert process_time() - before < 2 * MOST_S

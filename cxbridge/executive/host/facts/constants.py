@@ -62,14 +62,16 @@ def constant_fact(text: str) -> ConstantFact:
     name, inner = tokens[1], tokens[2:-1]
     if "(" not in inner:
         return ConstantFact(name, (), f"({' '.join([name, *_constants(inner, text)])})")
-    slots, names = [], []
-    while inner:
-        end = inner.index(")") if ")" in inner else 0
-        if inner[0] != "(" or end < 2 or not _SYMBOL.fullmatch(inner[1]):  # noqa: PLR2004
+    if inner[-1] != ")":
+        raise _no_constant(text)
+    slots, names, at = [], [], 0
+    while at < len(inner):
+        end = inner.index(")", at)
+        if inner[at] != "(" or end < at + 2 or not _SYMBOL.fullmatch(inner[at + 1]):
             raise _no_constant(text)
-        names.append(inner[1])
-        slots.append(f"({' '.join([inner[1], *_constants(inner[2:end], text)])})")
-        inner = inner[end + 1 :]
+        names.append(inner[at + 1])
+        slots.append(f"({' '.join([inner[at + 1], *_constants(inner[at + 2 : end], text)])})")
+        at = end + 1
     return ConstantFact(name, tuple(names), f"({' '.join([name, *slots])})")
 
 
