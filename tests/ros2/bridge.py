@@ -38,6 +38,7 @@ class Bridge:
         self._goals: dict[str, tuple[ServerConnection, dict[str, Any], SentGoal, list[Any]]] = {}
         self._replies: dict[str, Callable[[Any], None]] = {}
         self._ends: dict[str, Callable[[], None]] = {}
+        self._subscribed: dict[tuple[ServerConnection, str], tuple[set[str], Callable[[], None]]] = {}
 
     def loop(self) -> None:
         self._node.poll(0.005)
@@ -66,13 +67,21 @@ class Bridge:
         self._publishers.pop(op["topic"]).close()
 
     def subscribe(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        """Subscribe once for all ids that a client has for a topic, as the real bridge does."""
+
         def receive(message: Any) -> None:
             send(socket, {"op": "publish", "topic": op["topic"], "msg": message})
 
-        self._ends[op["id"]] = self._node.subscribe(op["topic"], op["type"], receive, DEEP)
+        ids, end = self._subscribed.get((socket, op["topic"]), (set(), None))
+        end = end or self._node.subscribe(op["topic"], op["type"], receive, DEEP)
+        self._subscribed[socket, op["topic"]] = (ids | {op["id"]}, end)
 
-    def unsubscribe(self, _socket: ServerConnection, op: dict[str, Any]) -> None:
-        self._ends.pop(op["id"])()
+    def unsubscribe(self, socket: ServerConnection, op: dict[str, Any]) -> None:
+        ids, end = self._subscribed.pop((socket, op["topic"]))
+        if ids == {op["id"]}:
+            end()
+        else:
+            self._subscribed[socket, op["topic"]] = (ids - {op["id"]}, end)
 
     def call_service(self, socket: ServerConnection, op: dict[str, Any]) -> None:
         client = self._clients.get(op["service"])
