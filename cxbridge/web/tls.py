@@ -12,7 +12,7 @@ from typing import Final
 
 from cxbridge.errors import ConfigError
 
-_CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----.+?-----END CERTIFICATE-----", re.DOTALL)
+_CERTIFICATE: Final = re.compile(r"-----BEGIN CERTIFICATE-----[^-]+-----END CERTIFICATE-----")
 _HINT: Final = "cxbridge/web/tls-cert and tls-key are PEM files; docs/security.md says how they are made"
 _VERSION, _SEQUENCE, _UTC_TIME, _LONG = 0xA0, 0x30, 0x17, 0x80
 _CENTURY: Final = 50
