@@ -13,7 +13,8 @@ from collections.abc import Callable, Coroutine
 from functools import partial
 from typing import Any, Final, TypeVar
 
-from cxbridge.blackboard.kit.accepting import PatientListener, Shortage, heed_shortage
+from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
+from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.protobuf import frames
 from cxbridge.executive.protobuf.crypto import Crypter
@@ -50,16 +51,15 @@ class Network:
         self._streams: dict[int, StreamLink] = {}
         self._peers: dict[int, Peer] = {}
         self._server: asyncio.Server | None = None
-        self._loop: asyncio.AbstractEventLoop | None = None
-        self._thread: threading.Thread | None = None
+        self._thread: LoopThread | None = None
 
     # -- the environment's side
 
     def drain(self) -> list[Event]:
         """Return what came in since the last call, and read on where reading had stopped."""
         events, was_full = self._inbox.drain()
-        if was_full and self._loop is not None:
-            self._loop.call_soon_threadsafe(self._resume)
+        if was_full:
+            self._call(self._resume)
         return events
 
     def enable_server(self, port: int) -> None:
@@ -178,11 +178,9 @@ class Network:
             self._call(link.close)
         for peer_id in list(self._peers):
             self.destroy_peer(peer_id)
-        loop, thread = self._loop, self._thread
-        if loop is not None and thread is not None:
-            loop.call_soon_threadsafe(loop.stop)
-            thread.join()
-            self._loop = None
+        thread, self._thread = self._thread, None
+        if thread is not None:
+            thread.close()
 
     def _crypter(self, secret: str, cipher: str) -> Crypter | None:
         if not secret or not cipher:
@@ -216,39 +214,23 @@ class Network:
 
     # -- the thread
 
-    def _started(self) -> asyncio.AbstractEventLoop:
-        if self._loop is None:
-            self._loop = asyncio.new_event_loop()
+    def _started(self) -> LoopThread:
+        if self._thread is None:
             warn = partial(self._inbox.warn, kind="shortage")
-            heed_shortage(self._loop, Shortage(warn, "protobuf clients"))
-            self._thread = threading.Thread(
-                target=self._work, args=(self._loop,), name="clips-protobuf", daemon=True
-            )
-            self._thread.start()
-        return self._loop
-
-    @staticmethod
-    def _work(loop: asyncio.AbstractEventLoop) -> None:
-        asyncio.set_event_loop(loop)
-        loop.run_forever()
-        tasks = asyncio.all_tasks(loop)
-        for task in tasks:
-            task.cancel()
-        loop.run_until_complete(asyncio.gather(*tasks, return_exceptions=True))
-        loop.run_until_complete(asyncio.sleep(0))  # closed transports let go of their sockets
-        loop.close()
+            self._thread = LoopThread("clips-protobuf", Shortage(warn, "protobuf clients"))
+        return self._thread
 
     def _run(self, work: Coroutine[Any, Any, T]) -> T:
         """Let the thread do something and wait for it."""
-        return asyncio.run_coroutine_threadsafe(work, self._started()).result(_SECONDS)
+        return self._started().spawn(work).result(_SECONDS)
 
     def _spawn(self, work: Coroutine[Any, Any, None]) -> None:
         """Let the thread do something."""
-        asyncio.run_coroutine_threadsafe(work, self._started())
+        self._started().spawn(work)
 
     def _call(self, function: Callable[..., object], *arguments: object) -> None:
-        if self._loop is not None:
-            self._loop.call_soon_threadsafe(function, *arguments)
+        if self._thread is not None:
+            self._thread.call(function, *arguments)
 
     async def _connect(self, link: StreamLink, host: str, port: int) -> None:
         try:

@@ -10,12 +10,12 @@ import asyncio
 import secrets
 import socket
 import sys
-import threading
 from collections.abc import Callable, Collection, Coroutine
 from contextlib import suppress
 from typing import Any, Final
 
-from cxbridge.blackboard.kit.accepting import PatientListener, Shortage, heed_shortage
+from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
+from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
 from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
 from cxbridge.trace.foxglove.settings import FoxgloveSettings
@@ -25,7 +25,7 @@ MOST_CONNECTIONS: Final = 64
 
 _MOST_HEAD: Final = 16_384
 _HEAD_S: Final = 5.0
-_STOP_S: Final = 5.0
+_START_S: Final = 10.0
 _PIECE: Final = 1 << 16
 _END: Final = b"\r\n\r\n"
 
@@ -51,46 +51,31 @@ class FoxgloveDoor(Closing):
     def __init__(
         self, settings: FoxgloveSettings, inner: tuple[str, int], warn: Callable[[str], None]
     ) -> None:
-        self._inner, self._origins, self._warn = inner, settings.allow_origins, warn
+        self._inner, self._origins = inner, settings.allow_origins
         here = is_loopback(settings.host)
         self._names: Collection[str] | None = LOCAL_NAMES | {settings.host.lower()} if here else None
         family = socket.AF_INET6 if ":" in settings.host else socket.AF_INET
-        self._listening = socket.create_server((settings.host, settings.port), family=family)
-        self.port: int = self._listening.getsockname()[1]
-        self._loop = asyncio.new_event_loop()
-        self._tasks: set[asyncio.Task[None]] = set()
-        self._thread = threading.Thread(target=self._work, name="foxglove door", daemon=True)
-        self._thread.start()
+        self._connections = 0
+        listening = socket.create_server((settings.host, settings.port), family=family)
+        self.port: int = listening.getsockname()[1]
+        self._thread = LoopThread("foxglove door", Shortage(warn, "Foxglove"))
+        self._server = self._thread.spawn(self._serve(PatientListener.of(listening))).result(_START_S)
 
     def close(self) -> None:
         """End all connections, and listen no more."""
-        with suppress(RuntimeError):  # it has ended already
-            self._loop.call_soon_threadsafe(self._loop.stop)
-        self._thread.join(_STOP_S)
+        self._thread.call(self._server.close)
+        self._thread.close()
 
-    def _work(self) -> None:
-        asyncio.set_event_loop(self._loop)
-        heed_shortage(self._loop, Shortage(self._warn, "Foxglove"))
-        patient = PatientListener.of(self._listening)
-        server = self._loop.run_until_complete(
-            asyncio.start_server(self._greet, sock=patient, limit=_MOST_HEAD)
-        )
-        self._loop.run_forever()
-        server.close()
-        for task in self._tasks:
-            task.cancel()
-        self._loop.run_until_complete(asyncio.gather(*self._tasks, return_exceptions=True))
-        self._loop.close()
+    async def _serve(self, listening: PatientListener) -> asyncio.Server:
+        return await asyncio.start_server(self._greet, sock=listening, limit=_MOST_HEAD)
 
     async def _greet(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
-        task = asyncio.current_task()
-        assert task is not None
-        self._tasks.add(task)
+        self._connections += 1
         try:
             with suppress(OSError, asyncio.IncompleteReadError, asyncio.LimitOverrunError, TimeoutError):
                 await self._admit(reader, writer)
         finally:
-            self._tasks.discard(task)
+            self._connections -= 1
             writer.close()
 
     async def _admit(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
@@ -110,7 +95,7 @@ class FoxgloveDoor(Closing):
 
     def _refusal(self, head: bytes) -> str:
         """Return status and reason of a request that is refused; empty for one that is not."""
-        if len(self._tasks) > MOST_CONNECTIONS:
+        if self._connections > MOST_CONNECTIONS:
             return "503 Too many connections"
         hosts, origins = _values(head, "host"), _values(head, "origin")
         if len(hosts) != 1 or len(origins) > 1:

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import asyncio
 import logging
 import socket
 import threading
 from collections.abc import Callable
+from concurrent.futures import CancelledError, Future
 from contextlib import suppress
 from typing import TYPE_CHECKING, Final
 
 import uvicorn
 
-from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
+from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints
+from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import CxbridgeError
 from cxbridge.web.http.connections import MOST_SOCKETS, Connection, Door
 
@@ -77,8 +78,8 @@ class HttpThread:
         self.port: int = self._listening.getsockname()[1]
         """Where it serves."""
         self._server: _Uvicorn | None = None
-        self._thread: threading.Thread | None = None
-        self._loop: asyncio.AbstractEventLoop | None = None
+        self._thread: LoopThread | None = None
+        self._served: Future[None] = Future()
         self._handler = _LogHandler(log)
 
     @property
@@ -98,9 +99,13 @@ class HttpThread:
             self._listening.close()
             raise
         logging.getLogger("uvicorn.error").addHandler(self._handler)
-        self._thread = threading.Thread(target=self._serve, args=(self._server,), name="web", daemon=True)
-        self._thread.start()
-        if not self._server.serving.wait(_START_S):
+        serving = self._server.serving
+        self._thread = LoopThread("web", Shortage(self._log.warn))
+        self._served = self._thread.spawn(self._server.serve(sockets=[self._listening]))
+        self._served.add_done_callback(lambda _: serving.set())
+        if not serving.wait(_START_S) or self._served.done():
+            self.stop()
+            self._listening.close()
             raise CxbridgeError("the web server does not start")
 
     def _configured(self, app: ASGIApp) -> uvicorn.Config:
@@ -128,14 +133,6 @@ class HttpThread:
             ) from error
         return config
 
-    def _serve(self, server: _Uvicorn) -> None:
-        async def serve() -> None:
-            self._loop = asyncio.get_running_loop()
-            heed_shortage(self._loop, Shortage(self._log.warn))
-            await server.serve(sockets=[self._listening])
-
-        asyncio.run(serve())
-
     def close(self) -> None:
         """Give the port back, if it has not been started."""
         if self._thread is None:
@@ -149,10 +146,10 @@ class HttpThread:
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:
             self._server.should_exit = True
-            if self._loop is not None and not self._loop.is_closed():
-                with suppress(RuntimeError):  # it has just come to its end
-                    self._loop.call_soon_threadsafe(closing)
-            thread.join(_STOP_S)
+            thread.call(closing)
+            with suppress(TimeoutError, CancelledError):
+                self._served.result(_STOP_S)
+            thread.close()
         logging.getLogger("uvicorn.error").removeHandler(self._handler)
 
 

@@ -1,0 +1,75 @@
+"""Threads with an event loop of asyncio: the one place that makes, runs and closes the loops of servers."""
+
+from __future__ import annotations
+
+import asyncio
+import threading
+from collections.abc import Callable, Coroutine
+from concurrent.futures import Future
+from typing import Any, Final, TypeVar
+
+from cxbridge.blackboard.kit.accepting import Shortage, heed_shortage
+from cxbridge.closing import Closing
+
+T = TypeVar("T")
+
+_STOP_S: Final = 5.0
+
+
+class LoopThread(Closing):
+    """A thread that runs an event loop until it is closed. Any thread may call its methods at any time.
+
+    The loop takes calls from the moment it is made, before its thread runs: a call, a coroutine and
+    :meth:`close` are done in the order in which they came.
+
+    :param name: of the thread.
+    :param shortage: reports connections that cannot be accepted.
+    """
+
+    def __init__(self, name: str, shortage: Shortage) -> None:
+        self._runner = asyncio.Runner(loop_factory=asyncio.new_event_loop)
+        self._loop = self._runner.get_loop()
+        heed_shortage(self._loop, shortage)
+        self._over = asyncio.Event()
+        self._thread = threading.Thread(target=self._work, name=name, daemon=True)
+        try:
+            self._thread.start()
+        except RuntimeError:  # the machine has no thread left
+            self._runner.close()
+            raise
+
+    def call(self, function: Callable[..., object], *arguments: object) -> bool:
+        """Let the thread call a function; return False when the loop is closed."""
+        try:
+            self._loop.call_soon_threadsafe(function, *arguments)
+        except RuntimeError:
+            return False
+        return True
+
+    def spawn(self, work: Coroutine[Any, Any, T]) -> Future[T]:
+        """Let the thread run a coroutine.
+
+        :raises RuntimeError: when the loop is closed.
+        """
+        try:
+            return asyncio.run_coroutine_threadsafe(work, self._loop)
+        except RuntimeError:
+            work.close()
+            raise
+
+    def close(self) -> None:
+        """Cancel the coroutines, close the loop and wait for the thread's end. A second call does nothing."""
+        if self.call(self._over.set):
+            self._thread.join(_STOP_S)
+
+    def _work(self) -> None:
+        with self._runner:
+            self._runner.run(self._serve())
+
+    async def _serve(self) -> None:
+        await self._over.wait()
+        tasks = asyncio.all_tasks() - {asyncio.current_task()}
+        for task in tasks:
+            task.cancel()
+        await asyncio.gather(*tasks, return_exceptions=True)
+        await asyncio.sleep(0)  # closed transports let go of their sockets
