@@ -7,12 +7,13 @@ facts for (quantifiers, conditional effects, numbers): planners understand it.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from functools import cache
 from operator import attrgetter
-from typing import Any, Final, NamedTuple
+from typing import Any, ClassVar, Final, NamedTuple
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 
 class Position(NamedTuple):
@@ -110,45 +111,116 @@ Term = Variable | Constant | FunctionTerm
 # ---- formulas
 
 
-class Atom(PddlNode, frozen=True):
+class FormulaNode(PddlNode, frozen=True):
+    """A formula, the only tree of conditions and effects: whoever goes through it uses walk or map.
+
+    :cvar PARTS: the fields that hold formulas, one or a tuple of them.
+    :cvar TERMS: the fields that hold terms.
+    """
+
+    PARTS: ClassVar[tuple[str, ...]] = ()
+    TERMS: ClassVar[tuple[str, ...]] = ()
+
+    @property
+    def children(self) -> tuple[Formula, ...]:
+        """The formulas that this one is made of, in the order of the text."""
+        return tuple(_values(self, self.PARTS))
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """The terms of this formula itself; those of its children are not among them."""
+        return tuple(_values(self, self.TERMS))
+
+    def walk(self) -> Iterator[Formula]:
+        """Yield this formula and all below it, each before its children."""
+        yield self  # type: ignore[misc]  # Formula is all subclasses
+        for child in self.children:
+            yield from child.walk()
+
+    def map(self, change: Callable[[Formula], Formula]) -> Formula:
+        """Return the formula with each formula in it changed, children first."""
+        fields = {name: _mapped(getattr(self, name), lambda part: part.map(change)) for name in self.PARTS}
+        return change(replace(self, **fields) if fields else self)  # type: ignore[arg-type]
+
+    def map_terms(self, change: Callable[[Term], Term]) -> Formula:
+        """Return the formula with each term in it changed, also those within terms, which come first."""
+
+        def changed(term: Term) -> Term:
+            if isinstance(term, FunctionTerm):
+                term = replace(term, arguments=tuple(map(changed, term.arguments)))
+            return change(term)
+
+        def with_terms(formula: Formula) -> Formula:
+            fields = {name: _mapped(getattr(formula, name), changed) for name in formula.TERMS}
+            return replace(formula, **fields) if fields else formula
+
+        return self.map(with_terms)
+
+
+def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
+    for name in fields:
+        value = getattr(node, name)
+        if isinstance(value, tuple):
+            yield from value
+        else:
+            yield value
+
+
+def _mapped(value: Any, change: Callable[[Any], Any]) -> Any:
+    return tuple(map(change, value)) if isinstance(value, tuple) else change(value)
+
+
+class Atom(FormulaNode, frozen=True):
     """A predicate with its arguments."""
+
+    TERMS: ClassVar[tuple[str, ...]] = ("arguments",)
 
     predicate: str
     arguments: tuple[Term, ...]
     position: Position = Position()
 
 
-class And(PddlNode, frozen=True):
+class And(FormulaNode, frozen=True):
     """A conjunction; an empty one is true."""
 
+    PARTS: ClassVar[tuple[str, ...]] = ("parts",)
+
     parts: tuple[Formula, ...]
     position: Position = Position()
 
 
-class Or(PddlNode, frozen=True):
+class Or(FormulaNode, frozen=True):
     """A disjunction."""
 
+    PARTS: ClassVar[tuple[str, ...]] = ("parts",)
+
     parts: tuple[Formula, ...]
     position: Position = Position()
 
 
-class Not(PddlNode, frozen=True):
+class Not(FormulaNode, frozen=True):
     """A negation."""
+
+    PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     part: Formula
     position: Position = Position()
 
 
-class Imply(PddlNode, frozen=True):
+class Imply(FormulaNode, frozen=True):
     """An implication."""
+
+    PARTS: ClassVar[tuple[str, ...]] = ("condition", "consequence")
 
     condition: Formula
     consequence: Formula
     position: Position = Position()
 
 
-class TermComparison(PddlNode, frozen=True):
+class TermComparison(FormulaNode, frozen=True):
     """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
+
+    TERMS: ClassVar[tuple[str, ...]] = ("left", "right")
 
     operator: str
     left: Term
@@ -156,16 +228,20 @@ class TermComparison(PddlNode, frozen=True):
     position: Position = Position()
 
 
-class Timed(PddlNode, frozen=True):
+class Timed(FormulaNode, frozen=True):
     """A formula at a time of a durative action: ``at start``, ``at end`` or ``over all``."""
+
+    PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     when: str
     part: Formula
     position: Position = Position()
 
 
-class Quantified(PddlNode, frozen=True):
+class Quantified(FormulaNode, frozen=True):
     """A formula ``exists`` or ``forall`` objects."""
+
+    PARTS: ClassVar[tuple[str, ...]] = ("part",)
 
     quantifier: str
     variables: TypedList
@@ -173,16 +249,20 @@ class Quantified(PddlNode, frozen=True):
     position: Position = Position()
 
 
-class When(PddlNode, frozen=True):
+class When(FormulaNode, frozen=True):
     """A conditional effect."""
+
+    PARTS: ClassVar[tuple[str, ...]] = ("condition", "effect")
 
     condition: Formula
     effect: Formula
     position: Position = Position()
 
 
-class NumericChange(PddlNode, frozen=True):
+class NumericChange(FormulaNode, frozen=True):
     """An effect on a number: increase, decrease, assign, scale-up or scale-down."""
+
+    TERMS: ClassVar[tuple[str, ...]] = ("target", "amount")
 
     operator: str
     target: Term

@@ -1,0 +1,49 @@
+"""The tree of formulas: going through it and changing it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import format_formula, parse_domain, parse_formula
+from cxbridge.executive.pddl.ast import Atom, Constant, FormulaNode, Not, Term, TypedNames, Variable
+from tests.executive.pddl.texts import action, domain
+
+_PLAIN = {"predicate", "operator", "when", "quantifier", "variables", "position"}
+"""Fields that hold neither formulas nor terms."""
+
+
+@pytest.mark.parametrize("kind", FormulaNode.__subclasses__(), ids=lambda kind: kind.__name__)
+def test_every_formula_names_the_fields_that_hold_formulas_and_terms(kind: type[FormulaNode]) -> None:
+    assert set(kind.PARTS) | set(kind.TERMS) | _PLAIN >= set(kind.__struct_fields__)
+
+
+def test_walk_yields_each_formula_before_its_parts() -> None:
+    formula = parse_formula("(imply (not (a)) (forall (?x) (or (b ?x) (= ?x k))))")
+    texts = [format_formula(each) for each in formula.walk()]
+    assert texts[1:4] == ["(not (a))", "(a)", "(forall (?x) (or (b ?x) (= ?x k)))"]
+    assert texts[5:] == ["(b ?x)", "(= ?x k)"]
+
+
+def test_map_changes_the_parts_first() -> None:
+    formula = parse_formula("(and (a) (not (b)))")
+    changed = formula.map(lambda each: Not(each) if isinstance(each, Atom) else each)
+    assert format_formula(changed) == "(and (not (a)) (not (not (b))))"
+
+
+def test_map_terms_reaches_terms_within_terms() -> None:
+    text = domain(action(effect="(when (at ?r ?p) (increase (total-cost) (* 2 (dist ?p home))))"))
+    effect = parse_domain(text).actions[0].effect
+    assert effect is not None
+
+    def bound(term: Term) -> Term:
+        return Constant(f"my-{term.name}") if isinstance(term, Variable) else term
+
+    wanted = "(when (at my-r my-p) (increase (total-cost) (* 2 (dist my-p home))))"
+    assert format_formula(effect.map_terms(bound)) == wanted
+
+
+def test_positions_stay() -> None:
+    formula = parse_formula("(and\n (p ?x))")
+    changed = formula.map_terms(lambda _term: Constant("k"))
+    assert [each.position for each in changed.walk()] == [(1, 1), (2, 2)]
+    assert TypedNames(("x",)) not in changed.children
