@@ -103,6 +103,7 @@ class ConsoleLog:
     """
 
     def __init__(self, *, quiet: bool = False, verbose: bool = False, info: bool = False) -> None:
+        self._quiet = quiet
         shown = {Level.ERROR}
         if not quiet:
             shown |= {Level.WARN, Level.INFO} if info else {Level.WARN}
@@ -124,6 +125,11 @@ class ConsoleLog:
         self._counts[line] += 1
         if self._counts[line] <= _MOST_ALIKE:
             self._print(*line)
+
+    def show_info(self) -> None:
+        """Print what is for everybody, too, unless quiet."""
+        if not self._quiet:
+            self._shown.add(Level.INFO)
 
     def finish(self) -> None:
         """Say how often lines were repeated that were not printed."""

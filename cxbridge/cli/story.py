@@ -57,7 +57,13 @@ class RunLog(ConsoleLog):
         self._goes_on = False
 
     def attach(self, assembly: Assembly) -> None:
-        """Separate what an agent's rules print from all else that is logged for their environment."""
+        """Separate what an agent's rules print from all else that is logged for their environment.
+
+        Without goals there is nothing else to follow: then it is printed, too.
+        """
+        if not assembly.executive.knows_goals:
+            self.show_info()
+            return
         output = assembly.executive.env.output
 
         def print_line(level: Level, line: str) -> None:

@@ -41,12 +41,16 @@ class Mark(NamedTuple):
 
 
 class YamlScalar(NamedTuple):
-    """A scalar: its text, whether YAML takes it for null, and its tag without any prefix (empty: none)."""
+    """A scalar: its text, whether YAML takes it for null, and its tag without any prefix (empty: none).
+
+    ``plain``: whether it has no quotes, so that its text may be a number or a bool.
+    """
 
     mark: Mark
     tag: str
     text: str
     null: bool
+    plain: bool
 
 
 class YamlList(NamedTuple):
@@ -176,7 +180,7 @@ class _Composer:
 
     def _scalar(self, event: Any) -> YamlScalar:
         null = event.implicit[0] and event.tag is None and event.value in _NULLS
-        return YamlScalar(self._mark(event), self._tag(event), event.value, null)
+        return YamlScalar(self._mark(event), self._tag(event), event.value, null, event.implicit[0])
 
     def _list(self, event: Any, depth: int) -> YamlList:
         items = []

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, ClassVar, Final, Protocol
 
 from msgspec import Struct, field
 
@@ -101,6 +101,9 @@ class Executive:
     :param name: of the environment.
     """
 
+    knows_goals: ClassVar[bool] = True
+    """Whether facts of goals decide when a run is over; else a run lasts as long as its timeout."""
+
     def __init__(
         self,
         manager: EnvironmentManager,
@@ -117,7 +120,7 @@ class Executive:
         self.log: Logger = self.bus.logger("ClipsExecutiveThread")
         self._assert_time = config.get_bool("/clips-executive/assert-time-each-loop", default=False)
         self.env: ClipsEnvironment = manager.create(name)
-        self.goals = GoalWatch(self.env)
+        self.goals = GoalWatch(self.env if self.knows_goals else None)
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
         """Returns the existing skills; None when others have them, or nobody says."""
@@ -219,6 +222,11 @@ class Executive:
         """Run the rules, with the debugger's eyes on them if there is a reason to."""
         debugger = self._debugger
         return debugger.run() if debugger is not None and debugger.active else self.env.run()
+
+    @property
+    def first_error(self) -> str:
+        """The first error that an executive without goals has reported; empty: none."""
+        return ""
 
     def follow_transitions(self) -> None:
         """Emit the transitions of goals, plan-actions and skillers from now on."""

@@ -47,7 +47,7 @@ class GoalState(Struct, frozen=True):
 
 
 class GoalWatch:
-    """Follows the goals of an environment.
+    """Follows the goals of an environment; without an environment there are none.
 
     :ivar open: goals whose facts are there, by id.
     :ivar ended: root goals that are retracted or gone, in that order; at most :data:`KEPT` of them.
@@ -55,7 +55,7 @@ class GoalWatch:
     :ivar forgotten: how many goals that are gone are not listed any more.
     """
 
-    def __init__(self, env: ClipsEnvironment) -> None:
+    def __init__(self, env: ClipsEnvironment | None) -> None:
         self.open: dict[str, GoalState] = {}
         self.ended: deque[GoalState] = deque(maxlen=KEPT)
         self.outcomes: Counter[str] = Counter()
@@ -66,8 +66,9 @@ class GoalWatch:
         self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
         self._gone: set[str] = set()
         self._over: set[str] = set()
-        env.watcher.follow("goal", self._asserted, _SLOTS)
-        env.watcher.follow_retractions("goal", self._retracted, ("id",))
+        if env is not None:
+            env.watcher.follow("goal", self._asserted, _SLOTS)
+            env.watcher.follow_retractions("goal", self._retracted, ("id",))
 
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")

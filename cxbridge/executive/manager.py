@@ -184,7 +184,7 @@ class EnvironmentManager:
         if name in self._entries:
             raise ClipsError(f"CLIPS environment '{name}' already exists")
         env = self._environment(name, self.bus, log_component)
-        self._entries[name] = _Entry(env)
+        self.add_environment(env)
         env.define("ff-feature-request", lambda feature: self.request(name, feature), 1, types="*;sy")
         env.watcher.start()
         for feature in self.features:
@@ -200,6 +200,10 @@ class EnvironmentManager:
                 )
         env.call("path-add", f"{self.library}/")
         return env
+
+    def add_environment(self, env: ClipsEnvironment) -> None:
+        """Have an environment that :meth:`create` makes."""
+        self._entries[env.name] = _Entry(env)
 
     def request(self, name: str, feature_name: str) -> Value:
         """Give the environment a feature; TRUE when it has it now, FALSE when there is none of that name."""

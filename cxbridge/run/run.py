@@ -131,7 +131,11 @@ def _run(
             deadline_us += replay.length_us
         over, loss, is_stuck = False, "", False
         watch = StuckWatch(
-            assembly.agents, on=replay is None and company is None and not (interactive or additions.features)
+            assembly.agents,
+            on=replay is None
+            and company is None
+            and not (interactive or additions.features)
+            and all(agent.executive.knows_goals for agent in assembly.agents),
         )
 
         def done() -> bool:
@@ -313,6 +317,8 @@ def _verdict(
     bad = _shortcomings(goals, quit_early=env.quit_requested and not maintaining)
     if fault := next(iter(env.faults), loss if bad or not over else ""):
         return FAULT, fault
+    if not assembly.executive.knows_goals:
+        return _verdict_without_goals(assembly)
     if not over and not maintaining:
         why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
@@ -320,11 +326,18 @@ def _verdict(
         return TIMED_OUT, why
     if bad:
         return UNSUCCESSFUL, ", ".join(bad)
-    if maintaining:
-        return COMPLETED, f"maintaining {maintaining}"
-    if not goals.outcomes:
+    if not maintaining and not goals.outcomes:
         return UNSUCCESSFUL, "the agent quit before any goal was over"
-    return COMPLETED, "every root goal ended COMPLETED"
+    return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
+
+
+def _verdict_without_goals(assembly: Assembly) -> tuple[int, str]:
+    """Return the exit status and the reason for an agent whose run lasts as long as its timeout."""
+    if error := assembly.executive.first_error:
+        return UNSUCCESSFUL, f"an error was reported: {error}"
+    if assembly.executive.env.quit_requested:
+        return COMPLETED, "the agent quit, and reported no error"
+    return COMPLETED, "its time is over, and no error was reported"
 
 
 def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:

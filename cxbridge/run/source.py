@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, ClassVar, Final, Protocol
 from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.executive import BUILTIN_CX, CoreFiles
-from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.executive.executive import BUILTIN_CX, ENVIRONMENT, ActionMapper, CoreFiles, Executive
+from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.plugins import Table
 from cxbridge.resources import shipped_dir, shipped_scenarios
 from cxbridge.run.paths import (
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from cxbridge.blackboard import LocalBlackBoard
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus
-    from cxbridge.executive.executive import Executive
-    from cxbridge.executive.feature import Feature
+    from cxbridge.executive.feature import Feature, LazyFeature
+    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.run.options import RunOptions
     from cxbridge.run.shared import SharedSkillBoard
@@ -59,6 +59,7 @@ _OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
 class SourceContext(Protocol):
     """The part of a run's context that a source uses: :class:`~cxbridge.run.context.RunContext` has it."""
 
+    name: str
     config: Configuration
     paths: RunPaths
     clock: Clock
@@ -270,6 +271,27 @@ class Source:
     def features(self, context: SourceContext) -> list[Feature] | None:  # noqa: ARG002
         """Return the features that replace those of cxbridge; None for the features of cxbridge."""
         return None
+
+    def make_manager(
+        self,
+        context: SourceContext,
+        features: Sequence[Feature | LazyFeature],
+        environment: type[ClipsEnvironment],
+    ) -> EnvironmentManager:
+        """Return what makes the environments of the executive.
+
+        :param environment: the class of the environments.
+        """
+        return EnvironmentManager(context.bus, features, context.paths.library, environment)
+
+    def make_executive(
+        self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+    ) -> Executive:
+        """Return the executive, with its environment and nothing of the agent.
+
+        :raises CxbridgeError: when the configuration is wrong.
+        """
+        return Executive(manager, context.config, mapper, files, context.name or ENVIRONMENT)
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
         """Return where the executive finds its files, and the features and functions that the core needs."""

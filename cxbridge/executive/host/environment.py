@@ -11,6 +11,7 @@ import re
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import ClassVar
 
 import clips
 from clips._clips import ffi, lib
@@ -52,6 +53,9 @@ class ClipsEnvironment:
     :param log_component: the component of its log lines; ``CLIPS (NAME)`` by default.
     """
 
+    output_router: ClassVar[type[OutputRouter]] = OutputRouter
+    """The class of what gathers the lines that CLIPS prints."""
+
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
         self.name = name
         self.bus = bus
@@ -68,7 +72,7 @@ class ClipsEnvironment:
         self.api = ClipsApi(self.env)
         self.maker = FactMaker(self.env)
         self.loggers = LoggerStack(self.log.log, component)
-        self.output = OutputRouter(self.env, self.loggers.log)
+        self.output = self.output_router(self.env, self.loggers.log)
         self.watcher = Watcher(self.env, self.api, self.output, bus, name)
         self.loader = ClipsLoader(self.env, self.output, self.log, self._is_core_file, name)
         self.udfs = UdfTable(self.env, self._failed)

@@ -7,6 +7,9 @@ CLIPS Executive for ROS 2 has; our log has no colours.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from typing import ClassVar
+
 from clips._clips import ffi, lib
 
 from cxbridge.events import Level
@@ -55,6 +58,9 @@ class OutputRouter:
     :param sink: gets each line that is not blank, without its line end.
     """
 
+    levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
+    """The logical names that the router answers for, and the levels of their lines."""
+
     def __init__(self, env: CData, sink: LineSink) -> None:
         self.is_firing = False
         """Whether the host runs the agenda: in chunks, whose ends are not reported."""
@@ -74,7 +80,7 @@ class OutputRouter:
         lib.AddRouter(env, _ROUTER, _PRIORITY, query, write, ffi.NULL, ffi.NULL, leave, ffi.NULL)
 
     def _query(self, _env: CData, name: CData, _context: CData) -> bool:
-        return ffi.string(name) in _LEVELS
+        return ffi.string(name) in self.levels
 
     def _write(self, _env: CData, name: CData, text: CData, _context: CData) -> None:
         piece = decode(text)
@@ -89,15 +95,18 @@ class OutputRouter:
             if self._capture is not None:
                 self._capture.append(piece)
                 return
-        if self.is_firing and piece == _LIMIT_REACHED:
-            return
+        if not (self.is_firing and piece == _LIMIT_REACHED):
+            self._gather(target, piece)
+
+    def _gather(self, target: bytes, piece: str) -> None:
+        """Hand on the lines that a piece of text ends, and keep what it begins."""
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return
         *lines, rest = (self._open.pop(target, "") + piece).split("\n")
         if rest:
             self._open[target] = rest
-        level = _LEVELS[target]
+        level = self.levels[target]
         for line in lines:
             if line.strip():
                 self._sink(level, line)
@@ -135,7 +144,7 @@ class OutputRouter:
         for target, text in list(self._open.items()):
             del self._open[target]
             if text.strip():
-                self._sink(_LEVELS[target], text)
+                self._sink(self.levels[target], text)
 
     def begin_errors(self) -> list[str] | None:
         """Keep what CLIPS prints about errors from now on; returns what :meth:`end_errors` must get back."""

@@ -6,7 +6,7 @@ from functools import partial
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
-from cxbridge.executive.executive import ENVIRONMENT, Executive, action_mapping
+from cxbridge.executive.executive import Executive, action_mapping
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
@@ -116,16 +116,17 @@ def make_executive(
     :returns: the manager of its environment, to be closed after it, and the executive.
     :raises CxbridgeError: when the configuration or the library is wrong.
     """
-    config, spec, paths = context.config, context.spec, context.paths
-    manager = EnvironmentManager(context.bus, run_features(context), paths.library, environment)
+    config, spec = context.config, context.spec
+    source = context.source
+    manager = source.make_manager(context, run_features(context), environment)
     try:
         for feature in context.additions.features:
             manager.add_feature(feature)
         check_features(config, spec, manager.features)
         mode = skiller_mode(config) if data_may_be_programs(config) else "strict"
         mapping = ActionSkillMapping(action_mapping(config, spec), mode=mode)
-        files = context.source.core_files(context.paths, config)
-        executive = Executive(manager, config, mapping, files, context.name or ENVIRONMENT)
+        files = source.core_files(context.paths, config)
+        executive = source.make_executive(context, manager, mapping, files)
         executive.place_of_action = AgentPlaces(context, executive).of_action
     except Exception:
         manager.close()
