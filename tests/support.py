@@ -36,6 +36,12 @@ needs_ros2cx = pytest.mark.skipif(
     ROS2CX_DIR is None, reason="ROS2CX_2021_DIR names no checkout of ros2-clips-executive (2021)"
 )
 
+_CX = os.environ.get("ROS2CX_DIR", "")
+CX_DIR = Path(_CX) if _CX else None
+"""A checkout of carologistics/clips_executive at commit 90f440b1, named by ROS2CX_DIR; may be absent."""
+
+needs_cx = pytest.mark.skipif(CX_DIR is None, reason="ROS2CX_DIR names no checkout of clips_executive")
+
 FULL = bool(os.environ.get("CXBRIDGE_FULL"))
 """Whether proofs by many examples take as many as they can (docs/proofs.md)."""
 

@@ -1,0 +1,83 @@
+"""What a package installs into its share folder, from its CMakeLists.txt: for source trees."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Final
+
+from msgspec import Struct
+
+_COMMENT: Final = re.compile(r"#\[\[.*?\]\]|#[^\n]*", re.DOTALL)
+_COMMAND: Final = re.compile(r"\b(\w+)\s*\(([^()]*(?:\([^()]*\)[^()]*)*)\)")
+_WORD: Final = re.compile(r'"((?:[^"\\]|\\.)*)"|([^\s"]+)')
+_VARIABLE: Final = re.compile(r"\$\{(\w+)\}")
+_KINDS: Final = ("DIRECTORY", "FILES", "PROGRAMS")
+_ENDS: Final = frozenset(
+    {
+        *("DESTINATION", "PATTERN", "REGEX", "FILES_MATCHING", "PERMISSIONS", "OPTIONAL", "RENAME"),
+        *("USE_SOURCE_PERMISSIONS", "COMPONENT", "EXCLUDE", "TYPE", "CONFIGURATIONS"),
+    }
+)
+
+
+class Installed(Struct, frozen=True):
+    """A file or folder that a package installs.
+
+    :param source: the file or folder.
+    :param target: where it goes, relative to the prefix.
+    """
+
+    source: Path
+    target: str
+
+
+class Command(Struct, frozen=True):
+    """A command of a CMakeLists.txt."""
+
+    name: str
+    words: tuple[str, ...]
+
+
+def read_commands(file: Path) -> list[Command]:
+    """Return the commands of a CMakeLists.txt, with the values of variables; none when there is no file."""
+    try:
+        text = _COMMENT.sub("", file.read_text("utf-8", "replace"))
+    except OSError:
+        return []
+    variables: dict[str, str] = {"CMAKE_CURRENT_SOURCE_DIR": str(file.parent)}
+    variables["CMAKE_SOURCE_DIR"] = variables["PROJECT_SOURCE_DIR"] = str(file.parent)
+    commands = []
+    for name, rest in _COMMAND.findall(text):
+        expanded = _VARIABLE.sub(lambda match: variables.get(match[1], ""), rest)
+        words = tuple(quoted or bare for quoted, bare in _WORD.findall(expanded))
+        if name.lower() == "project" and words:
+            variables["PROJECT_NAME"] = words[0]
+        elif name.lower() == "set" and words:
+            variables[words[0]] = " ".join(words[1:])
+        commands.append(Command(name.lower(), words))
+    return commands
+
+
+def installed(commands: list[Command], folder: Path) -> Iterator[Installed]:
+    """Yield the files and folders that the ``install`` commands of a package's folder name."""
+    for command in commands:
+        words = command.words
+        if command.name != "install" or not words or words[0] not in _KINDS or "DESTINATION" not in words:
+            continue
+        target = words[words.index("DESTINATION") + 1].strip("/")
+        renamed = words[words.index("RENAME") + 1] if "RENAME" in words else ""
+        for word in _until(words[1:]):
+            source = folder / word
+            if words[0] == "DIRECTORY" and word.endswith("/"):
+                yield Installed(source, target)
+            else:
+                yield Installed(source, f"{target}/{renamed or source.name}")
+
+
+def _until(words: tuple[str, ...]) -> Iterator[str]:
+    for word in words:
+        if word in _ENDS:
+            return
+        yield word

@@ -1,0 +1,185 @@
+"""The environments and plug-ins of a node: who is made, loaded, unloaded and destroyed in which order."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import ClipsError, CxbridgeError
+from cxbridge.executive.host.values import FALSE, TRUE
+from cxbridge.executive.manager import EnvironmentManager
+from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS
+from cxbridge_ros2cx.cx.plugin import CxPlugin, NodeContext, find_class, load_class
+from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
+    from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
+
+
+class CxManager(EnvironmentManager):
+    """The environments of a node, and its plug-ins.
+
+    :param context: what the plug-ins share.
+    :param logs: the log files of the environments.
+    """
+
+    def __init__(self, context: NodeContext, logs: EnvironmentLogs) -> None:
+        super().__init__(context.bus, environment=StockEnvironment)
+        self.context = context
+        self.log = context.bus.logger(context.parameters.name.rpartition("/")[2])
+        self.plugin_log = context.bus.logger("CLIPSPluginManager")
+        self._logs = logs
+        self.plugins: dict[str, CxPlugin] = {}
+        """The plug-ins that were made, by name."""
+        self._loaded: dict[str, list[str]] = {}
+
+    def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
+        """Create an environment, without its plug-ins.
+
+        :raises CxbridgeError: when there is one of that name, or a parameter of the environment is wrong.
+        """
+        if name in self._entries:
+            raise ClipsError(f"Enviroment {name} already exists!")
+        parameters = self.context.parameters
+        items = parameters.get_strings(f"{name}.watch")
+        to_debug = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
+        env = StockEnvironment(name, self.bus, log_component or name)
+        self.add_environment(env)
+        self._loaded[name] = []
+        self._logs.begin(env)
+        try:
+            env.watch_items(items)
+        except ClipsError as error:
+            self.destroy(name)
+            raise parameters.wrong(f"{name}.watch", f"has an {error.message}", error.hint) from None
+        if to_debug:
+            env.redirect_stdout_to_debug()
+        env.watcher.start()
+        self.log.info(f"Initialized new CLIPS environment: {name}")
+        return env
+
+    def stock(self, name: str) -> StockEnvironment:
+        """Return an environment.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        entry = self._entries.get(name)
+        if entry is None:
+            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        assert isinstance(entry.environment, StockEnvironment)
+        return entry.environment
+
+    def load_plugins(self, name: str) -> None:
+        """Load the plug-ins that the parameters name for an environment, in their order.
+
+        :raises CxbridgeError: when a plug-in is unknown, or its parameters are wrong.
+        """
+        self.plugin_log.info(f"Loading plugins for {name}.")
+        for plugin in self.context.parameters.get_strings(f"{name}.plugins"):
+            self.request(name, plugin)
+
+    def request(self, name: str, feature_name: str) -> Value:
+        """Load a plug-in into an environment; FALSE when the plug-in does not work there.
+
+        :raises CxbridgeError: when the plug-in is unknown, or its parameters are wrong.
+        """
+        env, plugin = self.stock(name), self._plugin(feature_name)
+        with env.lock:
+            before = env.udfs.names
+            try:
+                plugin.init_context(env)
+            except CxbridgeError as error:
+                plugin.log.error(str(error))
+                return FALSE
+            except Exception as error:  # noqa: BLE001  a plug-in of another package: the others go on
+                plugin.log.error(f"the plug-in '{plugin.name}' failed: {type(error).__name__}: {error}")
+                return FALSE
+            self._entries[name].functions[feature_name] = env.udfs.names - before
+        self._loaded[name].append(feature_name)
+        return TRUE
+
+    def _plugin(self, name: str) -> CxPlugin:
+        """Return a plug-in; it is made when somebody asks for it for the first time."""
+        if name not in self.plugins:
+            class_name = find_class(name, self.context.parameters)
+            plugin = load_class(name, class_name, self.context.parameters)(name, self.context)
+            self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
+            plugin.initialize()
+            self.plugins[name] = plugin
+        return self.plugins[name]
+
+    def loaded_features(self, name: str) -> tuple[str, ...]:
+        """Return the plug-ins of an environment, in the order in which they were loaded."""
+        return tuple(self._loaded[name])
+
+    def destroy_context(self, name: str, feature_name: str) -> None:
+        """Unload a plug-in from an environment.
+
+        :raises ClipsError: when the environment does not have the plug-in.
+        """
+        env = self.stock(name)
+        if feature_name not in self._loaded[name]:
+            raise ClipsError(
+                f"the environment '{name}' does not have the plug-in '{feature_name}'",
+                hint=f"it has: {', '.join(self._loaded[name]) or 'none'}",
+            )
+        with env.lock:
+            self._unload(env, feature_name)
+
+    def _unload(self, env: StockEnvironment, name: str) -> None:
+        plugin = self.plugins[name]
+        try:
+            plugin.context_destroyed(env)
+        except Exception as error:  # noqa: BLE001  a plug-in of another package: the others go on
+            plugin.log.error(f"the plug-in '{name}' failed: {type(error).__name__}: {error}")
+        self._loaded[env.name].remove(name)
+        gone = f"the plug-in '{name}' was unloaded from the environment '{env.name}'"
+        if name not in self._loaded[env.name]:
+            env.udfs.revoke(self._entries[env.name].functions.pop(name, ()), gone)
+
+    def unload_plugins(self, name: str) -> None:
+        """Unload all plug-ins of an environment, the last one first."""
+        env = self.stock(name)
+        with env.lock:
+            for plugin in reversed(self._loaded[name][:]):
+                self._unload(env, plugin)
+
+    def finalize_plugins(self) -> None:
+        """End all plug-ins; no environment has them any more."""
+        for name in reversed(list(self.plugins)):
+            self.plugins.pop(name).finalize()
+            self.plugin_log.info(f"[{name}] Deactivated!")
+
+    def destroy(self, name: str) -> None:
+        """Unload the plug-ins of an environment, and destroy the environment.
+
+        :raises ClipsError: when there is none of that name.
+        """
+        env = self.stock(name)
+        self.unload_plugins(name)
+        del self._entries[name], self._loaded[name]
+        env.destroy()
+
+    def close(self) -> None:
+        """Destroy all environments, and end all plug-ins."""
+        super().close()
+        self.finalize_plugins()
+        self._logs.close()
+
+
+def environment_names(context: NodeContext) -> tuple[str, ...]:
+    """Return the names of the environments that the parameters ask for.
+
+    :raises ConfigError: when there is none, or one of them twice, with file and line.
+    """
+    parameters = context.parameters
+    names = parameters.get_strings(ENVIRONMENTS)
+    if not names:
+        raise parameters.wrong(ENVIRONMENTS, "names no environment", f'write {ENVIRONMENTS}: ["NAME"]')
+    for name in names:
+        if names.count(name) > 1:
+            raise parameters.wrong(ENVIRONMENTS, f"names the environment '{name}' twice", "name each once")
+        if "/" in name or not name:
+            raise parameters.wrong(ENVIRONMENTS, f"names an environment '{name}'", "use no slash")
+    return names

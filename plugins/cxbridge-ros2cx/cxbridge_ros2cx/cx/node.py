@@ -1,0 +1,127 @@
+"""The node ``clips_manager`` as the executive of a run: its environments, their activation, ticks, end."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar
+
+from cxbridge.events import Level, LogLine
+from cxbridge.executive.executive import MOST_FINAL_FIRINGS, Executive
+from cxbridge_ros2cx.cx.manager import CxManager, environment_names
+
+if TYPE_CHECKING:
+    from cxbridge.config import Configuration
+    from cxbridge.events import Event
+    from cxbridge.executive.executive import ActionMapper, CoreFiles
+    from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+
+class CxNode(Executive):
+    """The node. Each environment runs at its activation and its end, and when an executive plug-in ticks.
+
+    :param manager: creates the environments, and has the plug-ins.
+    """
+
+    knows_goals: ClassVar[bool] = False
+
+    def __init__(
+        self, manager: CxManager, config: Configuration, mapper: ActionMapper, files: CoreFiles
+    ) -> None:
+        self.names = environment_names(manager.context)
+        self.node = manager
+        self._first_error = ""
+        self._fired = 0
+        self._is_active = False
+        manager.context.run_environment = self._run_environment
+        manager.bus.subscribe(self._note, LogLine)
+        manager.log.info(f"Configuring [{manager.context.parameters.name.strip('/')}]...")
+        super().__init__(manager, config, mapper, files, self.names[0])
+        for name in self.names[1:]:
+            manager.create(name)
+
+    def _note(self, event: Event) -> None:
+        assert isinstance(event, LogLine)
+        if event.level is Level.ERROR and not self._first_error:
+            self._first_error = event.text
+
+    @property
+    def first_error(self) -> str:
+        """The first error in the log; empty: none."""
+        return self._first_error
+
+    def init(self) -> None:
+        """Load the plug-ins of each environment; then reset and run each environment.
+
+        :raises CxbridgeError: when a plug-in is unknown, or its parameters are wrong.
+        """
+        name = self.node.context.parameters.name.strip("/")
+        self.node.log.info(f"Activating [{name}]...")
+        for each in self.names:
+            self.node.load_plugins(each)
+        for each in self.names:
+            env = self.node.stock(each)
+            env.watcher.start()
+            with env.lock:
+                env.reset()
+                self._run_environment(env)
+            env.emit_settings()
+        self._is_active = True
+        self.node.log.info(f"Activated [{name}]...")
+
+    def load_core(self) -> None:
+        """Load the plug-ins of the environments: they load the agents' files."""
+        for name in self.names:
+            self.node.load_plugins(name)
+
+    def _run_environment(self, env: StockEnvironment) -> int:
+        """Run the rules of an environment to the end of its agenda; its lock must be held."""
+        env.refresh_agenda()
+        fired = self._run() if env is self.env else env.run()
+        self._fired += fired
+        return fired
+
+    def loop(self) -> int:
+        """Do what is due; returns how many rules fired. While the debugger is stopped none does."""
+        if self.within_loop:
+            return self.debugger.run()
+        for plugin in list(self.node.plugins.values()):
+            plugin.tick()
+        fired, self._fired = self._fired, 0
+        return fired
+
+    @property
+    def is_over(self) -> bool:
+        """Whether an agent has asked for the end."""
+        return any(env.quit_requested for env in self.node.environments.values())
+
+    @property
+    def maintained(self) -> list[str]:
+        """No goals."""
+        return []
+
+    @property
+    def initialized(self) -> bool:
+        """Whether the node is active."""
+        return self._is_active
+
+    def follow_transitions(self) -> None:
+        """Follow nothing: agents have their own templates."""
+
+    def finalize(self) -> None:
+        """Run the rules for the shutdown, and unload the plug-ins; environments stay until :meth:`close`."""
+        name = self.node.context.parameters.name.strip("/")
+        self.node.log.info(f"Deactivating [{name}]...")
+        self._is_active = False
+        for env in map(self.node.stock, list(self.node.environments)):
+            with env.lock:
+                env.assert_string("(executive-finalize)")
+                env.refresh_agenda()
+                if env.run(MOST_FINAL_FIRINGS) >= MOST_FINAL_FIRINGS:
+                    env.log.error(
+                        f"{MOST_FINAL_FIRINGS} rules fired after (executive-finalize): they have no end"
+                    )
+                env.emit_settings()
+        for each in list(self.node.environments):
+            self.node.unload_plugins(each)
+        self.node.finalize_plugins()
+        self.node.log.info(f"Deactivated [{name}]...")
+        self._time.dispose()

@@ -1,0 +1,210 @@
+"""The ROS packages that an agent finds: those of a checkout or workspace, then those of a sourced ROS.
+
+A workspace that was built has an index of ament below each prefix. Packages of source trees have none: their
+CMakeLists.txt says what they install, and :class:`SourceTree` links that into a folder of its own.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import tempfile
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from typing import Final, Protocol
+
+from cxbridge_ros2cx.cx.cmake import Command, installed, read_commands
+
+_INDEX: Final = "share/ament_index/resource_index"
+_PACKAGES: Final = "packages"
+_NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
+_PLAIN: Final = ("clips", "config", "launch", "params", "pddl", "proto", "msg", "srv", "action", "resource")
+"""The folders that packages of Python are taken to install."""
+_NOT_SEARCHED: Final = frozenset({"build", "install", "log", "node_modules"})
+_IGNORED: Final = ("COLCON_IGNORE", "AMENT_IGNORE")
+
+
+class Prefix(Protocol):
+    """A place with installed packages."""
+
+    @property
+    def path(self) -> Path:
+        """The folder."""
+
+    def resources(self, kind: str) -> Mapping[str, str]:
+        """Return the contents of the resources of a kind, by name; ``packages`` is the kind of packages."""
+
+    def share(self, package: str) -> Path:
+        """Return the share folder of a package."""
+
+
+class InstalledPrefix:
+    """A prefix with an index of ament."""
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+
+    def resources(self, kind: str) -> Mapping[str, str]:
+        """Return the contents of the resources of a kind, by name."""
+        found = {}
+        with suppress(OSError):
+            for file in sorted((self.path / _INDEX / kind).iterdir()):
+                found[file.name] = file.read_text("utf-8", "replace")
+        return found
+
+    def share(self, package: str) -> Path:
+        """Return the share folder of a package."""
+        return self.path / "share" / package
+
+
+class SourceTree:
+    """The packages of a source tree, installed as symbolic links when an agent asks for their files.
+
+    :param root: the folder that the packages are in.
+    """
+
+    def __init__(self, root: Path) -> None:
+        self.root = root.resolve()
+        self._linked: set[str] = set()
+
+    @cached_property
+    def path(self) -> Path:
+        """The prefix, which is the same folder in each run."""
+        base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
+        name = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
+        for folder in (Path(base).expanduser(), Path(tempfile.gettempdir()) / f"cxbridge-{os.getuid()}"):
+            path = folder / "cxbridge" / "ros2cx" / name
+            with suppress(OSError):
+                path.mkdir(parents=True, exist_ok=True)
+                return path
+        return Path(tempfile.mkdtemp(prefix="cxbridge-ros2cx-"))
+
+    @cached_property
+    def packages(self) -> dict[str, Path]:
+        """The folders of the packages, by name."""
+        return dict(sorted(_find_packages(self.root)))
+
+    @cached_property
+    def _commands(self) -> dict[str, list[Command]]:
+        return {name: read_commands(folder / "CMakeLists.txt") for name, folder in self.packages.items()}
+
+    def resources(self, kind: str) -> Mapping[str, str]:
+        """Return the contents of the resources of a kind, by name."""
+        if kind == _PACKAGES:
+            return dict.fromkeys(self.packages, "")
+        found = {}
+        for package, commands in self._commands.items():
+            for command in commands:
+                if command.name == "ament_vendor" and kind == "vendor_packages":
+                    found[package] = f"opt/{package}"
+                elif command.name == "ament_index_register_resource" and command.words[:1] == (kind,):
+                    name = _option(command, "PACKAGE_NAME") or package
+                    found[name] = _option(command, "CONTENT")
+        return found
+
+    def share(self, package: str) -> Path:
+        """Return the share folder of a package, with links to the files that the package installs."""
+        share = self.path / "share" / package
+        if package in self.packages and package not in self._linked:
+            self._linked.add(package)
+            folder = self.packages[package]
+            _link(folder / "package.xml", share / "package.xml")
+            for each in installed(self._commands[package], folder):
+                if each.target.startswith("share/"):
+                    _link(each.source, self.path / each.target)
+            if (folder / "setup.py").is_file():
+                for name in _PLAIN:
+                    _link(folder / name, share / name)
+        return share
+
+
+class Packages:
+    """The packages of several prefixes; those of the first prefixes hide those of others.
+
+    :param prefixes: the prefixes.
+    """
+
+    def __init__(self, prefixes: Iterable[Prefix]) -> None:
+        self.prefixes = tuple(prefixes)
+
+    @classmethod
+    def of(cls, folders: Iterable[Path], environment: Mapping[str, str] = os.environ) -> Packages:
+        """Return the packages in checkouts, workspaces and prefixes, and those of a sourced ROS."""
+        prefixes: list[Prefix] = []
+        for folder in folders:
+            found = [InstalledPrefix(path) for path in _installed_prefixes(folder.resolve())]
+            prefixes += found or [SourceTree(folder)]
+        sourced = environment.get("AMENT_PREFIX_PATH", "").split(os.pathsep)
+        prefixes += (InstalledPrefix(Path(each)) for each in sourced if each)
+        return cls(prefixes)
+
+    def resources(self, kind: str) -> dict[str, tuple[str, Prefix]]:
+        """Return contents and prefixes of the resources of a kind, sorted by name."""
+        found: dict[str, tuple[str, Prefix]] = {}
+        for prefix in reversed(self.prefixes):
+            found.update({name: (text, prefix) for name, text in prefix.resources(kind).items()})
+        return dict(sorted(found.items()))
+
+    @cached_property
+    def prefix_of(self) -> dict[str, Prefix]:
+        """The prefixes of all packages, sorted by package."""
+        return {name: prefix for name, (_, prefix) in self.resources(_PACKAGES).items()}
+
+    def share(self, package: str) -> Path | None:
+        """Return the share folder of a package; None when there is no such package."""
+        prefix = self.prefix_of.get(package)
+        return None if prefix is None else prefix.share(package)
+
+    @property
+    def folders(self) -> list[Path]:
+        """The folders in which packages have definitions of messages, those that hide others first."""
+        trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
+        return list(trees)
+
+
+def _option(command: Command, name: str) -> str:
+    words = command.words
+    return words[words.index(name) + 1] if name in words[:-1] else ""
+
+
+def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
+    """Yield names and folders of the packages below a folder."""
+    for folder, below, files in os.walk(root):
+        if any(name in files for name in _IGNORED):
+            below.clear()
+        elif "package.xml" in files:
+            below.clear()
+            match = _NAME.search((Path(folder) / "package.xml").read_text("utf-8", "replace"))
+            if match:
+                yield match[1], Path(folder)
+        else:
+            below[:] = sorted(name for name in below if name[0] != "." and name not in _NOT_SEARCHED)
+
+
+def _installed_prefixes(folder: Path) -> list[Path]:
+    """Return the prefixes of a workspace or an installation; none when nobody has built it."""
+    candidates = (folder, folder / "install", *sorted((folder / "install").glob("*")))
+    return [path for path in candidates if (path / _INDEX).is_dir()]
+
+
+def _link(source: Path, target: Path) -> None:
+    """Make a symbolic link to a file, or links to the files in a folder: several folders may go to one."""
+    if source.is_dir():
+        for item in source.iterdir():
+            _link(item, target / item.name)
+        return
+    if not source.is_file() or (target.is_symlink() and target.readlink() == source):
+        return
+    target.parent.mkdir(parents=True, exist_ok=True)
+    fresh = target.with_name(f".{target.name}.{os.getpid()}")
+    fresh.unlink(missing_ok=True)
+    fresh.symlink_to(source)
+    fresh.replace(target)  # another run may make the same link
+
+
+def package_folder(file: Path) -> Path | None:
+    """Return the folder of the package that a file is in; None when the file is in no package."""
+    return next((each for each in file.resolve().parents if (each / "package.xml").is_file()), None)

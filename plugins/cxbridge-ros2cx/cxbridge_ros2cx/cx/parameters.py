@@ -1,0 +1,205 @@
+"""The parameters of the node ``clips_manager``, from a parameter file of ROS 2, each with its place.
+
+A parameter file has ``NODE: ros__parameters: ...``; ``/**`` stands for each node. Maps below are parts of a
+parameter's name: ``files: {load: [...]}`` is the parameter ``files.load``.
+"""
+
+from __future__ import annotations
+
+import fnmatch
+import re
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Final, TypeVar
+
+from msgspec import Struct
+
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
+
+NODE: Final = "clips_manager"
+"""The name of the node."""
+
+ENVIRONMENTS: Final = "environments"
+"""The parameter with the names of the environments."""
+
+_SECTION: Final = "ros__parameters"
+_TRUE: Final = frozenset({"y", "yes", "true", "on"})
+_FALSE: Final = frozenset({"n", "no", "false", "off"})
+_INTEGER: Final = re.compile(r"[+-]?(0[xX][0-9a-fA-F]+|\d+)\Z")
+_FLOAT: Final = re.compile(r"[+-]?((\d+\.\d*|\.\d+|\d+)([eE][+-]?\d+)?|\.(inf|Inf|INF))\Z|\.(nan|NaN|NAN)\Z")
+
+Scalar = bool | int | float | str
+"""The value of a parameter, or an element of its list."""
+
+_NAMES: Final[dict[type, str]] = {bool: "a bool", int: "an integer", float: "a double", str: "a string"}
+
+T = TypeVar("T", bound=Scalar)
+
+
+class Parameter(Struct, frozen=True):
+    """A parameter of a file.
+
+    :param value: a scalar, or a tuple of scalars of one type.
+    """
+
+    value: Scalar | tuple[Scalar, ...]
+    place: Mark
+
+
+class NodeParameters:
+    """The parameters of the node in a file.
+
+    :param file: the file.
+    :param parameters: the parameters by their names.
+    :param name: the whole name of the node.
+    """
+
+    def __init__(self, file: Path, parameters: Mapping[str, Parameter], name: str = f"/{NODE}") -> None:
+        self.file = file
+        self.name = name
+        self._parameters = dict(parameters)
+
+    @classmethod
+    def load(cls, file: Path) -> NodeParameters:
+        """Read the parameters that a file has for the node.
+
+        :raises ConfigError: when the file is missing or wrong, with file and line.
+        """
+        try:
+            data = file.read_bytes()
+        except OSError as error:
+            raise ConfigError(f"cannot read the parameters: {error.strerror}", file=file) from None
+        sections = [section for root in parse_documents(data, str(file)) for section in _sections(root, "")]
+        named = [name for name, _ in sections if "*" not in name]
+        name = f"/{NODE}"
+        if not any(_matches(pattern, name) and _names_environments(node) for pattern, node in sections):
+            name = next((each for each in named if _has_environments(sections, each)), name)
+        found: dict[str, Parameter] = {}
+        for pattern, node in sections:
+            if _matches(pattern, name):
+                found.update(_flat(node, ""))
+        return cls(file, found, name)
+
+    def __iter__(self) -> Iterator[tuple[str, Parameter]]:
+        """Yield the parameters with their names, in the order of the file."""
+        yield from self._parameters.items()
+
+    def find(self, name: str) -> Parameter | None:
+        """Return a parameter; None when the file does not have the parameter."""
+        return self._parameters.get(name)
+
+    def get(self, name: str, default: T) -> T:
+        """Return the value of a parameter, which has the type of its default.
+
+        :raises ConfigError: when the parameter has another type, with file and line.
+        """
+        found = self._parameters.get(name)
+        if found is None:
+            return default
+        kind = type(default)
+        if type(found.value) is not kind:
+            raise self.wrong(name, f"must be {_NAMES[kind]}, not {_shown(found.value)}")
+        return found.value
+
+    def get_strings(self, name: str) -> tuple[str, ...]:
+        """Return the strings of a list; none when the file does not have the parameter.
+
+        :raises ConfigError: when the parameter is no list of strings, with file and line.
+        """
+        found = self._parameters.get(name)
+        if found is None:
+            return ()
+        if not isinstance(found.value, tuple) or not all(isinstance(each, str) for each in found.value):
+            raise self.wrong(name, f"must be a list of strings, not {_shown(found.value)}")
+        return tuple(str(each) for each in found.value)
+
+    def wrong(self, name: str, what: str, hint: str | None = None) -> ConfigError:
+        """Return an error about a parameter, with its place."""
+        found = self._parameters.get(name)
+        mark = Mark(str(self.file)) if found is None else found.place
+        return mark.error(f"the parameter '{name}' {what}", hint)
+
+
+def _sections(node: YamlNode, path: str) -> Iterator[tuple[str, YamlMap]]:
+    """Yield the name of a node, or a pattern for names, and its parameters."""
+    if not isinstance(node, YamlMap):
+        return
+    for key, value in node.pairs:
+        if not isinstance(key, YamlScalar):
+            raise key.mark.error("the name of a node must be a string")
+        if key.text != _SECTION:
+            yield from _sections(value, f"{path}/{key.text.strip('/')}")
+        elif isinstance(value, YamlMap):
+            yield path, value
+        elif not (isinstance(value, YamlScalar) and value.null):
+            raise value.mark.error(f"{_SECTION} must be a map of parameters")
+
+
+def _matches(pattern: str, name: str) -> bool:
+    """Return whether a pattern stands for a node: ``*`` for one part of its name, ``**`` for any."""
+    if "**" in pattern:
+        return fnmatch.fnmatchcase(name, pattern.replace("**", "*"))
+    parts = pattern.split("/")
+    return len(parts) == name.count("/") + 1 and all(
+        fnmatch.fnmatchcase(one, other) for one, other in zip(name.split("/"), parts, strict=True)
+    )
+
+
+def _names_environments(node: YamlMap) -> bool:
+    return any(isinstance(key, YamlScalar) and key.text == ENVIRONMENTS for key, _ in node.pairs)
+
+
+def _has_environments(sections: list[tuple[str, YamlMap]], name: str) -> bool:
+    return any(each == name and _names_environments(node) for each, node in sections)
+
+
+def _flat(node: YamlMap, prefix: str) -> Iterator[tuple[str, Parameter]]:
+    for key, value in node.pairs:
+        if not isinstance(key, YamlScalar):
+            raise key.mark.error("the name of a parameter must be a string")
+        name = f"{prefix}{key.text}"
+        if isinstance(value, YamlMap):
+            yield from _flat(value, f"{name}.")
+        elif isinstance(value, YamlList):
+            yield name, Parameter(_list(name, value), value.mark)
+        elif value.null:
+            raise value.mark.error(
+                f"the parameter '{name}' has no value", "give the value, or remove the line"
+            )
+        else:
+            yield name, Parameter(_scalar(value), value.mark)
+
+
+def _list(name: str, node: YamlList) -> tuple[Scalar, ...]:
+    values: list[Scalar] = []
+    for item in node.items:
+        if not isinstance(item, YamlScalar):
+            raise item.mark.error(f"the parameter '{name}' must be a list of scalars")
+        values.append(_scalar(item))
+        if type(values[-1]) is not type(values[0]):
+            raise item.mark.error(
+                f"the list '{name}' has values of several types: {_shown(values[0])}, {_shown(values[-1])}",
+                "the values of a list must be of one type in ROS; quote strings",
+            )
+    return tuple(values)
+
+
+def _scalar(node: YamlScalar) -> Scalar:
+    """Return the value that ROS reads: quotes make a string."""
+    text, word = node.text, node.text.lower()
+    if not node.plain:
+        return text
+    if word in _TRUE or word in _FALSE:
+        return word in _TRUE
+    if _INTEGER.match(text):
+        return int(text, 16 if "x" in word else 10)
+    if _FLOAT.match(text):
+        return float(text.replace(".inf", "inf").replace(".nan", "nan").replace(".Inf", "inf").lower())
+    return text
+
+
+def _shown(value: Scalar | tuple[Scalar, ...]) -> str:
+    if isinstance(value, tuple):
+        return f"a list of {len(value)}"
+    return f"{_NAMES[type(value)]} ({str(value).lower() if isinstance(value, bool) else value!r})"

@@ -1,0 +1,147 @@
+"""The base class of the executive's plug-ins in Python, and the table of their classes.
+
+A plug-in of the original is a class in C++ (``cx::FileLoadPlugin``). For each name of a plug-in in the
+parameters one object of its class is made, which environments share. Its life: ``initialize`` once,
+``init_context`` and ``context_destroyed`` for each environment, ``finalize`` once.
+"""
+
+from __future__ import annotations
+
+from importlib.metadata import entry_points
+from pathlib import Path
+from pkgutil import resolve_name
+from typing import TYPE_CHECKING, Final
+
+from msgspec import Struct
+
+from cxbridge.errors import ConfigError
+from cxbridge.executive.feature import Feature
+from cxbridge.suggestions import did_you_mean
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cxbridge.clock import Clock
+    from cxbridge.events import EventBus, Logger
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_ros2cx.cx.packages import Packages
+    from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
+    from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+GROUP: Final = "cxbridge.cx_plugins"
+"""The group of entry points with plug-ins of other packages: the name is the class of the original."""
+
+_PLUGINS: Final = "cxbridge_ros2cx.cx.plugins"
+_OWN: Final = {
+    "cx::AmentIndexPlugin": f"{_PLUGINS}.ament_index:AmentIndexPlugin",
+    "cx::ConfigPlugin": f"{_PLUGINS}.config:ConfigPlugin",
+    "cx::ExamplePlugin": f"{_PLUGINS}.example:ExamplePlugin",
+    "cx::ExecutivePlugin": f"{_PLUGINS}.executive:ExecutivePlugin",
+    "cx::FileLoadPlugin": f"{_PLUGINS}.file_load:FileLoadPlugin",
+}
+
+
+def run_rules(env: StockEnvironment) -> int:
+    """Run the rules of an environment, and return how many fired; its lock must be held."""
+    env.refresh_agenda()
+    return env.run()
+
+
+class NodeContext(Struct):
+    """What the plug-ins of a node share.
+
+    :param run_environment: runs the rules of an environment, and returns how many fired.
+    """
+
+    parameters: NodeParameters
+    packages: Packages
+    clock: Clock
+    bus: EventBus
+    run_environment: Callable[[StockEnvironment], int] = run_rules
+
+
+class CxPlugin(Feature):
+    """A plug-in.
+
+    :param name: the name in the parameters.
+    """
+
+    def __init__(self, name: str, context: NodeContext) -> None:
+        self.name = name
+        self.context = context
+        self.parameters: NodeParameters = context.parameters
+        self.log: Logger = context.bus.logger(name)
+
+    def initialize(self) -> None:
+        """Read the parameters; environments get the plug-in afterwards."""
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Give the environment what the plug-in consists of.
+
+        :raises CxbridgeError: when that fails: the environment does not have the plug-in then.
+        """
+
+    def tick(self) -> None:
+        """Do what is due; called in each loop."""
+
+    def finalize(self) -> None:
+        """Release everything; no environment has the plug-in any more."""
+
+    def parameter(self, name: str) -> str:
+        """Return the whole name of a parameter of the plug-in."""
+        return f"{self.name}.{name}"
+
+
+MakePlugin = type[CxPlugin]
+
+
+def find_class(plugin: str, parameters: NodeParameters) -> str:
+    """Return the class of the original that a plug-in's parameter names.
+
+    :raises ConfigError: when the parameter is missing or no string, with file and line.
+    """
+    name = f"{plugin}.plugin"
+    found: Parameter | None = parameters.find(name)
+    text = parameters.get(name, "")
+    if found is None or not text:
+        raise ConfigError(
+            f"the plug-in '{plugin}' has no class: there is no parameter '{name}'",
+            file=parameters.file,
+            line=found.place.line if found else None,
+            hint=f'write below {plugin}: plugin: "cx::..."',
+        )
+    return text
+
+
+def load_class(plugin: str, class_name: str, parameters: NodeParameters) -> MakePlugin:
+    """Return the implementation of a class.
+
+    :raises ConfigError: when there is none, with file and line.
+    """
+    target = _OWN.get(class_name)
+    if target is not None:
+        return _imported(target)
+    others = {entry.name: entry for entry in entry_points(group=GROUP)}
+    if class_name in others:
+        loaded: MakePlugin = others[class_name].load()
+        return loaded
+    raise parameters.wrong(
+        f"{plugin}.plugin",
+        f"names a class that cxbridge does not have: {class_name}",
+        did_you_mean(
+            class_name,
+            (*_OWN, *others),
+            f"an own plug-in in C++ needs a stand-in in Python: a subclass of {__name__}.CxPlugin, as the "
+            f"entry point '{class_name}' of the group {GROUP}",
+        ),
+    )
+
+
+def _imported(target: str) -> MakePlugin:
+    loaded: MakePlugin = resolve_name(target)
+    return loaded
+
+
+def own_file(name: str) -> Path:
+    """Return a CLIPS file of this package."""
+    return Path(__file__).parent / "clips" / name

@@ -1,0 +1,84 @@
+"""``cx::AmentIndexPlugin``: the packages that there are, and their resources."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING
+
+from cxbridge.executive.host.values import FALSE, TRUE, Value
+from cxbridge_ros2cx.cx.plugin import CxPlugin
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+_PREFIX = "ament-index-"
+
+
+class AmentIndexPlugin(CxPlugin):
+    """Defines the functions ``ament-index-...``; what fails is reported and FALSE."""
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions."""
+        for name, function, count, types in (
+            ("get-package-prefix", self._package_prefix, 1, "*;sy"),
+            ("get-package-share-directory", self._package_share, 1, "*;sy"),
+            ("get-packages-with-prefixes", self._packages, 0, "*"),
+            ("get-resource", self._resource, 2, "*;sy;sy"),
+            ("get-resources", self._resources, 1, "*;sy"),
+            ("get-search-paths", self._search_paths, 0, "*"),
+            ("has-resource", self._has_resource, 2, "*;sy;sy"),
+        ):
+            env.define(f"{_PREFIX}{name}", self._reported(name, function), count, types=types)
+
+    def _reported(self, name: str, function: Callable[..., Value]) -> Callable[..., Value]:
+        """Return a function that reports errors, and returns FALSE then."""
+
+        def call(*arguments: str) -> Value:
+            try:
+                return function(*map(_filled, arguments))
+            except LookupError as error:
+                self.log.error(f"{_PREFIX}{name}: {error.args[0]}")
+                return FALSE
+
+        return call
+
+    def _package_prefix(self, package: str) -> Value:
+        prefix = self.context.packages.prefix_of.get(package)
+        if prefix is None:
+            raise LookupError(f"package '{package}' not found, searching: [{self._searched()}]")
+        return str(prefix.path)
+
+    def _package_share(self, package: str) -> Value:
+        self._package_prefix(package)
+        return str(self.context.packages.share(package))
+
+    def _packages(self) -> Value:
+        found = self.context.packages.prefix_of.items()
+        return tuple(text for name, prefix in found for text in (name, str(prefix.path)))
+
+    def _resource(self, kind: str, name: str) -> Value:
+        found = self.context.packages.resources(kind).get(name)
+        return FALSE if found is None else (found[0], str(found[1].path))
+
+    def _resources(self, kind: str) -> Value:
+        found = self.context.packages.resources(kind).items()
+        return tuple(text for name, (_, prefix) in found for text in (name, str(prefix.path)))
+
+    def _search_paths(self) -> Value:
+        return tuple(str(prefix.path) for prefix in self.context.packages.prefixes)
+
+    def _has_resource(self, kind: str, name: str) -> Value:
+        return TRUE if name in self.context.packages.resources(kind) else FALSE
+
+    def _searched(self) -> str:
+        return ", ".join(str(prefix.path) for prefix in self.context.packages.prefixes)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Report it."""
+        self.log.info(f"Destroying plugin for environment {env.name}")
+
+
+def _filled(argument: str) -> str:
+    if not argument:
+        raise LookupError("an argument is empty")
+    return argument

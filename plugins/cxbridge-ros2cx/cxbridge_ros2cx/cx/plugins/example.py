@@ -1,0 +1,22 @@
+"""``cx::ExamplePlugin``: reports its life."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from cxbridge_ros2cx.cx.plugin import CxPlugin
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+
+class ExamplePlugin(CxPlugin):
+    """Does nothing but to report that."""
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Report it."""
+        self.log.info(f"Initializing plugin for environment {env.name}")
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Report it."""
+        self.log.info(f"Destroying plugin for environment {env.name}")

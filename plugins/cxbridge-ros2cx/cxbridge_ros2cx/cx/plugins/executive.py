@@ -1,0 +1,89 @@
+"""``cx::ExecutivePlugin``: the tick, the time."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.executive.host.facts.making import NumberFact
+from cxbridge_ros2cx.cx.plugin import CxPlugin
+from cxbridge_ros2cx.cx.stock import StockEnvironment
+from cxbridge_ros2cx.refresh import RefreshTimer
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_ros2cx.cx.parameters import NodeParameters
+
+CLASS: Final = "cx::ExecutivePlugin"
+_DEFAULT_HZ: Final = 10
+_MOST_HZ: Final = 10_000
+_SALIENCE: Final = "?*PRIORITY-TIME-RETRACT*"
+_CONSTRUCTS: Final = (
+    f"(defglobal {_SALIENCE} = -10000)",
+    f"(defrule time-retract (declare (salience {_SALIENCE})) ?time <- (time $?) => (retract ?time))",
+)
+
+
+class ExecutivePlugin(CxPlugin):
+    """Runs the rules of its environments at its rate, each time with a fact ``(time SECONDS)``."""
+
+    def initialize(self) -> None:
+        """Read the rate, and start the timer."""
+        self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
+        self._timer = RefreshTimer(self.context.clock, period_us(self.name, self.parameters))
+        self._times: dict[StockEnvironment, NumberFact] = {}
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions for the time, and the rule that retracts its fact."""
+        assert isinstance(env, StockEnvironment)
+        for name in ("now", "now-systime"):
+            env.define(name, self._now)
+        if env not in self._times:
+            for construct in _CONSTRUCTS:
+                env.build(construct)
+            env.eval("(unwatch facts time)")
+            env.eval("(unwatch rules time-retract)")
+            self._times[env] = NumberFact(env.env, "time")
+
+    def _now(self) -> float:
+        return self.context.clock.now_us() / MICROSECONDS
+
+    def tick(self) -> None:
+        """Run the rules of the environments, in the order in which they got the plug-in, when it is time."""
+        if not self._timer.due():
+            return
+        for env, time in list(self._times.items()):
+            with env.lock:
+                if self._asserts_time:
+                    time.add(self._now())
+                self.context.run_environment(env)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Run the rules of the environment no more."""
+        assert isinstance(env, StockEnvironment)
+        time = self._times.pop(env, None)
+        if time is not None:
+            time.dispose()
+
+
+def period_us(plugin: str, parameters: NodeParameters) -> int:
+    """Return the time between two ticks of an executive plug-in.
+
+    :raises ConfigError: when the rate is no integer, or too small or great, with file and line.
+    """
+    name = f"{plugin}.refresh_rate"
+    rate = parameters.get(name, _DEFAULT_HZ)
+    if not 0 < rate <= _MOST_HZ:
+        raise parameters.wrong(name, f"cannot be {rate}", f"Hz, from 1 to {_MOST_HZ}")
+    return MICROSECONDS // rate
+
+
+def tick_period_us(parameters: NodeParameters) -> int:
+    """Return the time between two ticks of the fastest executive plug-in of the parameters.
+
+    :raises ConfigError: when a rate is wrong, with file and line.
+    """
+    plugins = [
+        name.removesuffix(".plugin") for name, found in parameters if found.value == CLASS and "." in name
+    ]
+    return min((period_us(name, parameters) for name in plugins), default=MICROSECONDS // _DEFAULT_HZ)

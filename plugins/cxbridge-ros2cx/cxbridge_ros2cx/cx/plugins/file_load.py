@@ -1,0 +1,63 @@
+"""``cx::FileLoadPlugin``: the CLIPS files of an environment."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.errors import ClipsError, ConfigError
+from cxbridge_ros2cx.cx.plugin import CxPlugin
+
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+
+_LISTS = ("load", "batch", "cleanup_batch")
+
+
+class FileLoadPlugin(CxPlugin):
+    """Loads and executes files when an environment gets the plug-in, and executes others when it ends."""
+
+    def initialize(self) -> None:
+        """Find the files: absolute paths, or files in the share folders of packages.
+
+        A file that is missing is reported; the files that are there are loaded.
+        """
+        self._files: dict[str, list[Path]] = {name: [] for name in _LISTS}
+        packages = self.parameters.get_strings(self.parameter("pkg_share_dirs"))
+        folders = [folder for package in packages if (folder := self._share(package)) is not None]
+        for name in _LISTS:
+            for file in self.parameters.get_strings(self.parameter(name)):
+                found = next((path for path in (folder / file for folder in folders) if path.is_file()), None)
+                if Path(file).is_absolute() and Path(file).is_file():
+                    found = Path(file)
+                if found is None:
+                    self.log.error(str(self._missing(name, file, folders)))
+                else:
+                    self._files[name].append(found.resolve())
+
+    def _share(self, package: str) -> Path | None:
+        folder = self.context.packages.share(package)
+        if folder is None:
+            what = f"names a package that is not there: {package}"
+            hint = "name a checkout or workspace that has the package with --ros2cx, or source a ROS"
+            self.log.error(str(self.parameters.wrong(self.parameter("pkg_share_dirs"), what, hint)))
+        return folder
+
+    def _missing(self, name: str, file: str, folders: list[Path]) -> ConfigError:
+        searched = ", ".join(map(str, folders)) or "no folder"
+        return self.parameters.wrong(
+            self.parameter(name), f"names a file that is not there: {file}", f"searched: {searched}"
+        )
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Load the files, then execute the others."""
+        self.log.info(f"Initializing plugin for environment {env.name}")
+        for name, execute in (("load", env.load), ("batch", env.batch)):
+            for file in self._files[name]:
+                if not execute(file):
+                    raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Execute the files for the end."""
+        for file in self._files["cleanup_batch"]:
+            env.batch(file)

@@ -1,0 +1,136 @@
+"""A parameter file of the node ``clips_manager`` as the source of an agent."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.config import Configuration
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.executive import BUILTIN_CX
+from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.resources import shipped_dir
+from cxbridge.run.paths import RunPaths
+from cxbridge.run.source import Source
+from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
+from cxbridge_ros2cx.cx.manager import CxManager
+from cxbridge_ros2cx.cx.node import CxNode
+from cxbridge_ros2cx.cx.packages import Packages, package_folder
+from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
+from cxbridge_ros2cx.cx.plugin import NodeContext
+from cxbridge_ros2cx.cx.plugins.executive import tick_period_us
+
+if TYPE_CHECKING:
+    from cxbridge.executive.executive import ActionMapper, CoreFiles, Executive
+    from cxbridge.executive.feature import Feature, LazyFeature
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.manager import EnvironmentManager
+    from cxbridge.run.source import SourceContext
+
+_TREE = "/clips-executive"
+_REAL_LOOP_US = MICROSECONDS // 50
+"""How often messages are taken on a real clock, at least: an answer takes no longer."""
+
+
+class CxSource(Source):
+    """A parameter file with environments and plug-ins."""
+
+    has_fawkes_configuration = False
+    needs_skiller = False
+
+    @cached_property
+    def parameters(self) -> NodeParameters:
+        """The parameters of the node."""
+        assert self.options.scenario is not None  # or another source is chosen
+        return NodeParameters.load(self.options.scenario)
+
+    @cached_property
+    def packages(self) -> Packages:
+        """The packages that the agent finds: those of ``--ros2cx``, the package of the parameter file."""
+        assert self.options.scenario is not None
+        own, folders = package_folder(self.options.scenario), [*self.folders]
+        if own is not None and not any(own.is_relative_to(folder.resolve()) for folder in folders):
+            folders.append(own)
+        return Packages.of(folders)
+
+    def check(self) -> None:
+        """Raise :class:`CxbridgeError` when another option does not go with a parameter file."""
+        self.check_folders()
+        for name, value in (("fawkes-dir", self.options.fawkes_dir), ("core", self.options.core)):
+            if value is not None:
+                raise CxbridgeError(
+                    f"--{name} cannot go with parameters of clips_manager",
+                    hint="their environments have no core and no files of Fawkes",
+                )
+
+    @property
+    def folders(self) -> tuple[Path, ...]:
+        """The checkout or workspace."""
+        folder = self.options.option("ros2cx")
+        return () if folder is None else (folder,)
+
+    @property
+    def is_checkout(self) -> bool:
+        """Whether the agent's files are those of a checkout: an environment starts without broken files."""
+        return True
+
+    def config_file(self) -> Path:
+        """Return the parameter file."""
+        return self.parameters.file
+
+    def read_configuration(self, file: Path) -> Configuration:
+        """Return a configuration that names the environments."""
+        config = Configuration()
+        spec = file.stem
+        config.set(f"{_TREE}/spec", spec)
+        config.set(
+            f"{_TREE}/specs/{spec}/parameters/{ENVIRONMENTS}", self.parameters.get_strings(ENVIRONMENTS)
+        )
+        return config
+
+    def find_overlays(self) -> Sequence[Path]:
+        """Return nothing: ``--config`` is for Fawkes' configuration."""
+        return ()
+
+    def find_paths(self, config: Configuration, config_file: Path) -> RunPaths:  # noqa: ARG002
+        """Return the paths of a run: plug-ins find the files."""
+        return RunPaths(
+            config_file=config_file,
+            library=HOST_LIBRARY,
+            cx=BUILTIN_CX,
+            clips_dirs=self.options.clips_dirs,
+            interface_dirs=(*self.options.interface_dirs, shipped_dir("interfaces")),
+            skill_dirs=self.options.skill_dirs,
+            substitutions={},
+        )
+
+    def loop_period_us(self, config: Configuration) -> int:  # noqa: ARG002
+        """Return the duration of a loop: that of the fastest executive plug-in, or a part of it."""
+        period_us = tick_period_us(self.parameters)
+        if self.options.clock_name == "virtual":
+            return period_us
+        return period_us // -(-period_us // _REAL_LOOP_US)
+
+    def features(self, context: SourceContext) -> list[Feature] | None:  # noqa: ARG002
+        """Return no features: the parameters name plug-ins."""
+        return []
+
+    def make_manager(
+        self,
+        context: SourceContext,
+        features: Sequence[Feature | LazyFeature],  # noqa: ARG002
+        environment: type[ClipsEnvironment],  # noqa: ARG002
+    ) -> EnvironmentManager:
+        """Return the manager of environments and plug-ins."""
+        parts = NodeContext(self.parameters, self.packages, context.clock, context.bus)
+        return CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
+
+    def make_executive(
+        self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+    ) -> Executive:
+        """Return the node."""
+        assert isinstance(manager, CxManager)
+        return CxNode(manager, context.config, mapper, files)

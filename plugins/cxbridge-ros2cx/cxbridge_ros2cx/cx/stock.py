@@ -1,0 +1,157 @@
+"""A CLIPS environment as CLIPS 6.4 itself makes it: its own functions, its own lines of what is watched."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import ClassVar, Final
+
+from clips._clips import ffi, lib
+
+from cxbridge.errors import ClipsError
+from cxbridge.events import Level
+from cxbridge.executive.host.capi import EXTRA, NULL, encode
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.facts.existing import FactsByIndex
+from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.shims import OldFunctions
+from cxbridge.executive.host.values import Value, to_python
+
+WATCH_ITEMS: Final = frozenset(
+    {
+        *("all", "facts", "instances", "slots", "rules", "activations", "messages", "message_handlers"),
+        *("generic_functions", "methods", "deffunctions", "compilations", "statistics", "globals", "focus"),
+    }
+)
+"""What an environment can be asked to watch from its start."""
+
+_CHUNK: Final = 10_000
+"""Rules that fire between two looks for rules without an end: CLIPS counts firings from 1 again."""
+
+_COLOURS: Final = (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold")
+_LEVELS: Final[Mapping[bytes, Level]] = MappingProxyType(
+    {
+        **dict.fromkeys((b"l", b"t", b"info", b"loginfo", b"stdout", *_COLOURS), Level.INFO),
+        **dict.fromkeys((b"debug", b"logdebug"), Level.DEBUG),
+        **dict.fromkeys((b"warn", b"logwarn", b"stdwrn"), Level.WARN),
+        **dict.fromkeys((b"error", b"logerror", b"stderr"), Level.ERROR),
+    }
+)
+
+
+class StockOutput(OutputRouter):
+    """One buffer for all logical names; the name that brings the end of a line decides the line's level."""
+
+    levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
+
+    stdout_level = Level.INFO
+    _buffer = ""
+
+    def _gather(self, target: bytes, piece: str) -> None:
+        *lines, self._buffer = (self._buffer + piece).split("\n")
+        level = self.stdout_level if target == b"stdout" else self.levels[target]
+        for line in lines:
+            self._sink(level, line)
+
+    def flush(self) -> None:
+        """Do nothing: a line that nobody ends is never said."""
+
+
+class StockEnvironment(ClipsEnvironment):
+    """An environment without the functions and changes that agents of Fawkes need."""
+
+    output_router: ClassVar[type[OutputRouter]] = StockOutput
+
+    def _apply_shims(self) -> None:
+        self._by_index = FactsByIndex(self.env)
+        self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
+        for name, function, most in (("exit", self._exit, 1), ("clear", self._clear, 0)):
+            EXTRA.RemoveUDF(self.env, encode(name))
+            self.define(name, function, 0, most)
+        self.define("cx-shutdown", self._quit)
+        EXTRA.UnwatchString(self.env, b"all")
+
+    def _build_functions(self) -> None:
+        """Do nothing: a cleared environment has all functions of CLIPS."""
+
+    def watch_items(self, items: tuple[str, ...]) -> None:
+        """Watch items of :data:`WATCH_ITEMS`, in any case of letters.
+
+        :raises ClipsError: for an item that there is not.
+        """
+        for item in items:
+            if item.lower() not in WATCH_ITEMS:
+                raise ClipsError(
+                    f"Unknown watch item: {item}", hint=f"there are: {', '.join(sorted(WATCH_ITEMS))}"
+                )
+            EXTRA.WatchString(self.env, encode(item.lower().replace("_", "-")))
+
+    def redirect_stdout_to_debug(self) -> None:
+        """Log what is printed to stdout at the level DEBUG."""
+        assert isinstance(self.output, StockOutput)
+        self.output.stdout_level = Level.DEBUG
+
+    def reset(self) -> None:
+        """Do what ``(reset)`` does."""
+        lib.Reset(self.env)
+
+    def load(self, path: Path) -> bool:
+        """Load a file's constructs as ``load*`` does; whether the file could be opened."""
+        self._forget_templates()
+        self.loader.files.append(path)
+        return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
+
+    def batch(self, path: Path) -> bool:
+        """Execute a file's commands and constructs as ``batch*`` does; whether the file could be opened."""
+        self._forget_templates()
+        self.loader.files.append(path)
+        return bool(lib.BatchStar(self.env, encode(str(path))))
+
+    def eval(self, expression: str) -> Value:
+        """Evaluate an expression and return its value.
+
+        :raises ClipsError: when it does not parse or fails.
+        """
+        value = ffi.new("CLIPSValue *")
+        outer = self.output.begin_errors()
+        error = lib.Eval(self.env, encode(expression), value)
+        text = self.output.end_errors(outer)
+        if error != lib.EE_NO_ERROR:
+            self.api.clear_halt()
+            raise ClipsError(f"CLIPS cannot evaluate {expression}: {' '.join(text.split())}")
+        return to_python(value)
+
+    def assert_string(self, fact: str) -> int | None:
+        """Assert a fact written as CLIPS text; CLIPS prints the fact when facts are watched.
+
+        :returns: its index; None when CLIPS refuses it.
+        """
+        pointer = lib.AssertString(self.env, encode(fact))
+        return None if pointer == NULL else int(lib.FactIndex(pointer))
+
+    def fire(self, limit: int = -1, before: int = 0) -> int:
+        """Do a part of what :meth:`run` does; an evaluation error and ``(halt)`` end the run.
+
+        :param before: how many rules have fired in the parts before.
+        """
+        fired = 0
+        self._held = self._is_halted = False
+        if not before:
+            self.endless.begin()
+        while not self.is_ended:
+            chunk = _CHUNK if limit < 0 else min(_CHUNK, limit - fired)
+            if chunk <= 0:
+                break
+            self.is_firing = self.output.is_firing = True
+            done = int(lib.Run(self.env, chunk))
+            self.is_firing = self.output.is_firing = False
+            fired += done
+            halted = self.api.halted() or self.api.rules_halt()
+            self.api.clear_halt()
+            if halted or done < chunk:
+                break
+            if (why := self.endless.look(done)) and (limit < 0 or before):
+                self.end_for_good(why)
+                self.api.clear_halt()
+        return fired
