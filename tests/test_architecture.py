@@ -26,6 +26,7 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
         "printing",
         "rights",
         "listening",
+        "lua_syntax",
         "config",
         "clipstext",
         "event_kinds",

@@ -6,9 +6,8 @@ A Fawkes that cannot compile a skill string shows S_FAILED, and leaves the error
 from __future__ import annotations
 
 from functools import cache
-from typing import Any, Final
 
-_PLACE: Final = '[string "<python>"]:1: '
+from cxbridge.lua_syntax import LuaCompiler
 
 
 class OwnError:
@@ -38,17 +37,10 @@ class OwnError:
 
 def syntax_error(chunk: str) -> str:
     """Return why Lua cannot compile a chunk, which is not executed; empty when Lua can."""
-    from lupa.lua51 import LuaSyntaxError  # noqa: PLC0415 - only a failed skill string pays for it
-
-    try:
-        _lua().compile(chunk)
-    except LuaSyntaxError as error:
-        return f"the skill string is not Lua: {str(error).removeprefix(_PLACE)}"
-    return ""
+    problem = _compiler().problem(chunk.encode("utf-8", "surrogateescape"))
+    return "" if problem is None else f"the skill string is not Lua: {problem[1]}"
 
 
 @cache
-def _lua() -> Any:
-    from lupa.lua51 import LuaRuntime  # noqa: PLC0415
-
-    return LuaRuntime(register_eval=False, register_builtins=False)
+def _compiler() -> LuaCompiler:
+    return LuaCompiler()

@@ -5,15 +5,14 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, Final
+from typing import Final
 
 from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import NameKind
 from cxbridge.errors import SkillError
+from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.lua.modulepath import ModulePath
 
-_LINE: Final = re.compile(r"\]:(\d+): (.*)")
-_PRECOMPILED: Final = b"\x1b"
 _LEXEME: Final = re.compile(r"""--|\[=*\[|"(?:[^"\\]|\\.)*"|'(?:[^'\\]|\\.)*'""", re.DOTALL)
 _LONG: Final = re.compile(r"\[(=*)\[")
 _USE: Final = re.compile(r"\buse_skill\b")
@@ -22,27 +21,6 @@ _USE_EACH: Final = re.compile(
     r"""\bipairs\s*\(?\s*\{([^{}]*)\}\s*\)?\s*do\s+(?:\w+\.)*use_skill\s*\(\s*["']([^"'\\]*)["']\s*\.\.\s*\w+\s*\)"""
 )
 _TEXT: Final = re.compile(r"""["']([^"'\\]*)["']""")
-
-
-class LuaCompiler:
-    """Compiles Lua and runs nothing of it."""
-
-    def __init__(self) -> None:
-        from lupa.lua51 import LuaError, LuaRuntime  # noqa: PLC0415 - only agents with Lua skills pay for it
-
-        self._error: type[Exception] = LuaError
-        self._lua: Any = LuaRuntime(encoding="latin-1", register_eval=False, register_builtins=False)
-
-    def problem(self, text: bytes) -> tuple[int, str] | None:
-        """Return the line of a mistake (0: unknown) and Lua's message; None when the text compiles."""
-        if text.startswith(_PRECOMPILED):
-            return 1, "precompiled Lua is not accepted"
-        try:  # as Lua's loadfile, which passes over the line of a script's interpreter
-            self._lua.compile(b"--" + text if text.startswith(b"#") else text)
-        except self._error as error:
-            match = _LINE.search(str(error))
-            return (int(match[1]), match[2]) if match else (0, str(error))
-        return None
 
 
 def written_space(space: str, folders: Sequence[Path], compiler: LuaCompiler) -> dict[str, Path] | None:
@@ -95,7 +73,7 @@ class _Space:
     def _read(self, module: str) -> tuple[Path, str]:
         text, _ = self._modules.read(module)
         path = self._modules.find(module)
-        if (problem := self._compiler.problem(text.encode("latin-1"))) is not None:
+        if (problem := self._compiler.problem_of_file(text.encode("latin-1"))) is not None:
             line, message = problem
             raise SkillError(message, file=path, line=line or None)
         return path, text

@@ -137,7 +137,7 @@ def _clips() -> str:
 def _lua() -> str:
     from lupa import lua51
 
-    if lua51.LuaRuntime().eval("6 * 7") != 42:  # noqa: PLR2004
+    if lua51.LuaRuntime(encoding="latin-1").eval("6 * 7") != 42:  # noqa: PLR2004
         raise RuntimeError("Lua cannot count")
     return "Lua 5.1 runs"
 

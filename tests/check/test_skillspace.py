@@ -7,11 +7,12 @@ from pathlib import Path
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
-from cxbridge.check.skillspace import LuaCompiler, written_space
+from cxbridge.check.skillspace import written_space
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import default_registry
+from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.skiller.make import make_lua_skiller
 from tests.support import ROOT
 

@@ -11,9 +11,10 @@ from cxbridge.agent.lua import read_lua
 from cxbridge.agent.names import NameKind
 from cxbridge.check.agent import Agent, place_of
 from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge.check.skillspace import LuaCompiler, written_space
+from cxbridge.check.skillspace import written_space
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
 from cxbridge.suggestions import did_you_mean
@@ -97,7 +98,7 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
         for path in sorted(folder.rglob("*.lua")):
             if str(path) == known:
                 continue
-            if (problem := compiler.problem(path.read_bytes())) is not None:
+            if (problem := compiler.problem_of_file(path.read_bytes())) is not None:
                 line, message = problem
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
 

@@ -13,8 +13,9 @@ from msgspec.structs import asdict
 from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import Logger, SourceRead
+from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.boardaccess import BoardAccess, MakeTable
-from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, readable, to_lua
+from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, to_lua
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
 from cxbridge.skiller.lua.pool import InterfacePool

@@ -18,6 +18,7 @@ from cxbridge.clock import Clock
 from cxbridge.config.secrets import HIDDEN, is_secret, mask
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import Level, Logger
+from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.modulepath import ModulePath
 
 
@@ -51,11 +52,6 @@ def to_lua(text: str) -> str:
 def from_lua(text: str) -> str:
     """Return a text that came out of Lua; bytes that are not UTF-8 become surrogates."""
     return text if text.isascii() else text.encode("latin-1").decode("utf-8", "surrogateescape")
-
-
-def readable(text: str) -> str:
-    """Return a text that came out of Lua for people: bytes that are not UTF-8 are replaced."""
-    return text if text.isascii() else text.encode("latin-1").decode("utf-8", "replace")
 
 
 _PLAIN = frozenset([str, int, float, bool, type(None)])

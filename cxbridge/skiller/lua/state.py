@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.lua.host import readable
+from cxbridge.lua_syntax import readable
 from cxbridge.skiller.lua.modulepath import ModulePath
 
 _HERE = Path(__file__).parent

@@ -1,0 +1,52 @@
+"""Texts of others are compiled as Lua: whatever they are, there is an answer, and nothing is executed."""
+
+from __future__ import annotations
+
+import re
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from cxbridge.blackboard.stale_errors import OwnError, syntax_error
+from cxbridge.lua_syntax import LuaCompiler
+from tests.support import ROOT
+
+_RUNTIME = re.compile(r"LuaRuntime\((?!\s*encoding=\"latin-1\")")
+
+
+@pytest.mark.parametrize("length", range(30, 100))
+def test_a_message_that_cuts_a_character_in_two_is_readable(length: int):
+    """Lua quotes the first part of a text, and counts bytes."""
+    for text in ("é" * length, f"a{'é' * length}", f"say{{text='{'é' * length}"):
+        told = syntax_error(text)
+        assert told.startswith("the skill string is not Lua: ")
+        told.encode()
+
+
+@given(st.text(st.characters(exclude_categories=()) | st.sampled_from("é\udcc3\0\x1b{}()'\"[]=#-\\")))
+def test_every_text_is_lua_or_has_a_reason(text: str):
+    data = text.encode("utf-8", "surrogatepass")
+    skill_string = data.decode("utf-8", "surrogateescape")
+    told = OwnError(1, "the error before").of(2, skill_string, "the error before", failed=True)
+    told.encode()
+    assert bool(syntax_error(skill_string)) == (LuaCompiler().problem(data) is not None)
+    assert told == (syntax_error(skill_string) or "the error before")
+
+
+def test_precompiled_lua_is_not_read():
+    assert syntax_error("\x1bLua") == "the skill string is not Lua: precompiled Lua is not accepted"
+
+
+def test_the_first_line_of_a_file_may_name_an_interpreter():
+    compiler = LuaCompiler()
+    assert compiler.problem(b"#!/usr/bin/lua\nx = 1") is not None
+    assert compiler.problem_of_file(b"#!/usr/bin/lua\nx = 1") is None
+
+
+def test_every_state_of_lua_takes_bytes_that_are_no_text():
+    """With any other encoding an error of Lua that cuts a character in two becomes another error."""
+    files = [*(ROOT / "cxbridge").rglob("*.py"), *(ROOT / "plugins").glob("*/cxbridge_*/**/*.py")]
+    found = [path.name for path in files if _RUNTIME.search(path.read_text("utf-8"))]
+    assert found == []
+    assert any("LuaRuntime(" in path.read_text("utf-8") for path in files)
