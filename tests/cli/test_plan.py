@@ -95,3 +95,44 @@ def test_the_planners(capsys):
     assert capsys.readouterr().out.startswith("pyperplan       installed\n")
     assert invoke(["plan", "--list", "--json"]) == 0
     assert json.loads(capsys.readouterr().out)[0]["installed"] is True
+
+
+@pytest.mark.parametrize(
+    ("plan", "status", "said"),
+    [
+        ("(go a b)\n(go b c)\n", 0, "the plan holds: 2 steps"),
+        ("; a comment\n0.000: ( GO A B ) [1.000]\n\n 1.5:(go b c)\n", 0, "the plan holds: 2 steps"),
+        ("(go a b)\n", 1, "the plan does not hold: the goal is not reached: (at c) is false"),
+        ("(go a b)\n(go a b)\n", 1, "the plan does not hold: step 2, (go a b): (at a) is false"),
+    ],
+)
+def test_a_plan_is_validated(files, tmp_path, capsys, plan, status, said):
+    (tmp_path / "plan").write_text(plan)
+    assert invoke(["plan", *files(), "--validate", str(tmp_path / "plan")]) == status
+    assert said in capsys.readouterr().out
+
+
+def test_validation_as_json_has_the_value_of_the_metric(files, tmp_path, capsys):
+    domain = DOMAIN.replace("(:action", "(:functions (total-cost)) (:action").replace(
+        "(not (at ?a))", "(not (at ?a)) (increase (total-cost) 3)"
+    )
+    problem = PROBLEM.replace("(:goal", "(:metric minimize (total-cost)) (:goal")
+    (tmp_path / "plan").write_text("(go a b)\n(go b c)")
+    arguments = files(domain.replace(":strips", ":strips :fluents"), problem)
+    assert invoke(["plan", *arguments, "--validate", str(tmp_path / "plan"), "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    assert answer == {"valid": True, "step": 0, "message": "", "metric": 6.0}
+
+
+@pytest.mark.parametrize(
+    ("plan", "message"),
+    [
+        ("go a b", "plan:1: no action of a plan"),
+        ("(go a b)\n(fly a b)", "plan:2:"),
+        ("(go a z)", "does not exist: z"),
+    ],
+)
+def test_a_file_that_is_no_plan_is_refused(files, tmp_path, capsys, plan, message):
+    (tmp_path / "plan").write_text(plan)
+    assert invoke(["plan", *files(), "--validate", str(tmp_path / "plan")]) == 2
+    assert message in capsys.readouterr().err

@@ -2,29 +2,44 @@
 
 from __future__ import annotations
 
+import dataclasses
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Final
 
 import typer
 
 from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
+    from cxbridge.executive.pddl import Domain, Problem
     from cxbridge.executive.planning import PlanResult
 
 EXIT: Final = {"PLANNED": 0, "NO-PLAN": 1, "TIMEOUT": 3, "FAILED": 4, "CANCELLED": 130}
 """Exit status by how planning ended; bad input and planners that refuse the problem are 2."""
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _PlannerOptions:
+    """Which planner plans, and how."""
+
+    planner: Annotated[str, typer.Option(help="Planner; see --list.")] = "auto"
+    timeout: Annotated[float, typer.Option(min=0.001, help="Seconds that planning may take.")] = 60.0
+    option: Annotated[
+        tuple[str, ...], typer.Option(metavar="KEY=VALUE", help="An option of the planner. Repeatable.")
+    ] = ()
+
+
+@option_groups
 def plan(
+    asked: _PlannerOptions,
     domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
     problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
-    planner: Annotated[str, typer.Option(help="Planner; see --list.")] = "auto",
-    timeout: Annotated[float, typer.Option(min=0.001, help="Seconds that planning may take.")] = 60.0,
-    option: Annotated[
-        list[str] | None, typer.Option(metavar="KEY=VALUE", help="An option of the planner. Repeatable.")
+    validate: Annotated[
+        Path | None, typer.Option(metavar="PLAN", help="Make no plan: say whether this one holds.")
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None,
     list_planners: Annotated[bool, typer.Option("--list", help="List the planners and stop.")] = False,
@@ -32,8 +47,8 @@ def plan(
 ) -> int:
     """Make a plan for a PDDL problem, and print it a step a line.
 
-    Exit status: 0 a plan, 1 there is none, 2 bad input or a planner that cannot take the problem, 3 out of
-    time, 4 the planner failed.
+    Exit status: 0 a plan, 1 there is none or the plan of --validate does not hold, 2 bad input or a planner
+    that cannot take the problem, 3 out of time, 4 the planner failed.
 
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
@@ -42,7 +57,10 @@ def plan(
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
-    result = _plan(domain_file, problem_file, planner, _options(option or []), timeout)
+    domain, problem = _read(domain_file, problem_file)
+    if validate is not None:
+        return _validate(domain, problem, validate, as_json=as_json)
+    result = _plan(domain, problem, asked)
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
@@ -55,21 +73,47 @@ def plan(
     return EXIT[result.status.value]
 
 
-def _plan(
-    domain_file: Path, problem_file: Path, planner: str, options: dict[str, str], timeout: float
-) -> PlanResult:
+def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
     from cxbridge.executive.pddl import load_domain, load_problem
+
+    domain = load_domain(domain_file)
+    return domain, load_problem(problem_file, domain)
+
+
+def _plan(domain: Domain, problem: Problem, asked: _PlannerOptions) -> PlanResult:
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.engines.registry import choose_planner
 
-    domain = load_domain(domain_file)
-    problem = load_problem(problem_file, domain)
-    name = choose_planner(planner, domain, problem, options).name
+    options = _options(asked.option)
+    name = choose_planner(asked.planner, domain, problem, options).name
     with PlanningService(at_once=1) as service:
-        return service.plan(PlanRequest(domain, problem, name, options, timeout))
+        return service.plan(PlanRequest(domain, problem, name, options, asked.timeout))
 
 
-def _options(texts: list[str]) -> dict[str, str]:
+def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
+    """Say whether a plan holds; return the exit status."""
+    from cxbridge.executive.planning.engines.names import PlanNames
+    from cxbridge.executive.planning.plan_text import load_plan
+    from cxbridge.executive.planning.validation.metric import value_of_metric
+    from cxbridge.executive.planning.validation.plan import check_plan
+
+    actions = load_plan(plan_file, PlanNames(domain, problem))
+    check = check_plan(domain, problem, actions)
+    if check.unchecked:
+        raise CxbridgeError(f"the plan cannot be checked: {check.unchecked}", file=str(plan_file))
+    metric = value_of_metric(problem, actions, check) if check.holds else None
+    if as_json:
+        said = {"valid": check.holds, "step": check.step, "message": check.failure, "metric": metric}
+        say_json(said, indent=2)
+    elif check.holds:
+        cost = "" if metric is None else f", metric {metric:g}"
+        say(f"the plan holds: {len(actions)} steps{cost}")
+    else:
+        say(f"the plan does not hold: {check.failure}")
+    return 0 if check.holds else 1
+
+
+def _options(texts: Iterable[str]) -> dict[str, str]:
     options = {}
     for text in texts:
         key, equals, value = text.partition("=")

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.executive.features.plan_checks import PlanChecks
 from cxbridge.executive.features.planning_base import DomainOf, Known, Numbers, PlanningFeature, PlanningUser
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
         PlannedAction,
         PlannerCallReporter,
         PlanningService,
+        PlanRequest,
         PlanResult,
     )
 
@@ -38,6 +40,7 @@ class _PlannerUser(PlanningUser):
         super().__init__(env, service, settings, domain_of)
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
+        self._checks = PlanChecks(env, self.known, self._log.warn)
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
         self._made = 0
@@ -94,15 +97,18 @@ class _PlannerUser(PlanningUser):
         """Assert the plans that are ready."""
         if not self._goals_loaded:
             self._load_goals()
-        if not self._calls:
-            return
+        self._checks.refresh()
         # a virtual clock stands still meanwhile, so that runs repeat
         waits = self.env.bus.clock.is_virtual
         for call_id, call in list(self._calls.items()):
             result = call.wait() if waits else call.result
             if result is not None:
                 del self._calls[call_id]
-                self._assert_result(call_id, result)
+                self._assert_result(call_id, call.request, result)
+
+    def check(self, plan_id: str) -> Value:
+        """Check what is left of a plan."""
+        return self._checks.check(plan_id)
 
     def _load_goals(self) -> None:
         """Load the rules for goals as soon as there are goals and plans."""
@@ -110,22 +116,27 @@ class _PlannerUser(PlanningUser):
             self._goals_loaded = True
             self.env.load(_FILES / "goals.clp")
 
-    def _assert_result(self, call_id: str, result: PlanResult) -> None:
-        planned = result.status.value == "PLANNED"
-        if planned:
-            self._assert(Symbol(call_id), result.actions)
+    def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
         self._reporters.pop(call_id).ended(result)
-        text = f"{len(result.actions)} actions" if planned else result.message
-        self._log.info(f"{call_id}: {result.status.value} by {result.planner}: {text}")
+        status, message = result.status.value, result.message
+        if status == "PLANNED" and self.settings.check_plans:
+            failure = self._checks.failure_now(request, result.actions)
+            if failure:
+                status, message = "INVALID", f"the plan does not hold: {failure}"
+        planned = status == "PLANNED"
+        if planned:
+            self._assert(Symbol(call_id), request, result.actions)
+        text = f"{len(result.actions)} actions" if planned else message
+        self._log.info(f"{call_id}: {status} by {result.planner}: {text}")
         # by the run's clock: real time in a fact would make each run another one
         seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
             "planner-call-ended",
             Symbol(call_id),
-            Symbol(result.status.value),
+            Symbol(status),
             Symbol(result.planner),
             Symbol(call_id) if planned else NIL,
-            result.message,
+            message,
             seconds,
         )
 
@@ -136,7 +147,7 @@ class _PlannerUser(PlanningUser):
             if (result := call.wait()) is not None:
                 self._reporters.pop(call_id).ended(result)
 
-    def _assert(self, call_id: Symbol, actions: tuple[PlannedAction, ...]) -> None:
+    def _assert(self, call_id: Symbol, request: PlanRequest, actions: tuple[PlannedAction, ...]) -> None:
         goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]
         goal_id = Symbol(str(goals[0])) if goals else NIL
         timed = any(action.start is not None for action in actions)
@@ -144,10 +155,13 @@ class _PlannerUser(PlanningUser):
             self.assert_plan(call_id, goal_id, actions, timed=timed)
         except CxbridgeError as error:
             self._log.error(f"Cannot assert the plan {call_id}: {error}")
+            return
+        if self.settings.check_plans:
+            self._checks.watch(call_id, goal_id, request)
 
 
 class PlannerFeature(PlanningFeature[_PlannerUser]):
-    """Gives ``planner-plan``, ``planner-plan-with`` and ``planner-cancel``."""
+    """Gives ``planner-plan``, ``planner-plan-with``, ``planner-cancel`` and ``planner-check``."""
 
     name = "planner"
 
@@ -160,4 +174,5 @@ class PlannerFeature(PlanningFeature[_PlannerUser]):
         env.define("planner-plan", user.plan, 2, types="*;sy;sy")
         env.define("planner-plan-with", user.plan, 4, types="*;sy;sy;sy;ld")
         env.define("planner-cancel", user.cancel, 1, types="*;sy")
+        env.define("planner-check", user.check, 1, types="*;sy")
         return user

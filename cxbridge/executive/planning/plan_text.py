@@ -4,11 +4,17 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from pathlib import Path
 from typing import Final
 
+from cxbridge.executive.pddl.parser import read_text
+from cxbridge.executive.planning.engines.names import PlanNames
+from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
 
-_ACTION: Final = re.compile(r"(?:(\S+): )?\(([^\s()]++)(?: ([^()]*+))?\)(?: \[(\S+)\])?")
+_ACTION: Final = re.compile(
+    r"\s*+(?:([^\s():]++)\s*+:)?\s*+\(\s*+([^\s()]++)([^()]*+)\)\s*+(?:\[\s*+([^\s\]]++)\s*+\]\s*+)?"
+)
 
 
 def plan_text(actions: Iterable[PlannedAction]) -> str:
@@ -24,6 +30,25 @@ def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
     return tuple(map(_action, text.splitlines()))
 
 
+def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
+    """Read a plan from a file as planners write them, with comments, in upper or lower case.
+
+    :param names: finds the actions and objects that are meant.
+    :raises PlanningError: when the file cannot be read, or a line has no step.
+    """
+    steps = []
+    for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
+        text = line.partition(";")[0]
+        if not text.strip():
+            continue
+        try:
+            steps.append(names.step(*_action(text)))
+        except (ValueError, PlanningError) as error:
+            hint = "write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]"
+            raise PlanningError(str(error), file=str(path), line=number, hint=hint) from None
+    return tuple(steps)
+
+
 def _line(action: PlannedAction) -> str:
     start = "" if action.start is None else f"{action.start!r}: "
     duration = "" if action.duration is None else f" [{action.duration!r}]"
@@ -37,7 +62,7 @@ def _action(line: str) -> PlannedAction:
     start, name, arguments, duration = match.groups()
     return PlannedAction(
         name,
-        tuple((arguments or "").split()),
+        tuple(arguments.split()),
         None if start is None else float(start),
         None if duration is None else float(duration),
     )

@@ -15,6 +15,7 @@ class PlannerSettings:
 
     :param timeout: seconds.
     :param memory: bytes of address space of a planner's process, 0: no limit.
+    :param check_plans: whether plans are checked against the world before and while they are executed.
     """
 
     planner: str = "auto"
@@ -22,6 +23,7 @@ class PlannerSettings:
     at_once: int = 2
     memory: int = 4 << 30
     options: dict[str, str] = field(default_factory=dict)
+    check_plans: bool = True
 
     @classmethod
     def from_config(cls, config: Configuration) -> PlannerSettings:
@@ -37,4 +39,5 @@ class PlannerSettings:
             max(1, config.get_uint("/planner/at-once", default=standard.at_once)),
             config.get_uint("/planner/memory", default=standard.memory // _MEBIBYTE) * _MEBIBYTE,
             {item.path[len(prefix) :]: item.text for item in config.search(prefix)},
+            config.get_bool("/planner/check-plans", default=standard.check_plans),
         )

@@ -17,9 +17,11 @@ from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.planning.engines.registry import choose_planner
+from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.folder import PREFIX
 from cxbridge.executive.planning.jobs import Job, receive, send
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.planner import PlannedAction, PlanResult, PlanStatus
+from cxbridge.executive.planning.validation.plan import check_plan
 
 _LOOK_S = 1.0
 
@@ -32,6 +34,8 @@ def plan(job: Job) -> PlanResult:
         planner = choose_planner(name, job.domain, job.problem, job.options)
         name = planner.name
         actions = planner.solve(job.domain, job.problem)
+        if actions is not None:
+            _check(name, job, actions)
     except CxbridgeError as error:
         result = PlanResult(PlanStatus.FAILED, name, message=str(error))
     except MemoryError:
@@ -48,6 +52,13 @@ def plan(job: Job) -> PlanResult:
             result = PlanResult(PlanStatus.PLANNED, name, actions)
     seconds = time.perf_counter() - start
     return PlanResult(result.status, result.planner, result.actions, result.message, seconds)
+
+
+def _check(name: str, job: Job, actions: tuple[PlannedAction, ...]) -> None:
+    """Refuse a plan that does not hold."""
+    check = check_plan(job.domain, job.problem, actions)
+    if not check.holds:
+        raise PlanningError(f"{name} made a plan that does not hold: {check.failure}")
 
 
 def _limit(memory: int) -> None:

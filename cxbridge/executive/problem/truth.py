@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import operator
 import re
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import product
 from typing import Final
 
@@ -21,6 +21,7 @@ from cxbridge.executive.pddl.ast import (
     Quantified,
     Term,
     TermComparison,
+    TypedList,
     Variable,
     number_of,
 )
@@ -50,6 +51,9 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
 _WORDS: Final = re.compile(r"[^\s()]+")
 _SAME: Final = 1e-9
 
+DURATION: Final = "duration"
+"""The variable that stands for how long a durative action takes."""
+
 
 def words_of(text: str) -> list[str]:
     """Return the words of a text of PDDL."""
@@ -66,22 +70,36 @@ def holds(
 
     :raises PddlError: when quantified variables make too many cases.
     """
-    return _Truth(predicates, functions, instances_of).of(formula, {})
+    return Truth(predicates, functions, instances_of).of(formula, {})
 
 
-class _Truth:
+class Truth:
+    """The truth of formulas in one state.
+
+    :param predicates: what is true.
+    :param functions: the values of functions.
+    :param duration: the value of ``?duration``, within a durative action.
+    """
+
     def __init__(
         self,
         predicates: Collection[Ground],
         functions: Mapping[Ground, float],
         instances_of: InstancesOf,
+        duration: float | None = None,
     ) -> None:
         self._predicates = predicates
         self._functions = functions
         self._instances_of = instances_of
+        self._duration = duration
         self._steps = 0
 
     def of(self, formula: Formula, bound: Mapping[str, str]) -> bool:
+        """Return whether a formula is true.
+
+        :param bound: the objects that its variables stand for.
+        :raises PddlError: when quantified variables make too many cases.
+        """
         self._steps += 1
         if self._steps > MOST_STEPS:
             raise PddlError(
@@ -99,8 +117,9 @@ class _Truth:
                 found = not self.of(part, bound)
             case Imply(condition=first, consequence=second):
                 found = not self.of(first, bound) or self.of(second, bound)
-            case Quantified():
-                found = self._quantified(formula, bound)
+            case Quantified(quantifier=quantifier, part=part):
+                some = any if quantifier == "exists" else all
+                found = some(self.of(part, inner) for inner in self.bindings(formula.variables, bound))
             case TermComparison(operator=sign, left=left, right=right):
                 found = self._compared(sign, left, right, bound)
             case _:
@@ -108,34 +127,37 @@ class _Truth:
         return found
 
     def _compared(self, sign: str, left: Term, right: Term, bound: Mapping[str, str]) -> bool:
-        if sign == "=" and not isinstance(left, FunctionTerm) and not isinstance(right, FunctionTerm):
+        if sign == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, bound)
             return name is not None and name == _object(right, bound)
-        return _compare(sign, self._number(left, bound), self._number(right, bound))
+        return _compare(sign, self.number(left, bound), self.number(right, bound))
+
+    def _is_number(self, term: Term) -> bool:
+        return isinstance(term, FunctionTerm) or (
+            self._duration is not None and isinstance(term, Variable) and term.name == DURATION
+        )
 
     def _ground(self, name: str, terms: Iterable[Term], bound: Mapping[str, str]) -> Ground:
         return name, tuple(str(_object(term, bound)) for term in terms)
 
-    def _quantified(self, formula: Quantified, bound: Mapping[str, str]) -> bool:
-        names = [name for group in formula.variables for name in group.names]
-        each = [self._instances_of(group.types) for group in formula.variables for _ in group.names]
-        some = any if formula.quantifier == "exists" else all
-        return some(
-            self.of(formula.part, {**bound, **dict(zip(names, values, strict=True))})
-            for values in product(*each)
-        )
+    def bindings(self, variables: TypedList, bound: Mapping[str, str]) -> Iterator[dict[str, str]]:
+        """Yield ``bound`` with a choice of objects for some variables more, for each choice."""
+        names = [name for group in variables for name in group.names]
+        each = [self._instances_of(group.types) for group in variables for _ in group.names]
+        for values in product(*each):
+            yield {**bound, **dict(zip(names, values, strict=True))}
 
-    def _number(self, term: Term, bound: Mapping[str, str]) -> float | None:
+    def number(self, term: Term, bound: Mapping[str, str]) -> float | None:
         """Return the number that a term stands for; None for an object, and a function without a value."""
         match term:
-            case Variable():
-                return None
+            case Variable(name=name):
+                return self._duration if name == DURATION else None
             case Constant(name=name):
                 return number_of(name)
             case FunctionTerm(function=name, arguments=terms):
                 if name not in _COMPUTE:
                     return self._functions.get(self._ground(name, terms, bound))
-                numbers = [self._number(each, bound) for each in terms]
+                numbers = [self.number(each, bound) for each in terms]
                 return _compute(name, [each for each in numbers if each is not None], len(terms))
 
 

@@ -134,6 +134,91 @@ def test_a_planner_that_is_not_there_fails_the_goal(env, loop):
     assert "there is no planner 'gps'" in failed["message"]
 
 
+def valid(env):
+    return [(each["plan-id"], each["valid"], each["message"]) for each in facts(env, "plan-valid")]
+
+
+def test_a_plan_that_does_not_hold_in_the_world_as_it_is_now_is_refused(env, loop, log):
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+    loop()
+    (failed,) = facts(env, "goal")
+    assert (failed["outcome"], failed["error"]) == ("FAILED", ("PLANNING", "INVALID"))
+    assert failed["message"] == (
+        "the plan does not hold: step 1, (carry c1 home shelf): (at c1 home) is false"
+    )
+    assert facts(env, "plan") == facts(env, "plan-valid") == []
+
+
+def test_a_plan_is_checked_again_when_the_world_changes(env, loop, log):
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    loop()
+    assert valid(env) == [("plan-1", "TRUE", "")]
+    env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+    loop()
+    why = "step 1, (carry c1 home shelf): (at c1 home) is false"
+    assert valid(env) == [("plan-1", "FALSE", why)]
+    assert any(f"plan 'plan-1' holds no longer: {why}" in text for text in log.texts(Level.WARN))
+    env.assert_string("(domain-fact (name at) (param-values c1 home))")
+    loop()
+    assert valid(env) == [("plan-1", "TRUE", "")]
+
+
+def test_an_action_that_runs_is_expected_to_succeed(env, loop):
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    loop()
+    env.eval("(do-for-fact ((?a plan-action)) TRUE (modify ?a (state RUNNING)))")
+    env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+    loop()
+    assert valid(env) == [("plan-1", "TRUE", "")]
+
+
+def test_rules_may_ask_before_they_go_on(env, loop):
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    loop()
+    assert env.call("planner-check", "plan-1") == TRUE
+    env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+    assert env.call("planner-check", "plan-1") == FALSE
+    assert env.call("planner-check", "plan-7") == FALSE
+
+
+def test_the_fact_goes_with_the_plan(env, loop):
+    goal(env)
+    env.call("planner-plan", "G", "(at c1 shelf)")
+    loop()
+    env.eval("(do-for-all-facts ((?p plan)) TRUE (retract ?p))")
+    loop()
+    assert valid(env) == []
+
+
+def test_without_checks_plans_are_as_fawkes_has_them(bus, clp):
+    parser = PddlParserFeature()
+    settings = PlannerSettings(planner="pyperplan", check_plans=False)
+    manager = EnvironmentManager(bus, [parser, PlannerFeature(settings, parser.domain_of)])
+    try:
+        env = manager.create("executive")
+        for feature in ("pddl-parser", "planner"):
+            assert manager.request("executive", feature) == TRUE
+        for file in CORE:
+            assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
+        env.load(clp(AGENT))
+        env.eval("(reset)")
+        env.call("parse-pddl-domain", str(clp(DOMAIN, "domain.pddl")))
+        goal(env)
+        env.call("planner-plan", "G", "(at c1 shelf)")
+        env.eval("(do-for-fact ((?f domain-fact)) (eq ?f:name at) (retract ?f))")
+        manager.before_run("executive")
+        env.run()
+        assert [each["mode"] for each in facts(env, "goal")] == ["EXPANDED"]
+        assert valid(env) == []
+    finally:
+        manager.close()
+
+
 BAD_PROGRAMS = {
     "crashes": ("kill -SEGV $$", "FAILED", "without a plan"),
     "prints rubbish": ("echo rubbish; exit 3", "FAILED", "without a plan: rubbish"),

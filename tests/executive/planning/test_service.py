@@ -26,6 +26,9 @@ ENDLESS = parse_problem(
       (:goal (forall (?x) (p ?x))))""",
     DOMAIN,
 )
+TWO_STEPS = parse_problem(
+    "(define (problem t) (:domain d) (:objects o1 o2) (:init (p o1)) (:goal (and (lit) (p o2))))", DOMAIN
+)
 
 
 @pytest.fixture
@@ -200,14 +203,14 @@ END"""
 
 def test_ff_answers_in_upper_case(program, service):
     program("ff", FF)
-    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
+    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "ff"))
     assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
 
 
 def test_fast_downward_as_a_program(program, service):
     text = "Solution found!\nActual search time: 0.1s\nlight  (1)\nswap o1 o2 (1)\nPlan length: 2 step(s).\n"
     program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
-    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "fd"))
+    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "fd"))
     assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
 
 
@@ -219,6 +222,12 @@ def test_fast_downward_as_a_program(program, service):
         (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that does not exist: MOON"),
         (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that does not exist: FLY"),
         ("kill -9 $$", PlanStatus.FAILED, "without a plan"),
+        (FF.replace("LIGHT", "SWAP O1 O2"), PlanStatus.FAILED, "step 2, (swap o1 o2): (p o1) is false"),
+        (
+            FF,
+            PlanStatus.FAILED,
+            "ff made a plan that does not hold: the goal is not reached: (p o1) is false",
+        ),
     ],
 )
 def test_programs_that_do_not_plan(program, service, script, status, message):

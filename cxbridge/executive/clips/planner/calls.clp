@@ -6,7 +6,7 @@
   ; the goal it is for; nil: of no concern to goals.clp
   (slot goal-id (type SYMBOL))
   (slot status (type SYMBOL)
-    (allowed-values RUNNING PLANNED NO-PLAN FAILED TIMEOUT CANCELLED))
+    (allowed-values RUNNING PLANNED NO-PLAN FAILED TIMEOUT CANCELLED INVALID))
   ; who plans: what was asked for, then who did it
   (slot planner (type SYMBOL))
   ; id of the plan once PLANNED
@@ -14,6 +14,14 @@
   ; why there is no plan
   (slot message (type STRING))
   (slot seconds (type FLOAT)))
+
+(deftemplate plan-valid
+  "Whether what is left of a planner's plan holds in the world as it is. Checked when the world
+   or the plan's actions have changed; /planner/check-plans: false in the configuration: no check."
+  (slot plan-id (type SYMBOL)) (slot goal-id (type SYMBOL))
+  (slot valid (default TRUE) (type SYMBOL) (allowed-values TRUE FALSE))
+  ; the first step that cannot be done, and the condition that is false
+  (slot message (type STRING)))
 
 (deffunction planner-call-ended
   "Note how a call ended. The feature does this."

@@ -11,7 +11,7 @@
 
 (defrule planner-goal-failed
   "There is no plan: the goal cannot be pursued."
-  ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT) (message ?why))
+  ?call <- (planner-call (goal-id ?goal-id) (status ?status&NO-PLAN|FAILED|TIMEOUT|INVALID) (message ?why))
   ?goal <- (goal (id ?goal-id) (mode SELECTED))
   =>
   (printout error "No plan for goal '" ?goal-id "': " ?why crlf)
@@ -25,3 +25,18 @@
   =>
   (if (eq ?status RUNNING) then (planner-cancel ?id))
   (retract ?call))
+
+(defrule planner-plan-checked-before-the-next-action
+  "An action is done: what is left is checked before another one is selected."
+  (declare (salience ?*SALIENCE-HIGH*))
+  (plan-valid (plan-id ?plan))
+  (plan-action (plan-id ?plan) (state FINAL))
+  =>
+  (planner-check ?plan))
+
+(defrule planner-plan-gone
+  "Nobody asks any more whether this plan holds."
+  ?valid <- (plan-valid (plan-id ?plan))
+  (not (plan (id ?plan)))
+  =>
+  (retract ?valid))

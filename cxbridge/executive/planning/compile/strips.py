@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -65,13 +64,3 @@ def without_irrelevant(task: StripsTask) -> StripsTask:
         if each.adds & wanted
     )
     return StripsTask(task.facts, task.initial & wanted, task.goal, tuple(operators))
-
-
-def is_valid(task: StripsTask, plan: Iterable[Operator]) -> bool:
-    """Whether the operators can be done one after the other, and end in the goal."""
-    state = task.initial
-    for operator in plan:
-        if not operator.preconditions <= state:
-            return False
-        state = (state - operator.deletes) | operator.adds
-    return task.goal <= state

@@ -7,9 +7,9 @@ from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.compile.grounding import ground
-from cxbridge.executive.planning.compile.strips import Operator, StripsTask, is_valid
+from cxbridge.executive.planning.compile.strips import Operator, StripsTask
 from cxbridge.executive.planning.engines.needs import CLASSICAL
-from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
+from cxbridge.executive.planning.errors import UnknownPlannerError
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
 SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")
@@ -42,17 +42,12 @@ class PyperplanPlanner(Planner):
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None when all that can be reached was looked at."""
-        return self.solve_task(ground(domain, problem))
-
-    def solve_task(self, strips: StripsTask) -> tuple[PlannedAction, ...] | None:
-        """Return a plan of a task that is bound already."""
+        strips = ground(domain, problem)
         if strips.goal <= strips.initial:
             return ()
         found = self._search(strips)
         if found is None:
             return None
-        if not is_valid(strips, found):
-            raise PlanningError("pyperplan found a plan that does not reach the goal")
         return tuple(PlannedAction(*operator.action) for operator in found if operator.action is not None)
 
     def _search(self, strips: StripsTask) -> list[Operator] | None:

@@ -41,5 +41,5 @@ def _table(names: Iterable[str]) -> dict[str, str]:
 def _find(name: str, table: dict[str, str], what: str) -> str:
     found = table.get(name) or table.get(name.casefold())
     if found is None:
-        raise PlanningError(f"the planner's plan names an {what} that does not exist: {name}")
+        raise PlanningError(f"the plan names an {what} that does not exist: {name}")
     return found

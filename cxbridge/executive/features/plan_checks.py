@@ -1,0 +1,165 @@
+"""Plans that are checked again while they are executed: the facts `plan-valid` of the feature `planner`."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
+from cxbridge.executive.problem.facts import numbers_in
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+
+    from cxbridge.executive.features.planning_base import Known
+    from cxbridge.executive.pddl import Domain, Problem
+    from cxbridge.executive.planning import PlannedAction, PlanRequest
+
+FACT: Final = "plan-valid"
+_WORLD: Final = ("domain-fact", "domain-object", "problem-function")
+"""The facts that a plan depends on."""
+
+_NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
+_SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
+"""States of actions whose effects are about to be applied: the facts say only half of the world."""
+
+_OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
+
+
+@dataclass(slots=True)
+class _Watched:
+    """A plan that is checked.
+
+    :param problem: what it was made for; its goal counts, the facts of the moment come in its place.
+    :param seen: the indices of the facts that it was last checked with.
+    :param failure: why it did not hold then; empty: it held.
+    """
+
+    domain: Domain
+    problem: Problem
+    seen: tuple[tuple[int, ...], ...] = ()
+    objects: tuple[tuple[str, str], ...] = ()
+    failure: str = ""
+
+
+class PlanChecks:
+    """Checks plans of an environment against its facts.
+
+    :param known: returns the objects and facts that a domain has words for.
+    :param warn: writes to the log.
+    """
+
+    def __init__(
+        self, env: ClipsEnvironment, known: Callable[[Domain], Known], warn: Callable[[str], None]
+    ) -> None:
+        self._env = env
+        self._known = known
+        self._warn = warn
+        self._watched: dict[str, _Watched] = {}
+
+    def failure_now(self, request: PlanRequest, actions: tuple[PlannedAction, ...]) -> str:
+        """Return why a new plan does not hold in the world as it is now; empty: it holds."""
+        return self._failure(_Watched(request.domain, request.problem), actions, ())
+
+    def watch(self, plan_id: str, goal_id: str, request: PlanRequest) -> None:
+        """Check a plan from now on, and tell rules so."""
+        self._watched[plan_id] = _Watched(request.domain, request.problem, self._indices(plan_id))
+        slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
+        self._env.assert_fact(FACT, slots)
+
+    def refresh(self) -> None:
+        """Check the plans whose world has changed; forget those that are gone."""
+        if not self._watched:
+            return
+        facts = {str(plan) for (plan,) in self._env.columns(FACT, "plan-id")}
+        for plan_id in list(self._watched):
+            if plan_id in facts:
+                self.check(plan_id)
+            else:
+                del self._watched[plan_id]
+
+    def check(self, plan_id: str) -> Value:
+        """Check what is left of a plan, and note in its fact whether it holds."""
+        watched = self._watched.get(plan_id)
+        if watched is None:
+            self._warn(f"plan '{plan_id}' is not one that is checked")
+            return FALSE
+        now = self._indices(plan_id)
+        if now != watched.seen:
+            watched.seen = now
+            begun, rest, settled = self._actions(plan_id)
+            if settled:
+                watched.failure = self._failure(watched, tuple(rest), tuple(begun))
+                self._note(plan_id, watched.failure)
+        return FALSE if watched.failure else TRUE
+
+    def _indices(self, plan_id: str) -> tuple[tuple[int, ...], ...]:
+        world = tuple(map(self._env.fact_indices, _WORLD))
+        actions = (index for index, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id)
+        return (*world, tuple(actions))
+
+    def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
+        """Return the actions that run, those that have not begun, and whether the facts tell all."""
+        begun, rest, settled = [], [], True
+        rows = [slots for _, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id]
+        for slots in sorted(rows, key=_number):
+            state = str(slots["state"])
+            if state in _NOT_BEGUN:
+                rest.append(_planned(slots))
+            elif state == "RUNNING":
+                begun.append(_planned(slots))
+            settled = settled and state not in _SETTLING and state not in _OVER
+        return begun, rest, settled
+
+    def _failure(
+        self, watched: _Watched, rest: tuple[PlannedAction, ...], begun: tuple[PlannedAction, ...]
+    ) -> str:
+        from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
+
+        from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
+        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
+        from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
+
+        objects, facts = self._known(watched.domain)
+        kinds = tuple(dict.fromkeys(objects))
+        if kinds != watched.objects:
+            constants = set(names_of(watched.domain.constants))
+            groups = [TypedNames((name,), (kind,)) for name, kind in kinds if name not in constants]
+            watched.problem = replace(watched.problem, objects=tuple(groups))
+            watched.objects = kinds
+        state = WorldState(frozenset(facts), numbers_in(self._env))
+        try:
+            found = check_plan(watched.domain, watched.problem, rest, state=state, running=begun)
+        except PddlError as error:
+            return str(error)
+        return found.failure
+
+    def _note(self, plan_id: str, failure: str) -> None:
+        for index, _, slots in list(self._env.facts(FACT)):
+            if slots["plan-id"] != plan_id or slots["message"] == failure:
+                continue
+            if failure:
+                self._warn(f"plan '{plan_id}' holds no longer: {failure}")
+            self._env.retract(index)
+            self._env.assert_fact(FACT, {**slots, "valid": FALSE if failure else TRUE, "message": failure})
+
+
+def _number(slots: Mapping[str, Value]) -> int:
+    value = slots["id"]
+    return value if isinstance(value, int) else 0
+
+
+def _planned(slots: Mapping[str, Value]) -> PlannedAction:
+    from cxbridge.executive.planning import PlannedAction  # noqa: PLC0415
+
+    start, took, values = slots["dispatch-time"], slots["duration"], slots["param-values"]
+    assert isinstance(values, tuple)
+    timed = isinstance(start, float) and start >= 0.0
+    return PlannedAction(
+        str(slots["action-name"]),
+        tuple(map(str, values)),
+        float(start) if timed and isinstance(start, float) else None,
+        float(took) if timed and isinstance(took, float) else None,
+    )

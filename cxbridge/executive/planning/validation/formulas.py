@@ -1,0 +1,269 @@
+"""Conditions and effects of one action with its objects: what holds, what is false, what changes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Final, NamedTuple
+
+from cxbridge.executive.pddl import Formula, format_formula
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Constant,
+    FunctionTerm,
+    Imply,
+    Not,
+    NumericChange,
+    Or,
+    Quantified,
+    Term,
+    TermComparison,
+    Timed,
+    Variable,
+    When,
+)
+from cxbridge.executive.pddl.printer import format_term
+from cxbridge.executive.pddl.problems import format_number
+from cxbridge.executive.planning.engines.needs import TOTAL_COST
+from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, Objects, WorldState
+from cxbridge.executive.problem.truth import Ground, Truth
+
+AT_START: Final = "at start"
+AT_END: Final = "at end"
+OVER_ALL: Final = "over all"
+
+Bound = Mapping[str, str]
+"""The objects that variables stand for."""
+
+_CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
+    "assign": lambda _old, amount: amount,
+    "increase": lambda old, amount: old + amount,
+    "decrease": lambda old, amount: old - amount,
+    "scale-up": lambda old, amount: old * amount,
+    "scale-down": lambda old, amount: old / amount,
+}
+
+
+class Written(NamedTuple):
+    """An effect at its moment: a literal or a change of a number, with the objects of its variables."""
+
+    effect: Atom | NumericChange
+    bound: Bound
+    to: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Moment:
+    """A state that an action looks at and changes.
+
+    :param duration: how long the action takes; None when that is of no concern.
+    :param start: the moment of the action's start, for conditions ``at start`` of effects ``at end``.
+    """
+
+    state: WorldState
+    objects: Objects
+    duration: float | None = None
+    start: Moment | None = None
+
+    def truth(self, state: WorldState | None = None) -> Truth:
+        """Return the truth of formulas now, or in another state."""
+        now = state or self.state
+        return Truth(now.facts, now.numbers, self.objects.of, self.duration)
+
+    def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
+        """Return the facts that conditions find true, and the other facts and functions that they read."""
+        facts, numbers = FactsRead(self.state.facts), NumbersRead(self.state.numbers)
+        truth = Truth(facts, numbers, self.objects.of, self.duration)
+        for formula in formulas:
+            truth.of(formula, bound)
+        return facts.true, facts.false | numbers.read
+
+
+def parts_at(formula: Formula | None, moment: str) -> Iterator[Formula]:
+    """Yield the parts of a condition that must hold at a moment, :data:`AT_START` or another.
+
+    A part that names no moment must hold at the start.
+    """
+    match formula:
+        case None:
+            return
+        case And(parts=parts):
+            for part in parts:
+                yield from parts_at(part, moment)
+        case Timed(when=when, part=part):
+            if when == moment:
+                yield from parts_at(part, AT_START)
+        case Quantified(quantifier="forall", part=part) if _is_timed(part):
+            for each in parts_at(part, moment):
+                yield Quantified(formula.quantifier, formula.variables, each, formula.position)
+        case _ if moment == AT_START:
+            yield formula
+
+
+def _is_timed(formula: Formula) -> bool:
+    match formula:
+        case Timed():
+            return True
+        case And(parts=parts):
+            return any(map(_is_timed, parts))
+        case Quantified(part=part):
+            return _is_timed(part)
+        case _:
+            return False
+
+
+def false_part(  # noqa: PLR0911  a case for each kind of formula
+    formula: Formula, bound: Bound, moment: Moment
+) -> str:
+    """Return the smallest part that makes a formula false, with its objects, as text; empty: it is true."""
+    truth = moment.truth()
+    if truth.of(formula, bound):
+        return ""
+    match formula:
+        case And(parts=parts):
+            return next(filter(None, (false_part(part, bound, moment) for part in parts)))
+        case Quantified(quantifier="forall", variables=variables, part=part):
+            inner = truth.bindings(variables, bound)
+            return next(filter(None, (false_part(part, each, moment) for each in inner)))
+        case Imply(consequence=part):
+            return false_part(part, bound, moment)
+        case Not(part=part):
+            return f"{_text(part, bound)} is true"
+        case TermComparison(left=left, right=right):
+            values = ", ".join(_values(left, bound, truth) + _values(right, bound, truth))
+            return f"{_text(formula, bound)} is false" + (f": {values}" if values else "")
+        case _:
+            return f"{_text(formula, bound)} is false"
+
+
+def _values(term: Term, bound: Bound, truth: Truth) -> list[str]:
+    """Return what the functions of a term are."""
+    if not isinstance(term, FunctionTerm):
+        return []
+    value = truth.number(term, bound)
+    said = "has no value" if value is None else f"is {format_number(value)}"
+    return [f"{format_term(_bind_term(term, bound))} {said}"]
+
+
+def _text(formula: Formula, bound: Bound) -> str:
+    return format_formula(_bind(formula, bound))
+
+
+def _bind(  # noqa: PLR0911  a case for each kind of formula
+    formula: Formula, bound: Bound
+) -> Formula:
+    """Return a condition with objects in the place of its variables."""
+    match formula:
+        case Atom(predicate=name, arguments=terms):
+            return Atom(name, tuple(_bind_term(term, bound) for term in terms))
+        case And(parts=parts):
+            return And(tuple(_bind(part, bound) for part in parts))
+        case Or(parts=parts):
+            return Or(tuple(_bind(part, bound) for part in parts))
+        case Not(part=part):
+            return Not(_bind(part, bound))
+        case Imply(condition=first, consequence=second):
+            return Imply(_bind(first, bound), _bind(second, bound))
+        case TermComparison(operator=sign, left=left, right=right):
+            return TermComparison(sign, _bind_term(left, bound), _bind_term(right, bound))
+        case Quantified(quantifier=quantifier, variables=variables, part=part):
+            own = {name for group in variables for name in group.names}
+            outer = {name: value for name, value in bound.items() if name not in own}
+            return Quantified(quantifier, variables, _bind(part, outer))
+        case _:
+            return formula
+
+
+def _bind_term(term: Term, bound: Bound) -> Term:
+    match term:
+        case Variable(name=name) if name in bound:
+            return Constant(bound[name])
+        case FunctionTerm(function=name, arguments=terms):
+            return FunctionTerm(name, tuple(_bind_term(each, bound) for each in terms))
+        case _:
+            return term
+
+
+# ---- effects
+
+
+def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) -> Changes:
+    """Return what an effect changes.
+
+    :param when: :data:`AT_START` or :data:`AT_END`; effects that name no moment are of the end.
+    :raises PlanningError: for a number without a value, and an effect that goes on in time.
+    """
+    changes = Changes()
+    truth = moment.truth()
+    for written in _effects(effect, bound, moment, AT_END, when):
+        if isinstance(written.effect, NumericChange):
+            _change_number(written.effect, written.bound, truth, changes)
+        else:
+            arguments = (_object(term, written.bound) for term in written.effect.arguments)
+            ground = (written.effect.predicate, tuple(arguments))
+            (changes.adds if written.to else changes.deletes).add(ground)
+    changes.deletes.difference_update(changes.adds)
+    return changes
+
+
+def _object(term: Term, bound: Bound) -> str:
+    if isinstance(term, FunctionTerm):
+        raise PlanningError(f"({term.function} ...) is a number, not an object")
+    return bound[term.name] if isinstance(term, Variable) else term.name
+
+
+def _change_number(change: NumericChange, bound: Bound, truth: Truth, changes: Changes) -> None:
+    target = change.target
+    assert isinstance(target, FunctionTerm)
+    ground = (target.function, tuple(_object(term, bound) for term in target.arguments))
+    amount = truth.number(change.amount, bound)
+    # several changes of one number at once add up
+    old = changes.numbers.get(ground, truth.number(target, bound))
+    if old is None:
+        old = 0.0 if target.function == TOTAL_COST or change.operator == "assign" else None
+    if amount is None or old is None or (change.operator == "scale-down" and not amount):
+        missing = target if old is None else change.amount
+        raise PlanningError(f"{format_term(_bind_term(missing, bound))} has no value")
+    changes.numbers[ground] = _CHANGE[change.operator](old, amount)
+
+
+def _effects(
+    effect: Formula | None, bound: Bound, moment: Moment, time: str, wanted: str
+) -> Iterator[Written]:
+    """Yield the effects of a moment whose conditions hold.
+
+    :param time: the moment of what names none.
+    """
+    match effect:
+        case And(parts=parts):
+            for part in parts:
+                yield from _effects(part, bound, moment, time, wanted)
+        case Timed(when=when, part=part):
+            yield from _effects(part, bound, moment, when, wanted)
+        case Quantified(quantifier="forall", variables=variables, part=part):
+            for inner in moment.truth().bindings(variables, bound):
+                yield from _effects(part, inner, moment, time, wanted)
+        case When(condition=condition, effect=part):
+            found = list(_effects(part, bound, moment, time, wanted))
+            if found and _condition_holds(condition, bound, moment):
+                yield from found
+        case Not(part=Atom() as atom) if time == wanted:
+            yield Written(atom, bound, to=False)
+        case Atom() | NumericChange() if time == wanted:
+            yield Written(effect, bound)
+        case _:
+            return
+
+
+def _condition_holds(condition: Formula, bound: Bound, moment: Moment) -> bool:
+    """Whether the condition of an effect holds; its parts ``at start`` held then."""
+    if not _is_timed(condition):
+        return moment.truth().of(condition, bound)
+    if any(True for _ in parts_at(condition, OVER_ALL)):
+        raise PlanningError("a conditional effect with a condition 'over all' cannot be checked")
+    start = moment.start or moment
+    return all(start.truth().of(part, bound) for part in parts_at(condition, AT_START)) and all(
+        moment.truth().of(part, bound) for part in parts_at(condition, AT_END)
+    )

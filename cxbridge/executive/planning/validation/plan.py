@@ -1,0 +1,329 @@
+"""Checks a plan: each step's condition in the state that the steps before it have made, then the goal.
+
+A durative action has two moments, its start and its end. Moments at the same time look at the same state, and
+none may change what another one of them looks at or changes otherwise (PDDL 2.1: no moving targets).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import groupby
+from typing import Final, NamedTuple
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import Domain, Formula, Problem
+from cxbridge.executive.pddl.ast import ActionSchema, Term, TermComparison, Timed, Variable, names_of
+from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.executive.planning.validation.formulas import (
+    AT_END,
+    AT_START,
+    OVER_ALL,
+    Moment,
+    changes_of,
+    false_part,
+    parts_at,
+)
+from cxbridge.executive.planning.validation.world import Changes, Objects, WorldState
+from cxbridge.executive.problem.truth import DURATION, Ground
+
+SAME_TIME_S: Final = 1e-7
+"""Moments that are not further apart are at the same time."""
+
+TOLERANCE_S: Final = 0.001
+"""How much a duration may differ: plans in files have three decimals."""
+
+
+@dataclass(frozen=True, slots=True)
+class PlanMoment:
+    """What a step does at one time: all of it, or its start, or its end.
+
+    :param step: the number of the step, from 1.
+    :param part: ``start`` or ``end`` of a durative action; empty: all of it.
+    :param needs: the facts that its conditions found true.
+    :param after: the state after all that happens at this time.
+    """
+
+    time: float
+    step: int
+    part: str
+    needs: frozenset[Ground]
+    changes: Changes
+    after: WorldState
+
+
+@dataclass(frozen=True, slots=True)
+class PlanCheck:
+    """What came of checking a plan.
+
+    :param failure: why it does not hold; empty when it does.
+    :param step: the number of the first step that cannot be done, from 1; 0: the goal is not reached.
+    :param unchecked: why the check cannot decide; empty when it can.
+    :param moments: what happened up to there.
+    :param goal_needs: the facts that the goal found true.
+    """
+
+    failure: str = ""
+    step: int = 0
+    unchecked: str = ""
+    begin: WorldState = field(default_factory=lambda: WorldState(frozenset(), {}))
+    moments: tuple[PlanMoment, ...] = ()
+    goal_needs: frozenset[Ground] = frozenset()
+
+    @property
+    def holds(self) -> bool:
+        """Whether nothing speaks against the plan."""
+        return not self.failure
+
+    @property
+    def end(self) -> WorldState:
+        """The state after the plan, or before the step that cannot be done."""
+        return self.moments[-1].after if self.moments else self.begin
+
+
+class _StepError(Exception):
+    """A step that cannot be done."""
+
+    def __init__(self, step: int, reason: str) -> None:
+        super().__init__(reason)
+        self.step = step
+
+
+@dataclass(slots=True)
+class _Step:
+    """A step with its action found.
+
+    :param running: whether it was started before the check.
+    """
+
+    number: int
+    planned: PlannedAction
+    action: ActionSchema
+    bound: dict[str, str]
+    start: float
+    end: float
+    running: bool = False
+    begun: Moment | None = None
+
+    @property
+    def duration(self) -> float | None:
+        return self.end - self.start if self.action.durative else None
+
+
+class _Event(NamedTuple):
+    time: float
+    step: _Step
+    part: str
+
+
+def check_plan(
+    domain: Domain,
+    problem: Problem,
+    actions: Iterable[PlannedAction],
+    *,
+    state: WorldState | None = None,
+    running: Iterable[PlannedAction] = (),
+) -> PlanCheck:
+    """Check a plan against a problem.
+
+    :param state: the state that it begins with, when not the problem's.
+    :param running: actions that have been started before; their ``start`` may be negative.
+    """
+    return _Checker(domain, problem, state or WorldState.of_problem(problem)).check(
+        tuple(actions), tuple(running)
+    )
+
+
+class _Checker:
+    def __init__(self, domain: Domain, problem: Problem, state: WorldState) -> None:
+        self._actions = {action.name: action for action in domain.actions}
+        self._objects = Objects(domain, problem)
+        self._goal = problem.goal
+        self._begin = self._state = state
+        self._moments: list[PlanMoment] = []
+        self._open: list[_Step] = []
+
+    def check(self, actions: Sequence[PlannedAction], running: Sequence[PlannedAction]) -> PlanCheck:
+        try:
+            steps = [self._step(-number, each, running=True) for number, each in enumerate(running)]
+            steps += [self._step(number, each) for number, each in enumerate(actions, start=1)]
+            events = sorted(self._events(steps), key=lambda event: event.time)
+            for group in _at_once(events):
+                self._happen(group)
+            return self._check_goal()
+        except _StepError as error:
+            return self._result(failure=str(error), step=error.step)
+        except (PlanningError, PddlError) as error:
+            return self._result(unchecked=str(error))
+
+    def _result(self, failure: str = "", step: int = 0, unchecked: str = "") -> PlanCheck:
+        return PlanCheck(failure, step, unchecked, self._begin, tuple(self._moments))
+
+    def _check_goal(self) -> PlanCheck:
+        moment = Moment(self._state, self._objects)
+        missing = false_part(self._goal, {}, moment)
+        if missing:
+            return self._result(failure=f"the goal is not reached: {missing}")
+        true, _ = moment.read_by([self._goal], {})
+        return replace(self._result(), goal_needs=frozenset(true))
+
+    # ---- steps
+
+    def _step(self, number: int, planned: PlannedAction, *, running: bool = False) -> _Step:
+        action = self._actions.get(planned.name)
+        if action is None:
+            raise _StepError(number, f"step {number}, {_said(planned)}: there is no such action")
+        names = names_of(action.parameters)
+        if len(names) != len(planned.arguments):
+            raise _StepError(
+                number,
+                f"step {number}, {_said(planned)}: {action.name} takes {len(names)} objects, "
+                f"not {len(planned.arguments)}",
+            )
+        values = iter(planned.arguments)
+        for group in action.parameters:
+            allowed = self._objects.of(group.types)
+            for name, value in zip(group.names, values, strict=False):
+                if value not in allowed:
+                    kind = " or ".join(group.types) or "object"
+                    reason = f"{value} is no {kind}, which ?{name} wants"
+                    raise _StepError(number, f"step {number}, {_said(planned)}: {reason}")
+        start, took = planned.start or 0.0, planned.duration or 0.0
+        bound = dict(zip(names, planned.arguments, strict=True))
+        return _Step(number, planned, action, bound, start, start + took, running=running)
+
+    def _events(self, steps: Sequence[_Step]) -> Iterator[_Event]:
+        """Yield the moments of the steps; without times each step begins when the one before is done."""
+        timed = any(step.planned.start is not None for step in steps)
+        now = 0.0
+        for step in steps:
+            if not timed:
+                step.start, step.end = now, now + (step.planned.duration or 1.0)
+                now = step.end + 1.0
+            if not step.action.durative:
+                yield _Event(step.start, step, "")
+                continue
+            yield _Event(step.start, step, "start")
+            yield _Event(step.end, step, "end")
+
+    # ---- moments
+
+    def _happen(self, events: Sequence[_Event]) -> None:
+        """Do what happens at one time."""
+        before = self._state
+        done = [(event, *self._act(event, before)) for event in events]
+        if len(done) > 1:
+            _refuse_interference([(event, needs | looked, changes) for event, needs, looked, changes in done])
+        for _, _, _, changes in done:
+            # what others have done to a number at the same time adds up
+            others = {
+                key: self._state.numbers.get(key, 0.0) - before.numbers.get(key, 0.0)
+                for key in changes.numbers
+            }
+            numbers = {key: value + others[key] for key, value in changes.numbers.items()}
+            self._state = self._state.after(replace(changes, numbers=numbers))
+        for event, needs, _, changes in done:
+            number, time = event.step.number, event.time
+            self._moments.append(PlanMoment(time, number, event.part, frozenset(needs), changes, self._state))
+            if event.part == "start":
+                self._open.append(event.step)
+            elif event.part == "end":
+                self._open.remove(event.step)
+        for step in self._open:
+            self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
+
+    def _act(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
+        """Return the facts that a moment finds true, the others that it reads, and its changes."""
+        step, action = event.step, event.step.action
+        moment = Moment(state, self._objects, step.duration, step.begun)
+        when = AT_END if event.part == "end" else AT_START
+        conditions = list(parts_at(action.condition, when))
+        if event.part == "start":
+            step.begun = moment
+        if step.running and event.part != "end":  # its conditions held when it was started
+            when = AT_START if event.part else AT_END
+            return set(), set(), changes_of(action.effect, step.bound, moment, when)
+        self._require(step, conditions, state)
+        if event.part == "start" and action.duration is not None and step.planned.duration is not None:
+            _check_duration(step, action.duration, moment)
+        needs, looked = moment.read_by(conditions, step.bound)
+        if event.part == "start":  # what must hold from here on is a reason for the step before
+            held = list(parts_at(action.condition, OVER_ALL))
+            needs |= moment.read_by(held, step.bound)[0]
+        changes = changes_of(action.effect, step.bound, moment, AT_START if event.part == "start" else AT_END)
+        return needs, looked, changes
+
+    def _require(self, step: _Step, conditions: Iterable[Formula], state: WorldState) -> None:
+        moment = Moment(state, self._objects, step.duration, step.begun)
+        for condition in conditions:
+            missing = false_part(condition, step.bound, moment)
+            if missing:
+                raise _StepError(max(0, step.number), f"{_step_text(step)}: {missing}")
+
+
+def _at_once(events: Sequence[_Event]) -> Iterator[list[_Event]]:
+    """Yield the moments in groups of the same time."""
+    begin = [0.0]
+
+    def time_of(event: _Event) -> float:
+        if abs(event.time - begin[0]) > SAME_TIME_S:
+            begin[0] = event.time
+        return begin[0]
+
+    for _, group in groupby(events, time_of):
+        yield list(group)
+
+
+def _refuse_interference(done: Sequence[tuple[_Event, set[Ground], Changes]]) -> None:
+    for number, (event, looked, changes) in enumerate(done):
+        for other, other_looked, other_changes in done[number + 1 :]:
+            clash = (
+                looked & other_changes.written
+                | other_looked & changes.written
+                | changes.adds & other_changes.deletes
+                | changes.deletes & other_changes.adds
+            )
+            if clash:
+                name, arguments = min(clash)
+                raise _StepError(
+                    other.step.number,
+                    f"{_step_text(other.step)}: at {other.time:g} s it and {_said(event.step.planned)} "
+                    f"both concern ({' '.join((name, *arguments))}); let one begin later",
+                )
+
+
+def _check_duration(step: _Step, wanted: Formula, moment: Moment) -> None:
+    """Check the constraint on ``?duration``, with the tolerance that plans in files need."""
+    for part in (*parts_at(wanted, AT_START), *parts_at(wanted, AT_END)):
+        for slack in (0.0, TOLERANCE_S, -TOLERANCE_S):
+            duration = (step.duration or 0.0) + slack
+            if not false_part(part, step.bound, replace(moment, duration=duration)):
+                break
+        else:
+            value = moment.truth().number(_bound_side(part), step.bound)
+            said = "" if value is None else f", and the domain says {value:g}"
+            raise _StepError(step.number, f"{_step_text(step)}: it takes {step.duration:g} s{said}")
+
+
+def _bound_side(formula: Formula) -> Term:
+    """Return the side of a comparison that is not ``?duration``."""
+    match formula:
+        case TermComparison(left=Variable(name=name), right=right) if name == DURATION:
+            return right
+        case TermComparison(left=left):
+            return left
+        case Timed(part=part):
+            return _bound_side(part)
+        case _:
+            return Variable("")
+
+
+def _said(planned: PlannedAction) -> str:
+    return f"({' '.join((planned.name, *planned.arguments))})"
+
+
+def _step_text(step: _Step) -> str:
+    return (
+        f"step {step.number}, {_said(step.planned)}" if step.number > 0 else f"{_said(step.planned)}, running"
+    )

@@ -1,0 +1,149 @@
+"""Plans that hold, and plans that do not: the first step that fails and the condition that is false."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.executive.planning.validation.plan import check_plan
+
+CUPS = parse_domain("""(define (domain cups) (:requirements :adl :fluents) (:types cup place)
+  (:predicates (at ?c - cup ?p - place) (dirty ?c - cup) (open ?p - place))
+  (:functions (moved) (most))
+  (:action carry :parameters (?c - cup ?a ?b - place)
+    :precondition (and (at ?c ?a) (not (= ?a ?b)) (< (moved) (most))
+      (forall (?other - cup) (imply (at ?other ?b) (not (dirty ?other)))))
+    :effect (and (at ?c ?b) (not (at ?c ?a)) (increase (moved) 1)
+      (forall (?p - place) (when (= ?p ?b) (not (open ?p)))) (when (open ?b) (dirty ?c)))))""")
+MORNING = """(define (problem p) (:domain cups) (:objects c d - cup table shelf - place)
+  (:init (at c table) (at d table) (open shelf) (= (moved) 0) (= (most) {most}))
+  (:goal {goal}))"""
+
+
+def steps(*texts):
+    return [PlannedAction(name, tuple(rest)) for name, *rest in map(str.split, texts)]
+
+
+def check(plan, goal="(at c shelf)", most=9):
+    problem = parse_problem(MORNING.format(goal=goal, most=most), CUPS)
+    return check_plan(CUPS, problem, steps(*plan))
+
+
+def test_a_plan_that_holds_tells_what_each_step_changes():
+    found = check(["carry c table shelf"])
+    assert (found.failure, found.unchecked, found.step) == ("", "", 0)
+    (moment,) = found.moments
+    assert moment.changes.adds == {("at", ("c", "shelf")), ("dirty", ("c",))}
+    assert moment.changes.deletes == {("at", ("c", "table")), ("open", ("shelf",))}
+    assert ("at", ("c", "table")) in moment.needs
+    assert found.goal_needs == {("at", ("c", "shelf"))}
+    assert found.end.numbers[("moved", ())] == 1
+
+
+@pytest.mark.parametrize(
+    ("plan", "step", "failure"),
+    [
+        ([], 0, "the goal is not reached: (at c shelf) is false"),
+        (["carry c shelf table"], 1, "step 1, (carry c shelf table): (at c shelf) is false"),
+        (["carry c table table"], 1, "(= table table) is true"),
+        (
+            ["carry c table shelf", "carry d table shelf"],
+            2,
+            "step 2, (carry d table shelf): (dirty c) is true",
+        ),
+        (["wash c"], 1, "there is no such action"),
+        (["carry c table"], 1, "carry takes 3 objects, not 2"),
+        (["carry table c shelf"], 1, "table is no cup, which ?c wants"),
+        (["carry e table shelf"], 1, "e is no cup"),
+    ],
+)
+def test_the_first_step_that_fails_is_told_with_what_is_false(plan, step, failure):
+    found = check(plan)
+    assert found.step == step
+    assert failure in found.failure
+
+
+def test_numbers_are_told_with_their_values():
+    found = check(["carry c table shelf"], most=0)
+    assert found.failure.endswith("(< (moved) (most)) is false: (moved) is 0, (most) is 0")
+
+
+def test_a_goal_may_be_any_condition():
+    assert check(["carry c table shelf"], goal="(and (exists (?c - cup) (at ?c table)) (> (moved) 0))").holds
+    assert (
+        "(dirty c) is true"
+        in check(["carry c table shelf"], goal="(forall (?c - cup) (not (dirty ?c)))").failure
+    )
+
+
+KITCHEN = parse_domain("""(define (domain kitchen) (:requirements :durative-actions :fluents :typing)
+  (:types cook dish) (:predicates (free ?c - cook) (raw ?d - dish) (done ?d - dish) (lit))
+  (:functions (time-of ?d - dish) (cooked))
+  (:durative-action cook :parameters (?c - cook ?d - dish)
+    :duration (= ?duration (time-of ?d))
+    :condition (and (at start (free ?c)) (at start (raw ?d)) (over all (lit)))
+    :effect (and (at start (not (free ?c))) (at end (free ?c)) (at start (not (raw ?d))) (at end (done ?d))
+      (at end (increase (cooked) 1))))
+  (:durative-action blow-out :parameters () :duration (and (>= ?duration 1) (<= ?duration 2))
+    :condition (at start (lit)) :effect (at end (not (lit)))))""")
+BREAKFAST = parse_problem(
+    """(define (problem b) (:domain kitchen) (:objects ann ben - cook egg toast - dish)
+  (:init (free ann) (free ben) (raw egg) (raw toast) (lit)
+  (= (time-of egg) 4) (= (time-of toast) 2) (= (cooked) 0))
+  (:goal (and (done egg) (done toast) (= (cooked) 2))))""",
+    KITCHEN,
+)
+
+
+def cook(start, who, dish, takes):
+    return PlannedAction("cook", (who, dish), start, takes)
+
+
+def blow(start, takes=1.0):
+    return PlannedAction("blow-out", (), start, takes)
+
+
+@pytest.mark.parametrize(
+    ("plan", "failure"),
+    [
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2)], ""),
+        ([cook(0, "ann", "egg", 4), cook(2, "ben", "toast", 2)], ""),
+        ([cook(0, "ann", "egg", 4), cook(4.001, "ann", "toast", 2)], ""),
+        ([cook(0, "ann", "egg", 4), cook(4, "ann", "toast", 2)], "(free ann) is false"),
+        ([cook(0, "ann", "egg", 4), cook(3, "ann", "toast", 2)], "(free ann) is false"),
+        ([cook(0, "ann", "egg", 3), cook(0, "ben", "toast", 2)], "it takes 3 s, and the domain says 4"),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(1)], "(cook ann egg): (lit) is false"),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(5)], ""),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(3)], ""),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(5, 3)], "it takes 3 s"),
+        ([cook(0, "ann", "egg", 4), cook(0, "ben", "egg", 4)], "both concern (raw egg)"),
+        ([cook(0, "ann", "egg", 4)], "the goal is not reached: (done toast) is false"),
+        ([cook(None, "ann", "egg", 4), cook(None, "ann", "toast", 2)], ""),
+    ],
+)
+def test_times(plan, failure):
+    found = check_plan(KITCHEN, BREAKFAST, plan)
+    assert found.unchecked == ""
+    assert failure in found.failure if failure else not found.failure
+
+
+def test_actions_that_run_already_have_done_what_they_do_at_their_start():
+    found = check_plan(KITCHEN, BREAKFAST, [cook(0, "ben", "toast", 2)], running=[cook(-1, "ann", "egg", 4)])
+    assert found.failure == ""
+    both = check_plan(KITCHEN, BREAKFAST, [cook(0, "ann", "toast", 2)], running=[cook(-1, "ann", "egg", 4)])
+    assert "(free ann) is false" in both.failure
+
+
+def test_what_has_no_value_cannot_be_checked():
+    text = """(define (problem b) (:domain cups) (:objects c - cup a b - place) (:init (at c a) (= (most) 3))
+      (:goal (at c b)))"""
+    domain = parse_domain(
+        """(define (domain cups) (:requirements :adl :fluents) (:types cup place)
+      (:predicates (at ?c - cup ?p - place)) (:functions (moved) (most))
+      (:action carry :parameters (?c - cup ?a ?b - place) :precondition (at ?c ?a)
+        :effect (and (at ?c ?b) (increase (moved) 1))))"""
+    )
+    found = check_plan(domain, parse_problem(text, domain), steps("carry c a b"))
+    assert found.unchecked == "(moved) has no value"
+    assert found.holds
