@@ -53,6 +53,22 @@ class CancelCode(IntEnum):
         return cls.REJECTED
 
 
+class GoalObserver:
+    """Gets what happens to a goal that was sent, in its order. Override what is needed."""
+
+    def answered(self, sent: SentGoal) -> None:
+        """Note that the server has accepted or rejected the goal."""
+
+    def feedback(self, sent: SentGoal, feedback: Message) -> None:
+        """Note feedback."""
+
+    def ended(self, sent: SentGoal) -> None:
+        """Note that the goal has ended: its result is there."""
+
+    def cancel_answered(self, sent: SentGoal, response: Message) -> None:
+        """Note what the server has answered to a request to cancel the goal."""
+
+
 class SentGoal:
     """A goal that was sent to a server. What is known of it changes while the node is polled.
 
@@ -64,11 +80,14 @@ class SentGoal:
     :ivar is_cancelled: whether the server was asked to cancel it.
     :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
     :ivar servers: those that there were when the client looked last.
+    :ivar stamp: when the server accepted the goal, in seconds; 0.0 before.
     """
 
-    def __init__(self, client: ActionClient, number: bytes) -> None:
+    def __init__(self, client: ActionClient, number: bytes, observer: GoalObserver) -> None:
         self._client = client
         self.number = number
+        self.observer = observer
+        self.stamp = 0.0
         self.is_accepted: bool | None = None
         self.status = GoalStatus.UNKNOWN
         self.feedback: Message | None = None
@@ -131,21 +150,25 @@ class ActionClient(Closing):
     def _clients(self) -> tuple[Client, ...]:
         return self._send, self._get, self._cancel
 
-    def send(self, goal: Mapping[str, Any]) -> SentGoal:
+    def send(self, goal: Mapping[str, Any], observer: GoalObserver | None = None) -> SentGoal:
         """Send a goal.
 
+        :param observer: gets what happens to the goal.
         :raises Ros2Error: when it is none of the action's type.
         """
         number = uuid.uuid4().bytes
-        sent = SentGoal(self, number)
+        sent = SentGoal(self, number, observer or GoalObserver())
         sent.servers = self._get.servers
 
         def answered(response: Message) -> None:
             sent.is_accepted = bool(response["accepted"])
             if not sent.is_accepted:
                 self._goals.pop(number, None)
+                sent.observer.answered(sent)
                 return
+            sent.stamp = _nanoseconds(response["stamp"]) / 1e9
             sent.status = max(sent.status, GoalStatus.ACCEPTED)
+            sent.observer.answered(sent)
             self._want_result(sent)
             if sent.is_cancelled:  # the server may have refused it: it did not know the goal then
                 self.cancel(sent)
@@ -176,12 +199,14 @@ class ActionClient(Closing):
     def _give_up(self, sent: SentGoal, status: GoalStatus, reason: str) -> None:
         if self._goals.pop(sent.number, None) is not None:
             sent.status, sent.result, sent.reason = status, {}, reason
+            sent.observer.ended(sent)
 
     def _want_result(self, sent: SentGoal) -> None:
         def ended(response: Message) -> None:
             if self._goals.pop(sent.number, None) is not None:
                 sent.status = GoalStatus(response["status"])
                 sent.result = response["result"]
+                sent.observer.ended(sent)
 
         def failed(reason: str) -> None:
             self._give_up(sent, GoalStatus.ABORTED, reason)
@@ -195,8 +220,17 @@ class ActionClient(Closing):
         def answered(response: Message) -> None:
             code = CancelCode(response["return_code"])
             sent.refused_cancel = None if code == CancelCode.NONE else code
+            sent.observer.cancel_answered(sent, response)
 
         self._cancel.call({"goal_info": {"goal_id": {"uuid": sent.number}}}, answered)
+
+    def cancel_until(self, seconds: float, done: Callable[[Message], None]) -> None:
+        """Ask the server to cancel the goals that it accepted until a time; 0.0: all goals.
+
+        :param done: gets the response.
+        """
+        whole, rest = divmod(round(seconds * 1e9), 1_000_000_000)
+        self._cancel.call({"goal_info": {"stamp": {"sec": whole, "nanosec": rest}}}, done)
 
     def forget(self, sent: SentGoal) -> None:
         """Wait for a goal no more: its server is gone."""
@@ -213,12 +247,21 @@ class ActionClient(Closing):
         sent = self._goals.get(message["goal_id"]["uuid"])
         if sent is not None:
             sent.feedback = message["feedback"]
+            sent.observer.feedback(sent, message["feedback"])
 
     def _changed(self, message: Message) -> None:
         for each in message["status_list"]:
             sent = self._goals.get(each["goal_info"]["goal_id"]["uuid"])
             if sent is not None and not sent.status.is_final:
                 sent.status = GoalStatus(each["status"])
+
+
+class GoalResponse(IntEnum):
+    """What a server does with a goal that comes."""
+
+    REJECT = 1
+    ACCEPT_AND_EXECUTE = 2
+    ACCEPT_AND_DEFER = 3
 
 
 class ServedGoal:
@@ -228,7 +271,7 @@ class ServedGoal:
     :ivar wants_cancel: whether somebody wants it to be cancelled.
     """
 
-    def __init__(self, server: ActionServer, number: bytes, goal: Message, stamp: Message) -> None:
+    def __init__(self, server: GoalServer, number: bytes, goal: Message, stamp: Message) -> None:
         self._server = server
         self.number = number
         self.goal = goal
@@ -240,28 +283,36 @@ class ServedGoal:
         """Publish feedback."""
         self._server.publish_feedback(self, feedback)
 
+    def execute(self) -> None:
+        """Note that a goal is executed whose execution was deferred."""
+        self._server.change(self, GoalStatus.EXECUTING)
 
-Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
-"""Steps of a goal's execution: each may yield feedback. Its return value is the result; it ends with
-:class:`AbortedError` when it fails, and sees :attr:`ServedGoal.wants_cancel`."""
+    def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        """End the goal, and send the result to those who ask for it.
 
-
-class AbortedError(Exception):
-    """A goal cannot be reached.
-
-    :param result: what the client gets.
-    """
-
-    def __init__(self, result: Mapping[str, Any] | None = None) -> None:
-        super().__init__()
-        self.result: Mapping[str, Any] = {} if result is None else result
+        :raises Ros2Error: when the result is none of the action's type; then the goal goes on.
+        """
+        self._server.finish(self, status, result)
 
 
-class ActionServer(Closing):
-    """Executes the goals of an action, a step each time that :meth:`step` is called.
+class GoalHandler:
+    """Executes the goals of a server. Override what is needed."""
 
-    :param execute: begins to execute a goal.
-    :param accept: whether a goal is accepted; all are by default.
+    def respond(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
+        """Return what becomes of a goal that comes; its sender does not know yet."""
+        return GoalResponse.ACCEPT_AND_EXECUTE
+
+    def begin(self, served: ServedGoal) -> None:
+        """Take a goal that was accepted."""
+
+    def may_cancel(self, served: ServedGoal) -> bool:  # noqa: ARG002
+        """Return whether a goal may be cancelled, when a client wants that."""
+        return True
+
+
+class GoalServer(Closing):
+    """Takes the goals of an action; its handler executes them.
+
     :param clock: for the goals' stamps.
     :param keep: results that are kept, for clients that ask late.
     :param needs: the right that a goal needs.
@@ -272,16 +323,14 @@ class ActionServer(Closing):
         node: Node,
         name: str,
         action_type: str,
-        execute: Callable[[ServedGoal], Execution],
+        handler: GoalHandler,
         clock: Clock,
-        accept: Callable[[Message], bool] = lambda _goal: True,
         keep: int = 100,
         *,
         needs: Right = Right.PROGRAMS,
     ) -> None:
         kind = parse_type(action_type, "action")
-        self._execute, self._accept, self._clock, self._keep = execute, accept, clock, keep
-        self._running: dict[bytes, tuple[ServedGoal, Execution]] = {}
+        self._handler, self._clock, self._keep = handler, clock, keep
         self._goals: dict[bytes, ServedGoal] = {}
         self._results: dict[bytes, Mapping[str, Any]] = {}
         self._asked: dict[bytes, list[Callable[[Mapping[str, Any]], None]]] = {}
@@ -305,32 +354,36 @@ class ActionServer(Closing):
         ]
 
     @property
-    def is_busy(self) -> bool:
-        """Whether a goal is being executed."""
-        return bool(self._running)
-
-    def step(self) -> None:
-        """Execute a step of each goal."""
-        for number, (served, steps) in list(self._running.items()):
-            try:
-                feedback = next(steps)
-            except StopIteration as end:
-                status = GoalStatus.CANCELED if served.wants_cancel else GoalStatus.SUCCEEDED
-                self._ended(number, status, end.value)
-            except AbortedError as error:
-                self._ended(number, GoalStatus.ABORTED, error.result)
-            else:
-                if feedback is not None:
-                    self.publish_feedback(served, feedback)
+    def running(self) -> list[ServedGoal]:
+        """The goals that have not ended."""
+        return [served for number, served in self._goals.items() if number not in self._results]
 
     def publish_feedback(self, served: ServedGoal, feedback: Mapping[str, Any]) -> None:
         """Publish feedback on a goal."""
         self._feedback.publish({"goal_id": {"uuid": served.number}, "feedback": feedback})
 
+    def change(self, served: ServedGoal, status: GoalStatus) -> None:
+        """Publish another status of a goal."""
+        served.status = status
+        self._publish_status()
+
+    def finish(self, served: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        """End a goal, and answer those who ask for its result."""
+        number = served.number
+        response = {"status": status, "result": result}
+        for answer in self._asked.get(number, ()):
+            answer(response)
+        self._asked.pop(number, None)
+        self._results[number] = response
+        self.change(served, status)
+        while len(self._results) > self._keep:
+            old = next(iter(self._results))
+            del self._results[old], self._goals[old]
+
     def close(self) -> None:
         """Abort all goals, and serve no more."""
-        for number in list(self._running):
-            self._ended(number, GoalStatus.ABORTED, {})
+        for served in self.running:
+            self.finish(served, GoalStatus.ABORTED, {})
         for end in self._ends:
             end()
         self._feedback.close()
@@ -338,12 +391,14 @@ class ActionServer(Closing):
 
     def _sent(self, request: Message) -> Mapping[str, Any]:
         number = request["goal_id"]["uuid"]
-        if number in self._goals or not self._accept(request["goal"]):
-            return {"accepted": False, "stamp": self._now()}
         served = ServedGoal(self, number, request["goal"], self._now())
+        response = GoalResponse.REJECT if number in self._goals else self._handler.respond(served)
+        if response == GoalResponse.REJECT:
+            return {"accepted": False, "stamp": self._now()}
         self._goals[number] = served
-        served.status = GoalStatus.EXECUTING
-        self._running[number] = (served, self._execute(served))
+        if response == GoalResponse.ACCEPT_AND_EXECUTE:
+            served.status = GoalStatus.EXECUTING
+        self._handler.begin(served)
         self._publish_status()
         return {"accepted": True, "stamp": served.stamp}
 
@@ -356,13 +411,12 @@ class ActionServer(Closing):
             return {"return_code": CancelCode.UNKNOWN_GOAL_ID}
         stamp = _nanoseconds(request["goal_info"]["stamp"])
         # no id: all goals, or those until the stamp
-        chosen = (
+        meant = (
             [known]
             if known
-            else [
-                each for each, _ in self._running.values() if not stamp or _nanoseconds(each.stamp) <= stamp
-            ]
+            else [each for each in self.running if not stamp or _nanoseconds(each.stamp) <= stamp]
         )
+        chosen = [each for each in meant if self._handler.may_cancel(each)]
         for each in chosen:
             each.wants_cancel, each.status = True, GoalStatus.CANCELING
         self._publish_status()
@@ -375,22 +429,10 @@ class ActionServer(Closing):
         number = request["goal_id"]["uuid"]
         if number in self._results:
             answer(self._results[number])
-        elif number in self._running:
+        elif number in self._goals:
             self._asked.setdefault(number, []).append(answer)
         else:
             answer({"status": GoalStatus.UNKNOWN})
-
-    def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        served, steps = self._running.pop(number)
-        steps.close()
-        served.status = status
-        self._results[number] = {"status": status, "result": result}
-        for answer in self._asked.pop(number, ()):
-            answer(self._results[number])
-        self._publish_status()
-        while len(self._results) > self._keep:
-            old = next(iter(self._results))
-            del self._results[old], self._goals[old]
 
     def _publish_status(self) -> None:
         self._status.publish(
@@ -408,6 +450,87 @@ class ActionServer(Closing):
     def _now(self) -> Message:
         seconds, micros = divmod(self._clock.now_us(), MICROSECONDS)
         return {"sec": seconds, "nanosec": micros * 1000}
+
+
+Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
+"""Steps of a goal's execution: each may yield feedback. Its return value is the result; it ends with
+:class:`AbortedError` when it fails, and sees :attr:`ServedGoal.wants_cancel`."""
+
+
+class AbortedError(Exception):
+    """A goal cannot be reached.
+
+    :param result: what the client gets.
+    """
+
+    def __init__(self, result: Mapping[str, Any] | None = None) -> None:
+        super().__init__()
+        self.result: Mapping[str, Any] = {} if result is None else result
+
+
+class ActionServer(Closing, GoalHandler):
+    """Executes the goals of an action, a step each time that :meth:`step` is called.
+
+    :param execute: begins to execute a goal.
+    :param accept: whether a goal is accepted; all are by default.
+    :param clock: for the goals' stamps.
+    :param keep: results that are kept, for clients that ask late.
+    :param needs: the right that a goal needs.
+    """
+
+    def __init__(
+        self,
+        node: Node,
+        name: str,
+        action_type: str,
+        execute: Callable[[ServedGoal], Execution],
+        clock: Clock,
+        accept: Callable[[Message], bool] = lambda _goal: True,
+        keep: int = 100,
+        *,
+        needs: Right = Right.PROGRAMS,
+    ) -> None:
+        self._execute, self._accept = execute, accept
+        self._running: dict[bytes, tuple[ServedGoal, Execution]] = {}
+        self._server = GoalServer(node, name, action_type, self, clock, keep, needs=needs)
+
+    @property
+    def is_busy(self) -> bool:
+        """Whether a goal is being executed."""
+        return bool(self._running)
+
+    def step(self) -> None:
+        """Execute a step of each goal."""
+        for number, (served, steps) in list(self._running.items()):
+            try:
+                feedback = next(steps)
+            except StopIteration as end:
+                status = GoalStatus.CANCELED if served.wants_cancel else GoalStatus.SUCCEEDED
+                self._ended(number, status, end.value)
+            except AbortedError as error:
+                self._ended(number, GoalStatus.ABORTED, error.result)
+            else:
+                if feedback is not None:
+                    served.publish_feedback(feedback)
+
+    def close(self) -> None:
+        """Abort all goals, and serve no more."""
+        for number in list(self._running):
+            self._ended(number, GoalStatus.ABORTED, {})
+        self._server.close()
+
+    def respond(self, served: ServedGoal) -> GoalResponse:
+        """Accept a goal, unless it is refused."""
+        return GoalResponse.ACCEPT_AND_EXECUTE if self._accept(served.goal) else GoalResponse.REJECT
+
+    def begin(self, served: ServedGoal) -> None:
+        """Execute a goal, from the next step on."""
+        self._running[served.number] = (served, self._execute(served))
+
+    def _ended(self, number: bytes, status: GoalStatus, result: Mapping[str, Any]) -> None:
+        served, steps = self._running.pop(number)
+        steps.close()
+        served.finish(status, result)
 
 
 def _nanoseconds(stamp: Message) -> int:

@@ -232,6 +232,10 @@ class ClipsEnvironment:
         """Whether a function of this name exists that is not a deffunction: CLIPS' own, or one in Python."""
         return bool(EXTRA.FindFunction(self.env, encode(name)))
 
+    def has_deffunction(self, name: str) -> bool:
+        """Whether there is a deffunction of this name."""
+        return bool(lib.FindDeffunction(self.env, encode(name)) != NULL)
+
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.
 

@@ -1,0 +1,220 @@
+"""Nodes within a process: what one sends waits in the other's queue until that is polled. No time passes.
+
+Messages become CDR and messages again on their way: each node has its own, and a broken message is found.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from functools import partial
+from itertools import count
+from typing import Any, Final
+
+from msgspec import Struct
+
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.messages import Codec, Message
+from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge.ros2.topics import check_topic
+
+MOST_ROUNDS: Final = 10_000
+"""Turns of all nodes at one moment: two that answer each other for ever must not stop the clock."""
+
+
+class _Reader(Struct, eq=False):
+    node: LocalNode
+    kind: TypeName
+    receive: Receive
+
+
+class _Server(Struct, eq=False):
+    node: LocalNode
+    kind: TypeName
+    answer: AnswerLater
+    number: int
+
+
+class LocalGraph:
+    """The nodes of a process that know each other.
+
+    :param definitions: the types that are known.
+    """
+
+    def __init__(self, definitions: Definitions) -> None:
+        self.codec = Codec(definitions)
+        self.readers: dict[str, list[_Reader]] = {}
+        self.servers: dict[str, _Server] = {}
+        self.kept: dict[str, deque[tuple[TypeName, bytes]]] = {}
+        """The last messages of topics whose publishers keep them for those who come late."""
+        self.numbers = count(1)
+        self._nodes: list[LocalNode] = []
+
+    def join(self, name: str, report: Report | None = None) -> LocalNode:
+        """Return a new node."""
+        node = LocalNode(self, name, report)
+        self._nodes.append(node)
+        return node
+
+    def leave(self, node: LocalNode) -> None:
+        """Forget a node, and all that it offers."""
+        if node in self._nodes:
+            self._nodes.remove(node)
+        for readers in self.readers.values():
+            readers[:] = [each for each in readers if each.node is not node]
+        self.servers = {name: each for name, each in self.servers.items() if each.node is not node}
+
+    def settle(self) -> bool:
+        """Let all nodes take what has come until nothing comes any more; return whether it is so."""
+        for _ in range(MOST_ROUNDS):
+            came = [node.poll() for node in list(self._nodes)]
+            if not any(came):
+                return True
+        return False
+
+
+class LocalNode(Node):
+    """A node of a :class:`LocalGraph`."""
+
+    def __init__(self, graph: LocalGraph, name: str, report: Report | None = None) -> None:
+        super().__init__(report)
+        self.name = name
+        self.graph = graph
+        self.queue: deque[Callable[[], None]] = deque()
+
+    def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
+        """Return a publisher; see the base class."""
+        kind = parse_type(message_type)
+        self.graph.codec.encode(kind, {})  # there is such a type
+        return _LocalPublisher(self.graph, check_topic(topic), kind, qos)
+
+    def _subscribe(
+        self, topic: str, message_type: str, receive: Receive, qos: QosProfile
+    ) -> Callable[[], None]:
+        kind = parse_type(message_type)
+        self.graph.codec.encode(kind, {})
+        reader = _Reader(self, kind, receive)
+        readers = self.graph.readers.setdefault(check_topic(topic), [])
+        readers.append(reader)
+        if qos.durability == "transient_local":
+            for sent, data in self.graph.kept.get(topic, ()):
+                self.take(topic, reader, sent, data)
+
+        def end() -> None:
+            if reader in readers:
+                readers.remove(reader)
+
+        return end
+
+    def take(self, topic: str, reader: _Reader, kind: TypeName, data: bytes) -> None:
+        """Keep a message for a subscription until this node is polled."""
+        if kind != reader.kind:
+            self.complain(f"type {topic}", f"{topic}: {kind} comes, {reader.kind} is wanted")
+            return
+
+        def deliver() -> None:
+            if reader in self.graph.readers[topic]:  # the subscription may have ended meanwhile
+                reader.receive(self.graph.codec.decode(kind, data))
+
+        self.queue.append(deliver)
+
+    def client(self, service: str, service_type: str) -> Client:
+        """Return a client of a service; see the base class."""
+        kind = parse_type(service_type, "srv")
+        self.graph.codec.encode(kind.derived("Request"), {})
+        return _LocalClient(self, check_topic(service), kind)
+
+    def _serve_later(self, service: str, service_type: str, answer: AnswerLater) -> Callable[[], None]:
+        kind = parse_type(service_type, "srv")
+        self.graph.codec.encode(kind.derived("Request"), {})
+        server = _Server(self, kind, answer, next(self.graph.numbers))
+        self.graph.servers[check_topic(service)] = server
+
+        def end() -> None:
+            if self.graph.servers.get(service) is server:
+                del self.graph.servers[service]
+
+        return end
+
+    def poll(self, timeout_s: float = 0.0) -> bool:  # noqa: ARG002  nothing comes while this waits
+        """Hand out all that has come; see the base class."""
+        left = len(self.queue)
+        for _ in range(left):
+            self.queue.popleft()()
+        return left > 0
+
+    def close(self) -> None:
+        """Leave the graph."""
+        self.queue.clear()
+        self.graph.leave(self)
+
+
+class _LocalPublisher(Publisher):
+    def __init__(self, graph: LocalGraph, topic: str, kind: TypeName, qos: QosProfile) -> None:
+        self._graph, self._topic, self._kind = graph, topic, kind
+        self._keep = qos.depth if qos.durability == "transient_local" else 0
+
+    def publish(self, message: Mapping[str, Any]) -> None:
+        """Send a message."""
+        data = self._graph.codec.encode(self._kind, message)
+        if self._keep:
+            kept = self._graph.kept.setdefault(self._topic, deque(maxlen=self._keep))
+            kept.append((self._kind, data))
+        for reader in list(self._graph.readers.get(self._topic, ())):
+            reader.node.take(self._topic, reader, self._kind, data)
+
+    @property
+    def subscriptions(self) -> int:
+        """How many subscriptions there are now."""
+        return len(self._graph.readers.get(self._topic, ()))
+
+    def close(self) -> None:
+        """Publish nothing more."""
+
+
+class _LocalClient(Client):
+    def __init__(self, node: LocalNode, service: str, kind: TypeName) -> None:
+        self._node, self._service, self._kind = node, service, kind
+        self._waiting: dict[int, Receive] = {}
+        self._numbers = count(1)
+
+    def call(self, request: Mapping[str, Any], done: Receive, failed: Failed | None = None) -> int:  # noqa: ARG002
+        """Send a request; without a server it is lost, as on the network."""
+        codec, kind = self._node.graph.codec, self._kind
+        number = next(self._numbers)
+        self._waiting[number] = done
+        sent = codec.decode(kind.derived("Request"), codec.encode(kind.derived("Request"), request))
+        server = self._node.graph.servers.get(self._service)
+        if server is not None and server.kind == kind:
+            server.node.queue.append(partial(self._ask, server, sent, number))
+        return number
+
+    def _ask(self, server: _Server, request: Message, number: int) -> None:
+        codec, kind = self._node.graph.codec, self._kind.derived("Response")
+
+        def reply(response: Mapping[str, Any]) -> None:
+            made = codec.decode(kind, codec.encode(kind, response))
+            self._node.queue.append(partial(self._answered, number, made))
+
+        server.answer(request, reply)
+
+    def _answered(self, number: int, response: Message) -> None:
+        done = self._waiting.pop(number, None)
+        if done is not None:
+            done(response)
+
+    def forget(self, number: int) -> None:
+        """Wait for the response to a request no more."""
+        self._waiting.pop(number, None)
+
+    @property
+    def servers(self) -> frozenset[int]:
+        """The number of the server, if there is one."""
+        server = self._node.graph.servers.get(self._service)
+        return frozenset() if server is None or server.kind != self._kind else frozenset({server.number})
+
+    def close(self) -> None:
+        """Call nothing more."""
+        self._waiting.clear()
