@@ -103,7 +103,7 @@ class CxManager(EnvironmentManager):
         """Return a plug-in; it is made when somebody asks for it for the first time."""
         if name not in self.plugins:
             class_name = find_class(name, self.context.parameters)
-            plugin = load_class(name, class_name, self.context.parameters)(name, self.context)
+            plugin = load_class(name, class_name, self.context)(name, self.context)
             self.plugin_log.info(f"Created plugin: {name} of type {class_name} on activation")
             plugin.initialize()
             self.plugins[name] = plugin
@@ -165,6 +165,7 @@ class CxManager(EnvironmentManager):
         """Destroy all environments, and end all plug-ins."""
         super().close()
         self.finalize_plugins()
+        self.context.ros.close()
         self._logs.close()
 
 

@@ -7,6 +7,9 @@ parameters one object of its class is made, which environments share. Its life: 
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from importlib.metadata import entry_points
 from pathlib import Path
 from pkgutil import resolve_name
@@ -19,17 +22,19 @@ from cxbridge.executive.feature import Feature
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus, Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
+    from cxbridge_ros2cx.cx.ros.node import RosNode
     from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 GROUP: Final = "cxbridge.cx_plugins"
 """The group of entry points with plug-ins of other packages: the name is the class of the original."""
+
+GENERATED: Final = "cx::CX"
+"""How the classes begin that the original generates for a type of ROS."""
 
 _PLUGINS: Final = "cxbridge_ros2cx.cx.plugins"
 _OWN: Final = {
@@ -38,6 +43,7 @@ _OWN: Final = {
     "cx::ExamplePlugin": f"{_PLUGINS}.example:ExamplePlugin",
     "cx::ExecutivePlugin": f"{_PLUGINS}.executive:ExecutivePlugin",
     "cx::FileLoadPlugin": f"{_PLUGINS}.file_load:FileLoadPlugin",
+    "cx::RosMsgsPlugin": f"{_PLUGINS}.ros_msgs:RosMsgsPlugin",
 }
 
 
@@ -57,6 +63,7 @@ class NodeContext(Struct):
     packages: Packages
     clock: Clock
     bus: EventBus
+    ros: RosNode
     run_environment: Callable[[StockEnvironment], int] = run_rules
 
 
@@ -92,7 +99,8 @@ class CxPlugin(Feature):
         return f"{self.name}.{name}"
 
 
-MakePlugin = type[CxPlugin]
+MakePlugin = Callable[[str, NodeContext], CxPlugin]
+"""Makes a plug-in of that name."""
 
 
 def find_class(plugin: str, parameters: NodeParameters) -> str:
@@ -113,18 +121,23 @@ def find_class(plugin: str, parameters: NodeParameters) -> str:
     return text
 
 
-def load_class(plugin: str, class_name: str, parameters: NodeParameters) -> MakePlugin:
+def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin:
     """Return the implementation of a class.
 
     :raises ConfigError: when there is none, with file and line.
     """
-    target = _OWN.get(class_name)
+    target, parameters = _OWN.get(class_name), context.parameters
     if target is not None:
         return _imported(target)
     others = {entry.name: entry for entry in entry_points(group=GROUP)}
     if class_name in others:
         loaded: MakePlugin = others[class_name].load()
         return loaded
+    if class_name.startswith(GENERATED):
+        generated = import_module(f"{_PLUGINS}.generated")
+        kind = generated.find_type(class_name, context)
+        if kind is not None:
+            return partial(generated.GeneratedPlugin, kind=kind)
     raise parameters.wrong(
         f"{plugin}.plugin",
         f"names a class that cxbridge does not have: {class_name}",

@@ -14,14 +14,16 @@ from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
+from cxbridge.run.rights import read_rights
 from cxbridge.run.source import Source
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.packages import Packages, package_folder
-from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
+from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NODE, NodeParameters
 from cxbridge_ros2cx.cx.plugin import NodeContext
 from cxbridge_ros2cx.cx.plugins.executive import tick_period_us
+from cxbridge_ros2cx.cx.ros.node import RosNode
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import ActionMapper, CoreFiles, Executive
@@ -125,7 +127,10 @@ class CxSource(Source):
         environment: type[ClipsEnvironment],  # noqa: ARG002
     ) -> EnvironmentManager:
         """Return the manager of environments and plug-ins."""
-        parts = NodeContext(self.parameters, self.packages, context.clock, context.bus)
+        parameters, packages = self.parameters, self.packages
+        log = context.bus.logger(NODE)
+        ros = RosNode(parameters.name, packages, context.clock, log, read_rights(context.config, "none"))
+        parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
         return CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
 
     def make_executive(

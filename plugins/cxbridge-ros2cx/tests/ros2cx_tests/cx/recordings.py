@@ -8,7 +8,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
+from cxbridge_ros2cx.cx.node import CxNode
+
+from cxbridge.clock import MICROSECONDS
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.node import Node
 from cxbridge.run import run_scenario
+from cxbridge.run.assembly import Assembly
 from cxbridge.run.program.run import make_options
 from cxbridge.run.result import RunResult
 from tests.support import CX_DIR, SHARED
@@ -16,6 +22,7 @@ from tests.support import CX_DIR, SHARED
 FOLDER: Final = SHARED / "traces" / "ros2cx"
 _PARAMETERS: Final = re.compile(r"^parameters: ros2cx/(\S+)$", re.MULTILINE)
 _PREFIX: Final = re.compile(r"\[[^]]*\] \[[^]]*\] \[\w+\] ")
+_PROGRAM: Final = re.compile(r"/opt/ros2cx-real/tests/[\w/.-]+\.clp")
 _PATH: Final = re.compile(
     r"/opt/ros2cx-real/(?:overlay|ws/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
 )
@@ -28,11 +35,15 @@ class Recording:
     :param seconds: how long a run of ours takes for the same ticks.
     :param without: a pattern for what differs between two recordings, too, e.g. times.
     :param compared: what is compared of a log; all by default.
+    :param peer: does what a peer has done in the recording; gets a node and the run's seconds, in each loop.
+    :param status: the exit status: 1 when an error was reported.
     """
 
     seconds: float = 6.0
     without: str = ""
     compared: Callable[[list[str]], list[str]] = list
+    peer: Callable[[Node], Callable[[float], None]] | None = None
+    status: int = 0
 
 
 def names() -> list[str]:
@@ -40,11 +51,13 @@ def names() -> list[str]:
     return sorted(str(file.parent.relative_to(FOLDER)) for file in FOLDER.rglob("notes.md")) if FOLDER else []
 
 
-def parameters(name: str) -> Path:
-    """Return the parameter file of a recording: its own, or that of the checkout."""
-    own = FOLDER / name / "params.yaml"
+def parameters(name: str, folder: Path) -> Path:
+    """Return the parameter file of a recording: its own, with its CLIPS file, or that of the checkout."""
+    own, programs = FOLDER / name / "params.yaml", [*(FOLDER / name).glob("*.clp")]
     if own.is_file():
-        return own
+        text = _PROGRAM.sub(str(programs[0]) if programs else "", own.read_text())
+        (folder / "params.yaml").write_text(text)
+        return folder / "params.yaml"
     match = _PARAMETERS.search((FOLDER / name / "notes.md").read_text())
     assert match, name
     assert CX_DIR is not None
@@ -57,11 +70,22 @@ def recorded(name: str) -> dict[str, list[str]]:
     return {file.stem.removeprefix("clips-"): file.read_text().splitlines() for file in files}
 
 
-def run(name: str, folder: Path, seconds: float) -> tuple[RunResult, dict[str, list[str]]]:
+def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[str, list[str]]]:
     """Run the parameters of a recording; return the result and the lines of the logs, by environment."""
-    options = make_options(parameters(name), ros2cx=CX_DIR, timeout=seconds, log_dir=folder)
-    result = run_scenario(options)
-    return result, {file.stem: file.read_text().splitlines() for file in sorted(folder.glob("*.log"))}
+    logs = folder / "logs"
+    options = make_options(parameters(name, folder), ros2cx=CX_DIR, timeout=recording.seconds, log_dir=logs)
+
+    def attach(assembly: Assembly) -> None:
+        if recording.peer is not None:
+            assert isinstance(assembly.executive, CxNode)
+            step = recording.peer(assembly.executive.node.context.ros.graph.join("peer"))
+            begun_us = assembly.clock.now_us()
+            assembly.loop.add(
+                Hook.PRE_LOOP, lambda: step((assembly.clock.now_us() - begun_us) / MICROSECONDS)
+            )
+
+    result = run_scenario(options, attach=attach)
+    return result, {file.stem: file.read_text().splitlines() for file in sorted(logs.glob("*.log"))}
 
 
 def sourced(prefix: Path) -> Path:
@@ -81,6 +105,7 @@ def comparable(lines: list[str], without: str = "") -> list[str]:
     found = []
     for line in lines:
         text = _PATH.sub("PREFIX", _PREFIX.sub("", line, count=1))
+        text = re.sub(r"\b[0-9a-f]{8}(-[0-9a-f]{4}){3}-[0-9a-f]{12}\b", "UUID", text)
         text = re.sub(r"\bf-\d+\b *", "f-N ", re.sub(r"FIRE +\d+", "FIRE N", text))
         text = re.sub(r"<Pointer-C-0x[0-9a-f]+>", "<Pointer>", text)
         found.append(re.sub(without, "#", text) if without else text)

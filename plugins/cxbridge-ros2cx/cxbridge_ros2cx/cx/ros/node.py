@@ -1,0 +1,93 @@
+"""The node in ROS: nodes of this process on a virtual clock, DDS or another transport on a real one."""
+
+from __future__ import annotations
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.closing import Closing
+from cxbridge.ros2.definitions import Definitions
+from cxbridge.ros2.executor import NodeSettings
+from cxbridge.ros2.transports.local import LocalGraph
+from cxbridge_ros2cx.cx.ros.messages import MessageTable
+
+if TYPE_CHECKING:
+    from cxbridge.clock import Clock
+    from cxbridge.events import Logger
+    from cxbridge.rights import Rights
+    from cxbridge.ros2.node import Node
+    from cxbridge_ros2cx.cx.packages import Packages
+
+_TYPES: Final = {
+    "example_interfaces/action/Fibonacci": "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n",
+    "turtlesim/msg/Pose": "".join(
+        f"float32 {name}\n" for name in ("x", "y", "theta", "linear_velocity", "angular_velocity")
+    ),
+    "turtlesim/srv/TeleportAbsolute": "float32 x\nfloat32 y\nfloat32 theta\n---\n",
+}
+"""Types of the examples that neither the checkout nor rosbags has."""
+
+
+class RosNode(Closing):
+    """The node, joined when a plug-in needs ROS for the first time.
+
+    :param name: the whole name: ``/clips_manager``.
+    :param packages: where types are looked for first.
+    :param rights: what other nodes may do.
+    """
+
+    def __init__(self, name: str, packages: Packages, clock: Clock, log: Logger, rights: Rights) -> None:
+        self.name = name
+        self._packages, self._clock, self._log, self._rights = packages, clock, log, rights
+        self._namespace = name.rpartition("/")[0]
+
+    @cached_property
+    def definitions(self) -> Definitions:
+        """The types that are known."""
+        return Definitions(self._packages.folders, texts=_TYPES)
+
+    @cached_property
+    def messages(self) -> MessageTable:
+        """The messages that rules have."""
+        return MessageTable(self.definitions)
+
+    @cached_property
+    def graph(self) -> LocalGraph:
+        """The nodes of this process, on a virtual clock; peers join here."""
+        return LocalGraph(self.definitions)
+
+    @cached_property
+    def node(self) -> Node:
+        """The node of a transport.
+
+        :raises Ros2Error: when it cannot join.
+        """
+        name = self.name.rpartition("/")[2]
+        if self._clock.is_virtual:
+            return self.graph.join(name, self._log.warn)
+        settings = NodeSettings.of({}, self._folder, "the node")
+        return settings.join(name, self.definitions, self._log.warn, self._rights)
+
+    @property
+    def _folder(self) -> Path:
+        return self._packages.folders[0] if self._packages.folders else Path()
+
+    def whole(self, name: str) -> str:
+        """Return the whole name of a topic, a service or an action."""
+        if name.startswith("~/"):
+            return f"{self.name}/{name[2:]}"
+        return name if name.startswith("/") else f"{self._namespace}/{name}"
+
+    def spin(self) -> None:
+        """Take what has come, and on a virtual clock all that comes of that at this moment."""
+        if "graph" in self.__dict__:
+            if not self.graph.settle():
+                self._log.error("messages answer each other without an end")
+        elif "node" in self.__dict__:
+            self.node.poll()
+
+    def close(self) -> None:
+        """Leave."""
+        if "node" in self.__dict__:
+            self.node.close()
