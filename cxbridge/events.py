@@ -261,6 +261,7 @@ class PlannerCall(Event, frozen=True):
     :param reason: why there is no plan; empty when there is one, and at the start.
     :param plan: the plan that was found, an action a line: ``START: (NAME ARGUMENT...) [DURATION]``, without
         times when it is just an order.
+    :param why: how the planner came to be taken: which others were left out or failed before.
     """
 
     KIND = EventDescription("planner", "/planner")
@@ -276,6 +277,7 @@ class PlannerCall(Event, frozen=True):
     actions: int
     reason: str
     plan: str = ""
+    why: str = ""
 
 
 class NavGraphRead(Event, frozen=True):

@@ -6,7 +6,7 @@ import importlib.metadata
 import platform
 import shutil
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
@@ -69,6 +69,7 @@ def examine() -> list[HealthCheck]:
         *(_package(name) for name in _PACKAGES),
         *(_extra(name) for name in extras()),
         *map(_plugin, installed_plugins()),
+        *_planners(),
         _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
         _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
         _try("shipped files", _shipped, "install cxbridge again"),
@@ -150,6 +151,19 @@ def _shipped() -> str:
     scenarios = [path.parent.name for path in sorted(shipped_dir("scenarios").glob("*/scenario.yaml"))]
     shipped_dir("luaskills")
     return f"{len(names)} interfaces, scenarios {', '.join(scenarios)}"
+
+
+def _planners() -> Iterator[HealthCheck]:
+    """Yield the planners, in the order in which `auto` tries them for a problem without numbers and times."""
+    from cxbridge.executive.planning.engines.registry import NAMES, make_planner
+
+    for name in NAMES:
+        planner = make_planner(name)
+        missing = planner.not_installed
+        can = ", ".join(sorted(need.value for need in planner.understands))
+        remedy = missing.partition(": ")[2]
+        detail = "not installed" if missing else f"takes {can}"
+        yield HealthCheck(f"planner {name}", not missing, required=False, detail=detail, remedy=remedy)
 
 
 def _speech() -> HealthCheck:

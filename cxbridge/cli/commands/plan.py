@@ -42,6 +42,9 @@ def plan(
         Path | None, typer.Option(metavar="PLAN", help="Make no plan: say whether this one holds.")
     ] = None,
     output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None,
+    verbose: Annotated[
+        bool, typer.Option("--verbose", "-v", help="Say which planner planned, and why.")
+    ] = False,
     list_planners: Annotated[bool, typer.Option("--list", help="List the planners and stop.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
@@ -63,6 +66,11 @@ def plan(
     result = _plan(domain, problem, asked)
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
+    if verbose:
+        say(
+            f"cxbridge: {result.planner} planned in {result.seconds:.2f} s; {result.why or 'as asked'}",
+            err=True,
+        )
     steps = "".join(f"{action}\n" for action in result.actions)
     if output is not None and result.status.value == "PLANNED":
         write_file(output, steps)
@@ -82,12 +90,12 @@ def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
 
 def _plan(domain: Domain, problem: Problem, asked: _PlannerOptions) -> PlanResult:
     from cxbridge.executive.planning import PlanningService, PlanRequest
-    from cxbridge.executive.planning.engines.registry import choose_planner
+    from cxbridge.executive.planning.engines.registry import choose_planners
 
     options = _options(asked.option)
-    name = choose_planner(asked.planner, domain, problem, options).name
+    choose_planners(asked.planner, domain, problem, options)  # refused here: bad input
     with PlanningService(at_once=1) as service:
-        return service.plan(PlanRequest(domain, problem, name, options, asked.timeout))
+        return service.plan(PlanRequest(domain, problem, asked.planner, options, asked.timeout))
 
 
 def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
@@ -148,6 +156,7 @@ def _as_json(result: PlanResult) -> dict[str, object]:
         "planner": result.planner,
         "seconds": round(result.seconds, 6),
         "message": result.message,
+        "why": result.why,
         "actions": [
             {
                 "name": step.name,

@@ -127,7 +127,8 @@ class _PlannerUser(PlanningUser):
         if planned:
             self._assert(Symbol(call_id), request, result.actions)
         text = f"{len(result.actions)} actions" if planned else message
-        self._log.info(f"{call_id}: {status} by {result.planner}: {text}")
+        why = f" ({result.why})" if result.why else ""
+        self._log.info(f"{call_id}: {status} by {result.planner}: {text}{why}")
         # by the run's clock: real time in a fact would make each run another one
         seconds = (self.env.bus.clock.now_us() - self._began_us.pop(call_id)) / MICROSECONDS
         self.env.call(
@@ -138,6 +139,7 @@ class _PlannerUser(PlanningUser):
             Symbol(call_id) if planned else NIL,
             message,
             seconds,
+            result.why,
         )
 
     def close(self) -> None:

@@ -52,6 +52,7 @@ class PlannerCallReporter:
             len(result.actions),
             result.message,
             plan_text(result.actions),
+            result.why,
         )
 
     def refused(self, reason: str) -> None:
@@ -59,26 +60,16 @@ class PlannerCallReporter:
         self.emit("failed", reason=reason)
 
     def emit(
-        self, status: str, duration_us: int = 0, actions: int = 0, reason: str = "", plan: str = ""
+        self,
+        status: str,
+        duration_us: int = 0,
+        actions: int = 0,
+        reason: str = "",
+        plan: str = "",
+        why: str = "",
     ) -> None:
         """Emit an event."""
         if self.bus.wants(PlannerCall):
             names = [str(name) for name in (self.env, self.call, self.goal, self.planner, self.domain)]
-            env, call, goal, planner, domain = names
-            now_us, problem = self.bus.clock.now_us(), str(self.problem)
-            self.bus.emit(
-                PlannerCall(
-                    now_us,
-                    env,
-                    call,
-                    goal,
-                    planner,
-                    domain,
-                    problem,
-                    status,
-                    duration_us,
-                    actions,
-                    reason,
-                    plan,
-                )
-            )
+            of_call = (*names, str(self.problem), status, duration_us, actions, reason, plan, why)
+            self.bus.emit(PlannerCall(self.bus.clock.now_us(), *of_call))

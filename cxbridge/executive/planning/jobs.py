@@ -6,6 +6,7 @@ import pickle
 import struct
 from collections.abc import Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import IO, Final
 
 from cxbridge.executive.pddl import Domain, Problem
@@ -18,6 +19,7 @@ class Job:
     """What to plan.
 
     :param planner: a name of :mod:`.registry`.
+    :param seconds: how long the planner may take.
     :param memory: bytes of address space that the process may have; 0: no limit.
     """
 
@@ -26,6 +28,7 @@ class Job:
     problem: Problem
     options: Mapping[str, str]
     memory: int = 0
+    seconds: float = inf
 
 
 def send(stream: IO[bytes], value: object) -> None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
+from math import inf
 from typing import NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem
@@ -52,6 +53,7 @@ class PlanResult:
     :param actions: the plan; empty when there is none, or nothing needs to be done.
     :param message: why there is no plan; empty when there is one.
     :param seconds: how long it took.
+    :param why: how this planner came to be taken: which others were left out or failed before.
     """
 
     status: PlanStatus
@@ -59,6 +61,7 @@ class PlanResult:
     actions: tuple[PlannedAction, ...] = ()
     message: str = ""
     seconds: float = 0.0
+    why: str = ""
 
 
 class Planner(ABC):
@@ -70,6 +73,17 @@ class Planner(ABC):
 
     name: str
     understands: frozenset[Need]
+    ignores: frozenset[Need] = frozenset()
+    """What the planner takes and leaves out: its plan holds, and another one may be better."""
+
+    fails_with: tuple[frozenset[Need], ...] = ()
+    """Needs that the planner has each, and not together: measured, docs/planning.md."""
+
+    proves: bool = True
+    """Whether there is no plan when the planner finds none."""
+
+    seconds: float = inf
+    """How long the planner may take; one that looks for better plans ends before."""
 
     @property
     def not_installed(self) -> str:
@@ -78,10 +92,19 @@ class Planner(ABC):
 
     def refuses(self, domain: Domain, problem: Problem) -> str:
         """Return why the planner cannot take this problem; empty when it can."""
-        for need, where in needs_of(domain, problem).items():
-            if need not in self.understands:
+        needs = needs_of(domain, problem)
+        for need, where in needs.items():
+            if need not in self.understands | self.ignores:
                 return f"{self.name} knows nothing of {need.value} ({where})"
+        for together in self.fails_with:
+            if together <= needs.keys():
+                texts = " with ".join(sorted(need.value for need in together))
+                return f"{self.name} cannot take {texts}"
         return ""
+
+    def left_out(self, domain: Domain, problem: Problem) -> list[Need]:
+        """Return what the problem needs and the planner ignores."""
+        return [need for need in needs_of(domain, problem) if need in self.ignores]
 
     def check(self, domain: Domain, problem: Problem) -> None:
         """Check that the planner can be used for this problem.

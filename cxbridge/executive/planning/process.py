@@ -41,6 +41,11 @@ class PlannerProcess:
         # who was killed lives on for a moment
         return not self._killed and self._process.poll() is None
 
+    @property
+    def killed(self) -> bool:
+        """Whether its owner has ended it."""
+        return self._killed
+
     def run(self, job: Job) -> PlanResult:
         """Do a job and wait for the result; a crash is one, too."""
         assert self._process.stdin is not None

@@ -9,8 +9,10 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.registry import AUTO
+from cxbridge.executive.planning.attempts import Attempts
+from cxbridge.executive.planning.engines.registry import AUTO, choose_planners
 from cxbridge.executive.planning.jobs import Job
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
 from cxbridge.executive.planning.process import PlannerProcess
@@ -72,8 +74,9 @@ class PlanCall:
         timer = threading.Timer(self.request.timeout, self._end, (PlanStatus.TIMEOUT,))
         timer.daemon = True
         timer.start()
+        attempts = Attempts(self.request.planner)
         try:
-            result = self._plan()
+            result = self._plan(attempts, start + self.request.timeout)
         except OSError as error:
             text = f"no process for a planner can be started: {error}"
             result = PlanResult(PlanStatus.FAILED, self.request.planner, message=text)
@@ -83,30 +86,58 @@ class PlanCall:
         with self._lock:  # who gives it up from now on comes too late
             if self._ended_as is not None:
                 text = {
-                    PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s",
+                    PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
                     PlanStatus.CANCELLED: "planning was cancelled",
                 }[self._ended_as]
                 result = PlanResult(self._ended_as, self.request.planner, message=text, seconds=seconds)
             self._result = result
         self._done.set()
 
-    def _plan(self) -> PlanResult:
+    def _plan(self, attempts: Attempts, deadline: float) -> PlanResult:
+        """Let the planners try one after the other, until there is a plan or proof that there is none."""
         request = self.request
-        nothing = PlanResult(PlanStatus.CANCELLED, request.planner)
+        try:
+            choice = choose_planners(request.planner, request.domain, request.problem, request.options)
+        except CxbridgeError as error:
+            return PlanResult(PlanStatus.FAILED, request.planner, message=str(error))
+        attempts.begin(choice)
+        for planner, share in attempts.shares():
+            left = deadline - time.monotonic()
+            result = self._attempt(planner.name, left * share, alone=share == 1.0)
+            if self.ended or attempts.is_last_word(planner, result):
+                return attempts.explained(result)
+        return attempts.summary()
+
+    def _attempt(self, name: str, seconds: float, *, alone: bool) -> PlanResult:
+        """Let one planner try.
+
+        :param alone: whether no other one comes after it; the timer of the call ends it, then.
+        """
+        request = self.request
         process = self._service.take(self)
         if process is None:
-            return nothing
+            return PlanResult(PlanStatus.CANCELLED, name)
         with self._lock:
             if self._ended_as is None:
                 self._process = process
         if self._process is None:
             self._service.give_back(process)
-            return nothing
-        job = Job(request.planner, request.domain, request.problem, request.options, self._service.memory)
+            return PlanResult(PlanStatus.CANCELLED, name)
+        over = threading.Timer(seconds, process.kill)
+        if not alone:
+            over.daemon = True
+            over.start()
+        job = Job(name, request.domain, request.problem, request.options, self._service.memory, seconds)
         result = process.run(job)
+        over.cancel()
         with self._lock:
             self._process = None
+        timed_out = not alone and not process.alive and result.status is PlanStatus.FAILED and process.killed
         self._service.give_back(process)
+        if timed_out:
+            return PlanResult(
+                PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s"
+            )
         return result
 
     @property

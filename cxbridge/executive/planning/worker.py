@@ -16,7 +16,7 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.planning.engines.registry import choose_planner
+from cxbridge.executive.planning.engines.registry import make_planner
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.folder import PREFIX
 from cxbridge.executive.planning.jobs import Job, receive, send
@@ -31,8 +31,9 @@ def plan(job: Job) -> PlanResult:
     start = time.perf_counter()
     name = job.planner
     try:
-        planner = choose_planner(name, job.domain, job.problem, job.options)
-        name = planner.name
+        planner = make_planner(name, job.options)
+        planner.check(job.domain, job.problem)
+        planner.seconds = job.seconds
         actions = planner.solve(job.domain, job.problem)
         if actions is not None:
             _check(name, job, actions)

@@ -81,7 +81,7 @@ def _result(event: PlannerCall) -> PlanResult | None:
     if len(actions) != event.actions:
         return None
     seconds = event.duration_us / MICROSECONDS
-    return PlanResult(_STATUS[event.status], event.planner, actions, event.reason, seconds)
+    return PlanResult(_STATUS[event.status], event.planner, actions, event.reason, seconds, event.why)
 
 
 class RecordedPlanning(PlanningService):

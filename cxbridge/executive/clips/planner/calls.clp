@@ -13,6 +13,8 @@
   (slot plan-id (type SYMBOL))
   ; why there is no plan
   (slot message (type STRING))
+  ; with the planner auto: which other planners were left out or failed before, and why
+  (slot why (type STRING))
   (slot seconds (type FLOAT)))
 
 (deftemplate plan-valid
@@ -25,7 +27,7 @@
 
 (deffunction planner-call-ended
   "Note how a call ended. The feature does this."
-  (?id ?status ?planner ?plan-id ?message ?seconds)
+  (?id ?status ?planner ?plan-id ?message ?seconds ?why)
   (do-for-fact ((?call planner-call)) (eq ?call:id ?id)
     (modify ?call (status ?status) (planner ?planner) (plan-id ?plan-id)
-                  (message ?message) (seconds ?seconds))))
+                  (message ?message) (seconds ?seconds) (why ?why))))

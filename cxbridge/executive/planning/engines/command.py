@@ -1,135 +1,141 @@
-"""Planners that are programs: FF, Fast Downward, POPF and OPTIC, found on the PATH, as Fawkes calls them."""
+"""Planners that are programs: on the PATH, as Fawkes calls them, or in packages of unified-planning."""
 
 from __future__ import annotations
 
-import re
 import shlex
-import shutil
 import subprocess
 import tempfile
 from collections.abc import Iterator
+from math import isfinite
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
 from cxbridge.executive.planning.engines.names import PlanNames
-from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
-from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.engines.needs import Need, needs_of
+from cxbridge.executive.planning.engines.programs import PROGRAMS, PlannerProgram
+from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
+from cxbridge.executive.planning.plan_text import load_plan
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
-_STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
-_FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
-_TIMED: Final = re.compile(
-    r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
-)
+_PLAN: Final = "plan"
+_END_S: Final = 0.5
+"""How long before the end of its time a program that looks for better plans ends."""
 
-
-class PlannerCommand(NamedTuple):
-    """How to call a program and read its answer.
-
-    :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files.
-    :param solved: what it prints when there is a plan.
-    :param unsolvable: what it prints when it knows that there is none.
-    :param step: a step of the plan: ``step``, perhaps ``start`` and ``duration``.
-    """
-
-    program: str
-    arguments: tuple[str, ...]
-    solved: str
-    unsolvable: re.Pattern[str]
-    step: re.Pattern[str]
-    understands: frozenset[Need]
-
-
-_POPF_NEEDS: Final = frozenset({Need.TIME, Need.NUMBERS, Need.COSTS, Need.EQUALITY})
-
-COMMANDS: Final = {
-    "ff": PlannerCommand(
-        "ff",
-        ("-o", "{domain}", "-f", "{problem}"),
-        "found legal plan as follows",
-        re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
-        _STEP,
-        CLASSICAL - {Need.COSTS},
-    ),
-    "fd": PlannerCommand(
-        "fast-downward",
-        ("{domain}", "{problem}"),
-        "Solution found",
-        re.compile("without finding a solution|unsolvable"),
-        _FD_STEP,
-        CLASSICAL,
-    ),
-    "popf": PlannerCommand(
-        "popf", ("{domain}", "{problem}"), "Solution Found", re.compile("unsolvable"), _TIMED, _POPF_NEEDS
-    ),
-    "optic": PlannerCommand(
-        "optic-clp",
-        ("{domain}", "{problem}"),
-        "Solution Found",
-        re.compile("unsolvable"),
-        _TIMED,
-        _POPF_NEEDS,
-    ),
-}
-"""The programs by the names that Fawkes' configuration has for them."""
-
-_FD_SEARCH: Final = '--search "lazy_greedy([ff()], preferred=[ff()])"'
+_WORDS: Final = 300
 
 
 class CommandPlanner(Planner):
     """A planner that is a program.
 
-    :param name: one of :data:`COMMANDS`.
+    :param name: one of :data:`PROGRAMS`.
     :param options: further options, as on a command line.
     :param program: the program, when it is not the one of that name on the PATH.
+    :param improve: seconds to look for better plans, when the problem has a metric and the program can do so.
+    :raises UnknownPlannerError: when ``improve`` is not a number.
     """
 
-    def __init__(self, name: str, options: str = "", program: str = "") -> None:
+    def __init__(self, name: str, options: str = "", program: str = "", improve: str = "1.0") -> None:
         self.name = name
-        self._command = COMMANDS[name]
-        self._options = shlex.split(options or (_FD_SEARCH if name == "fd" else ""))
-        self._program = program or self._command.program
-        self.understands = self._command.understands
+        self._program: PlannerProgram = PROGRAMS[name]
+        self._options = shlex.split(options or self._program.options)
+        self._own = program
+        self._improve = seconds_of(improve)
+        self.understands = self._program.understands
+        self.ignores = self._program.ignores
+        self.fails_with = self._program.fails_with
+        self.proves = self._program.proves
 
     @property
     def not_installed(self) -> str:
         """Why the program cannot be called; empty when it can."""
-        if shutil.which(self._program) is None:
-            return f"{self.name} is not installed: there is no program '{self._program}' on the PATH"
-        return ""
+        missing = self._program.missing(self._own)
+        return f"{self.name} is not installed: {missing}" if missing else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None when the program says that there is none."""
+        improve = min(self._improve, max(0.0, self.seconds - _END_S))
+        names = PlanNames(domain, problem)
         with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
-            files = {"domain": Path(folder, "domain.pddl"), "problem": Path(folder, "problem.pddl")}
+            files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
             files["domain"].write_text(format_domain(domain))
             files["problem"].write_text(format_problem(problem))
-            arguments = [each.format(**files) for each in self._command.arguments]
+            texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
+            if self._program.improving and improve > 0 and Need.COSTS in needs_of(domain, problem):
+                texts["improve"] = str(max(1, round(improve)))
+                self._call(self._program.improving, texts, folder)
+                if plan := self._plan_in(folder, names):
+                    return plan
+            output = self._call(self._program.arguments, texts, folder)
+            if not self._program.step:
+                plan = self._plan_in(folder, names)
+                if plan is not None:
+                    return plan
+        return self._read(output, names)
+
+    def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
+        """Run the program and return what it prints."""
+        words = [each.format(**texts) for each in arguments]
+        command = [*self._program.command(self._own), *words, *self._options]
+        try:
+            done = subprocess.run(  # noqa: S603  no shell, the user's own program
+                command, cwd=folder, capture_output=True, check=False, stdin=subprocess.DEVNULL
+            )
+        except OSError as error:
+            raise PlanningError(f"cannot start {command[0]}: {error.strerror}") from error
+        output = (done.stdout + done.stderr).decode(errors="replace")
+        return f"{output}\n{_STATUS}{done.returncode}"
+
+    def _plan_in(self, folder: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan that the program wrote, which is the last one; None when it wrote none."""
+        paths = [path for path in Path(folder).glob(f"{_PLAN}*") if path.is_file()]
+        for path in sorted(paths, key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True):
+            if self._program.no_plan and self._program.no_plan in path.read_text(errors="replace"):
+                continue
             try:
-                done = subprocess.run(  # noqa: S603  no shell, the user's own program
-                    [self._program, *arguments, *self._options],
-                    cwd=folder,
-                    capture_output=True,
-                    check=False,
-                    stdin=subprocess.DEVNULL,
-                )
-            except OSError as error:
-                raise PlanningError(f"cannot start {self._program}: {error.strerror}") from error
-        output = done.stdout.decode(errors="replace")
-        if self._command.solved in output:
-            return tuple(self._steps(output.split(self._command.solved, 1)[1], PlanNames(domain, problem)))
-        if self._command.unsolvable.search(output):
+                steps = load_plan(path, names)
+            except PlanningError as error:
+                raise PlanningError(f"{self.name} made no sense: {error.message}") from None
+            return steps if self._program.times and names.durative else _untimed(steps)
+        return None
+
+    def _read(self, output: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the plan that the program printed, or None for one that says that there is none."""
+        said, _, status = output.rpartition(_STATUS)
+        program = self._program
+        if program.step and program.solved in said:
+            return tuple(self._steps(said.split(program.solved, 1)[1], names))
+        if program.unsolvable.search(said):
             return None
-        last = (output + done.stderr.decode(errors="replace")).strip()[-300:]
-        raise PlanningError(
-            f"{self._program} ended with exit status {done.returncode} and without a plan: {last}"
-        )
+        last = " ".join(said.split())[-_WORDS:]
+        raise PlanningError(f"{self.name} ended with exit status {status} and without a plan: {last}")
 
     def _steps(self, output: str, names: PlanNames) -> Iterator[PlannedAction]:
-        for match in self._command.step.finditer(output):
+        assert self._program.step
+        for match in self._program.step.finditer(output):
             name, *arguments = match["step"].split()
             if name.upper() == "REACH-GOAL":
                 continue  # FF's own last step
             times = {key: float(value) for key, value in match.groupdict().items() if key != "step"}
             yield names.step(name, arguments, **times)
+
+
+_STATUS: Final = "exit status "
+
+
+def _untimed(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:
+    return tuple(PlannedAction(step.name, step.arguments) for step in steps)
+
+
+def seconds_of(improve: str) -> float:
+    """Return the value of the option ``improve``.
+
+    :raises UnknownPlannerError: when it is not a number.
+    """
+    try:
+        seconds = float(improve)
+    except ValueError:
+        seconds = float("nan")
+    if not isfinite(seconds):
+        raise UnknownPlannerError(f"improve={improve} is not a number of seconds")
+    return seconds

@@ -8,7 +8,7 @@ from typing import Final
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.compile.grounding import ground
 from cxbridge.executive.planning.compile.strips import Operator, StripsTask
-from cxbridge.executive.planning.engines.needs import CLASSICAL
+from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
 from cxbridge.executive.planning.errors import UnknownPlannerError
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
@@ -30,6 +30,7 @@ class PyperplanPlanner(Planner):
 
     name = "pyperplan"
     understands = CLASSICAL
+    ignores = frozenset({Need.COSTS, Need.COUNTERS})
 
     def __init__(self, search: str = "gbf", heuristic: str = "hff") -> None:
         for what, value, known in (("search", search, SEARCHES), ("heuristic", heuristic, HEURISTICS)):

@@ -11,9 +11,13 @@ from cxbridge.executive.planning.planner import PlannedAction
 
 
 class PlanNames:
-    """Finds the actions and objects that a planner means."""
+    """Finds the actions and objects that a planner means.
+
+    :ivar durative: whether actions take time.
+    """
 
     def __init__(self, domain: Domain, problem: Problem) -> None:
+        self.durative = any(action.durative for action in domain.actions)
         self._actions = _table(action.name for action in domain.actions)
         self._objects = _table((*names_of(domain.constants), *names_of(problem.objects)))
 

@@ -8,15 +8,18 @@ from enum import Enum
 from cxbridge.executive.pddl import Domain, Formula, Problem
 from cxbridge.executive.pddl.ast import (
     And,
+    Constant,
     FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
     Quantified,
+    Term,
     TermComparison,
     Timed,
     When,
+    number_of,
 )
 
 
@@ -29,15 +32,18 @@ class Need(Enum):
     CONDITIONAL_EFFECTS = "conditional effects"
     EQUALITY = "equality"
     COSTS = "costs of actions"
+    COUNTERS = "numbers that no condition reads"
     NUMBERS = "numbers"
+    FRACTIONS = "numbers with fractions"
     TIME = "durative actions"
 
 
 CLASSICAL = frozenset(
-    {Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS, Need.CONDITIONAL_EFFECTS, Need.EQUALITY, Need.COSTS}
+    {Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS, Need.CONDITIONAL_EFFECTS, Need.EQUALITY}
 )
-"""All but numbers and time."""
+"""All but numbers, costs and time."""
 
+TOTAL_TIME = "total-time"
 TOTAL_COST = "total-cost"
 """The one number that says nothing but how much a plan costs."""
 
@@ -45,16 +51,48 @@ TOTAL_COST = "total-cost"
 def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
     """Return what the problem needs, each with where it was seen first, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
+    for where, formula, effect in _formulas(domain, problem):
+        for need in _needs(formula, effect=effect):
+            needs.setdefault(need, where)
     for action in domain.actions:
-        where = f"action {action.name}"
         if action.durative:
-            needs.setdefault(Need.TIME, where)
-        for formula, effect in ((action.condition, False), (action.effect, True)):
-            for need in _needs(formula, effect=effect):
-                needs.setdefault(need, where)
-    for need in _needs(problem.goal, effect=False):
-        needs.setdefault(need, "the goal")
+            needs.setdefault(Need.TIME, f"action {action.name}")
+    if problem.metric is not None and problem.metric[1] != FunctionTerm(TOTAL_TIME, ()):
+        needs[Need.COSTS] = "the metric"
+    if {Need.NUMBERS, Need.TIME} & needs.keys() and _has_fractions(domain, problem):
+        needs[Need.FRACTIONS] = "the values of functions"
     return needs
+
+
+def _formulas(domain: Domain, problem: Problem) -> Iterator[tuple[str, Formula | None, bool]]:
+    """Yield where each formula is, and whether it is an effect."""
+    for action in domain.actions:
+        yield f"action {action.name}", action.condition, False
+        yield f"action {action.name}", action.effect, True
+    yield "the goal", problem.goal, False
+
+
+def _has_fractions(domain: Domain, problem: Problem) -> bool:
+    """Whether a number is none of the integers, or may become a fraction."""
+    if any(value != int(value) for _, value in problem.numbers):
+        return True
+    formulas = [formula for _, formula, _ in _formulas(domain, problem)]
+    formulas += [action.duration for action in domain.actions]
+    parts = [part for formula in formulas if formula is not None for part in formula.walk()]
+    if any(isinstance(part, NumericChange) and part.operator == "scale-down" for part in parts):
+        return True
+    return any(_is_fraction(term) for part in parts for term in part.terms)
+
+
+def _is_fraction(term: Term) -> bool:
+    match term:
+        case Constant(name=name):
+            value = number_of(name)
+            return value is not None and value != int(value)
+        case FunctionTerm(function=name, arguments=terms):
+            return name == "/" or any(map(_is_fraction, terms))
+        case _:
+            return False
 
 
 def _needs(  # noqa: C901, PLR0912  a case for each kind of formula
@@ -90,9 +128,8 @@ def _needs(  # noqa: C901, PLR0912  a case for each kind of formula
             numeric = operator != "=" or isinstance(left, FunctionTerm) or isinstance(right, FunctionTerm)
             yield Need.NUMBERS if numeric else Need.EQUALITY
         case NumericChange(operator=operator, target=target):
-            cost = (
-                operator == "increase" and isinstance(target, FunctionTerm) and target.function == TOTAL_COST
-            )
-            yield Need.COSTS if cost else Need.NUMBERS
+            cost = operator == "increase" and target == FunctionTerm(TOTAL_COST, ())
+            if not cost:
+                yield Need.COUNTERS
         case _:
             return

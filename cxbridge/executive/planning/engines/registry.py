@@ -2,20 +2,26 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Final
+from collections.abc import Collection, Mapping
+from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.command import COMMANDS, CommandPlanner
+from cxbridge.executive.planning.engines.command import CommandPlanner
 from cxbridge.executive.planning.engines.embedded import PyperplanPlanner
+from cxbridge.executive.planning.engines.needs import Need, needs_of
+from cxbridge.executive.planning.engines.programs import PROGRAMS
 from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
 from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedProblemError
 from cxbridge.executive.planning.planner import Planner
 
 AUTO: Final = "auto"
-"""The first planner that is installed and understands the problem."""
+"""All planners that are installed and can take the problem, one after the other until there is a plan."""
 
-NAMES: Final = ("pyperplan", *ENGINES, *COMMANDS)
+_CLASSICAL: Final = ("fast-downward", "pyperplan", "lpg", "enhsp", "fd", "ff", "aries", "tamer")
+_NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
+_TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
+
+NAMES: Final = ("pyperplan", *ENGINES, *PROGRAMS)
 
 
 def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner:
@@ -31,7 +37,7 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
             return PyperplanPlanner(**given)
         if name in ENGINES:
             return UnifiedPlanner(name, **given)
-        if name in COMMANDS:
+        if name in PROGRAMS:
             return CommandPlanner(name, **given)
     except TypeError:
         raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(given))}") from None
@@ -40,23 +46,55 @@ def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner
     )
 
 
-def choose_planner(
+class Choice(NamedTuple):
+    """The planners for a problem.
+
+    :param planners: in the order in which they are tried.
+    :param reasons: why the others are not among them, or why one comes late.
+    """
+
+    planners: tuple[Planner, ...]
+    reasons: tuple[str, ...]
+
+
+def choose_planners(
     name: str, domain: Domain, problem: Problem, options: Mapping[str, str] | None = None
-) -> Planner:
-    """Return the planner of a name, or for :data:`AUTO` the first that can take the problem.
+) -> Choice:
+    """Return the planner of a name, or for :data:`AUTO` all that can take the problem.
 
     :raises UnknownPlannerError: when there is none of that name.
-    :raises UnsupportedProblemError: when it cannot take this problem, with the reason.
+    :raises UnsupportedProblemError: when none can take this problem, with the reasons.
     """
     if name != AUTO:
         planner = make_planner(name, options)
         planner.check(domain, problem)
-        return planner
-    reasons = []
-    for each in NAMES:
+        return Choice((planner,), ())
+    fitting: list[tuple[int, Planner]] = []
+    reasons, absent = [], []
+    for each in _order(needs_of(domain, problem)):
         planner = make_planner(each)
-        reason = planner.not_installed or planner.refuses(domain, problem)
-        if not reason:
-            return planner
-        reasons.append(reason)
-    raise UnsupportedProblemError(f"no planner can take this problem: {'; '.join(reasons)}")
+        if planner.not_installed:
+            absent.append(planner.not_installed)
+            continue
+        reason = planner.refuses(domain, problem)
+        if reason:
+            reasons.append(reason)
+            continue
+        left_out = planner.left_out(domain, problem)
+        reasons += [f"{each} ignores {need.value}" for need in left_out]
+        fitting.append((len(left_out), planner))
+    if not fitting:
+        raise UnsupportedProblemError(f"no planner can take this problem: {'; '.join(reasons + absent)}")
+    fitting.sort(key=lambda pair: pair[0])  # it is stable: the order among equals stays
+    return Choice(tuple(planner for _, planner in fitting), tuple(reasons))
+
+
+def _order(needs: Collection[Need]) -> tuple[str, ...]:
+    """Return the planners in the order of measured success (docs/planning.md)."""
+    if Need.TIME in needs:
+        first = _TEMPORAL
+    elif Need.NUMBERS in needs:
+        first = _NUMERIC
+    else:
+        first = _CLASSICAL
+    return (*first, *(name for name in NAMES if name not in first))

@@ -1,4 +1,4 @@
-"""Planners of the unified-planning library: Fast Downward, Tamer, Aries and others (extra ``planners``)."""
+"""Planners that the unified-planning library calls: Tamer and Aries (extra ``planners``)."""
 
 from __future__ import annotations
 
@@ -10,10 +10,14 @@ from pathlib import Path
 from typing import Any, Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
+from cxbridge.executive.planning.engines.command import seconds_of
 from cxbridge.executive.planning.engines.names import PlanNames
-from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
-from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
+from cxbridge.executive.planning.engines.needs import Need
+from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction, Planner
+
+_END_S: Final = 0.5
+"""How long before the end of its time an engine that looks for better plans ends."""
 
 
 class UnifiedEngine(NamedTuple):
@@ -21,27 +25,39 @@ class UnifiedEngine(NamedTuple):
 
     :param module: the Python module that it consists of.
     :param package: what to install for it.
+    :param understands: as of a planner; so are ``ignores`` and ``fails_with``.
     :param anytime: whether it can go on looking for better plans.
+    :param integers: whether its numbers are integers only.
     """
 
     module: str
     package: str
     understands: frozenset[Need]
     anytime: bool = False
+    integers: bool = False
+    ignores: frozenset[Need] = frozenset()
+    fails_with: tuple[frozenset[Need], ...] = ()
 
 
-_STRIPS: Final = frozenset({Need.NEGATION, Need.EQUALITY})
+_EXPRESSIVE: Final = frozenset(
+    {
+        *(Need.NEGATION, Need.EQUALITY, Need.DISJUNCTION, Need.QUANTIFIERS),
+        *(Need.COUNTERS, Need.NUMBERS, Need.TIME),
+    }
+)
 
 ENGINES: Final = {
-    "fast-downward": UnifiedEngine("up_fast_downward", "up-fast-downward", CLASSICAL),
     "aries": UnifiedEngine(
         "up_aries",
         "up-aries",
-        _STRIPS | {Need.DISJUNCTION, Need.COSTS, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS},
+        _EXPRESSIVE | {Need.COSTS},
         anytime=True,
+        integers=True,
+        # no formula of unified-planning has a quantifier at a moment of a durative action
+        fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
     "tamer": UnifiedEngine(
-        "up_tamer", "up-tamer", _STRIPS | {Need.DISJUNCTION, Need.NUMBERS, Need.TIME, Need.QUANTIFIERS}
+        "up_tamer", "up-tamer", _EXPRESSIVE | {Need.FRACTIONS}, ignores=frozenset({Need.COSTS})
     ),
 }
 """The engines that are known by name, in the order in which they are tried."""
@@ -58,12 +74,11 @@ class UnifiedPlanner(Planner):
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
         self.name = name
-        try:
-            self._improve = float(improve)
-        except ValueError:
-            raise UnknownPlannerError(f"improve={improve} is not a number of seconds") from None
+        self._improve = seconds_of(improve)
         self._engine = ENGINES[name]
         self.understands = self._engine.understands
+        self.ignores = self._engine.ignores
+        self.fails_with = self._engine.fails_with
 
     @property
     def not_installed(self) -> str:
@@ -85,6 +100,8 @@ class UnifiedPlanner(Planner):
             task = io.PDDLReader().parse_problem_string(format_domain(domain), format_problem(problem))
         except Exception as error:
             raise PlanningError(f"unified-planning cannot read the problem: {_first_line(error)}") from error
+        if self._engine.integers:
+            _count_in_integers(task)
         # engines leave files behind where they stand
         with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
             before = Path.cwd()
@@ -92,7 +109,7 @@ class UnifiedPlanner(Planner):
             try:
                 result = self._call(shortcuts, task, improve=problem.metric is not None)
             except Exception as error:
-                raise PlanningError(f"{self.name} failed: {_first_line(error)}") from error
+                raise PlanningError(f"{self.name} failed: {_reason(error)}") from error
             finally:
                 os.chdir(before)
         return self._plan(result, names)
@@ -102,7 +119,8 @@ class UnifiedPlanner(Planner):
         if improve and self._improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
-                results = list(engine.get_solutions(task, timeout=self._improve))
+                improve = min(self._improve, max(0.0, self.seconds - _END_S))
+                results = list(engine.get_solutions(task, timeout=improve))
             found = [each for each in results if each.plan is not None]
             if found:
                 return found[-1]
@@ -126,6 +144,14 @@ class UnifiedPlanner(Planner):
         return tuple(_step(each, names) for each in result.plan.actions)
 
 
+def _count_in_integers(task: Any) -> None:
+    """Let the functions of a task have integers as values: PDDL says no more than that they are numbers."""
+    kinds = importlib.import_module("unified_planning.shortcuts")
+    for fluent in task.fluents:
+        if fluent.type.is_real_type():
+            fluent._typename = kinds.IntType()  # noqa: SLF001 - a reader of PDDL cannot be told
+
+
 def _avoid_spaces(engine: Any) -> None:
     """Let aries be found where its path has a space, at which it splits its command line (up-aries 0.5)."""
     program = getattr(engine, "_executable", "")
@@ -140,6 +166,14 @@ def _step(
     instance: Any, names: PlanNames, start: float | None = None, duration: float | None = None
 ) -> PlannedAction:
     return names.step(instance.action.name, map(str, instance.actual_parameters), start, duration)
+
+
+def _reason(error: BaseException) -> str:
+    """Return why a call failed; the first line of an error of gRPC does not say."""
+    code, details = getattr(error, "code", None), getattr(error, "details", None)
+    if callable(code) and callable(details):
+        return f"its server does not answer any more ({getattr(code(), 'name', code())}: {details()})"
+    return _first_line(error)
 
 
 def _first_line(error: BaseException) -> str:

@@ -15,7 +15,6 @@ from cxbridge.executive.pddl.ast import (
     Imply,
     Not,
     NumericChange,
-    Or,
     Quantified,
     Term,
     TermComparison,
@@ -148,32 +147,7 @@ def _values(term: Term, bound: Bound, truth: Truth) -> list[str]:
 
 
 def _text(formula: Formula, bound: Bound) -> str:
-    return format_formula(_bind(formula, bound))
-
-
-def _bind(  # noqa: PLR0911  a case for each kind of formula
-    formula: Formula, bound: Bound
-) -> Formula:
-    """Return a condition with objects in the place of its variables."""
-    match formula:
-        case Atom(predicate=name, arguments=terms):
-            return Atom(name, tuple(_bind_term(term, bound) for term in terms))
-        case And(parts=parts):
-            return And(tuple(_bind(part, bound) for part in parts))
-        case Or(parts=parts):
-            return Or(tuple(_bind(part, bound) for part in parts))
-        case Not(part=part):
-            return Not(_bind(part, bound))
-        case Imply(condition=first, consequence=second):
-            return Imply(_bind(first, bound), _bind(second, bound))
-        case TermComparison(operator=sign, left=left, right=right):
-            return TermComparison(sign, _bind_term(left, bound), _bind_term(right, bound))
-        case Quantified(quantifier=quantifier, variables=variables, part=part):
-            own = {name for group in variables for name in group.names}
-            outer = {name: value for name, value in bound.items() if name not in own}
-            return Quantified(quantifier, variables, _bind(part, outer))
-        case _:
-            return formula
+    return format_formula(formula.map_terms(lambda term: _bind_term(term, bound)))
 
 
 def _bind_term(term: Term, bound: Bound) -> Term:

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Final
 
 from cxbridge.executive.pddl import Problem
+from cxbridge.executive.planning.engines.needs import TOTAL_TIME
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
 from cxbridge.executive.problem.truth import Truth
-
-TOTAL_TIME: Final = "total-time"
 
 
 def value_of_metric(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:

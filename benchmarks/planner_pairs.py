@@ -1,0 +1,158 @@
+"""Plans public pairs of domain and problem with `auto`, and what `auto` does not plan with each engine.
+
+``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--engines] [--validate PROGRAM]``
+
+A pair is a problem and the domain beside it: ``domain.pddl``, or the domain of that name in the folder, the
+folder above or ``domains``. PROGRAM is VAL's ``Validate``. A line of JSON for each pair, then the table of
+docs/planning.md: pairs by what they need, how many are read and planned, by which engine, in which time.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import re
+import statistics
+import subprocess
+import tempfile
+import time
+from collections import Counter
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.pddl import load_domain, load_problem
+from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
+from cxbridge.executive.planning.engines.needs import Need, needs_of
+from cxbridge.executive.planning.engines.registry import AUTO, choose_planners
+
+_DIGITS = re.compile(r"\d+")
+_NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
+
+
+def pairs(folders: list[Path], most: int) -> Iterator[tuple[Path, Path]]:
+    """Yield domains and problems, at most some of each folder."""
+    for folder in folders:
+        found: Counter[Path] = Counter()
+        for path in sorted(folder.rglob("*.pddl"), key=_natural):
+            names = _names(path)
+            domain = _domain_of(path, names.get(":domain", "")) if "problem" in names else None
+            if domain is not None and found[path.parent] < most:
+                found[path.parent] += 1
+                yield domain, path
+
+
+def _natural(path: Path) -> tuple[str, list[int], str]:
+    return str(path.parent), list(map(int, _DIGITS.findall(path.name))), path.name
+
+
+def _names(path: Path) -> dict[str, str]:
+    text = path.read_text(errors="replace")
+    return {key.lower(): name.lower() for key, name in _NAME.findall(re.sub(r";.*", "", text)[:5000])}
+
+
+def _domain_of(problem: Path, name: str) -> Path | None:
+    number = "".join(_DIGITS.findall(problem.stem))
+    places = [problem.parent, problem.parent.parent, problem.parent.parent / "domains"]
+    candidates = [path for place in places if place.is_dir() for path in sorted(place.glob("*.pddl"))]
+    fitting = [path for path in candidates if _names(path).get("domain") == name and path != problem]
+    numbered = [path for path in fitting if number and "".join(_DIGITS.findall(path.stem)) == number]
+    plain = [path for path in fitting if path.name == "domain.pddl"]
+    return next(iter(numbered or plain or fitting), None)
+
+
+def kind_of(needs: dict[Need, str]) -> str:
+    """Return the row of the table that a problem belongs to."""
+    if Need.TIME in needs:
+        return "durative actions, numbers" if Need.NUMBERS in needs else "durative actions"
+    if Need.NUMBERS in needs:
+        return "numbers"
+    if Need.COSTS in needs:
+        return "costs"
+    return "ADL" if needs.keys() - {Need.NEGATION, Need.EQUALITY} else "STRIPS"
+
+
+def measure(
+    domain_file: Path, problem_file: Path, seconds: float, validate: str, *, engines: bool
+) -> dict[str, Any]:
+    """Return what comes of a pair."""
+    row: dict[str, Any] = {"domain": str(domain_file), "problem": str(problem_file)}
+    try:
+        domain = load_domain(domain_file)
+        problem = load_problem(problem_file, domain)
+        row["kind"] = kind_of(needs_of(domain, problem))
+        names = [planner.name for planner in choose_planners(AUTO, domain, problem).planners]
+    except (CxbridgeError, RecursionError) as error:
+        return {**row, "error": str(error)}
+    for name in (AUTO, *(names if engines else ())):
+        begin = time.monotonic()
+        with PlanningService(at_once=1) as service:
+            result = service.plan(PlanRequest(domain, problem, name, timeout=seconds))
+        row[name] = result.status.value
+        if result.status is PlanStatus.PLANNED:
+            row |= {"engine": result.planner, "seconds": round(time.monotonic() - begin, 2)}
+            row |= {"steps": len(result.actions), "why": result.why}
+            if validate:
+                text = "".join(f"{step}\n" for step in result.actions)
+                row["valid"] = _is_valid(validate, domain_file, problem_file, text)
+        else:
+            row[f"{name} says"] = result.message[:400]
+        if (
+            result.status is not PlanStatus.TIMEOUT
+            and name == AUTO
+            and result.status is not PlanStatus.FAILED
+        ):
+            break
+    return row
+
+
+def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool:
+    with tempfile.NamedTemporaryFile("w", suffix=".plan") as file:
+        file.write(plan)
+        file.flush()
+        command = [program, "-t", "0.001", str(domain), str(problem), file.name]
+        done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    return "Plan valid" in done.stdout
+
+
+def table(rows: list[dict[str, Any]]) -> Iterator[str]:
+    """Yield the lines of the table."""
+    yield "| needs | pairs | read | planned | by `auto` | no plan | engines of `auto` | median | VAL: valid |"
+    yield "| --- | --- | --- | --- | --- | --- | --- | --- | --- |"
+    for kind in sorted({row.get("kind", "not read") for row in rows}):
+        of_kind = [row for row in rows if row.get("kind", "not read") == kind]
+        read = [row for row in of_kind if "error" not in row]
+        by_auto = [row for row in read if row.get(AUTO) == "PLANNED"]
+        by_any = [row for row in read if "engine" in row]
+        none = [row for row in read if row.get(AUTO) == "NO-PLAN"]
+        engines = ", ".join(
+            f"{name} {n}" for name, n in Counter(row["engine"] for row in by_auto).most_common()
+        )
+        median = f"{statistics.median(row['seconds'] for row in by_auto):.1f} s" if by_auto else ""
+        valid = sum(row.get("valid", False) for row in by_any)
+        cells = (kind, len(of_kind), len(read), len(by_any), len(by_auto), len(none), engines, median, valid)
+        yield f"| {' | '.join(map(str, cells))} |"
+
+
+def main() -> None:
+    """Measure."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("folders", nargs="+", type=Path)
+    parser.add_argument("--most", type=int, default=1, help="pairs of a folder")
+    parser.add_argument("--timeout", type=float, default=30.0)
+    parser.add_argument("--engines", action="store_true", help="try each engine when auto has no plan")
+    parser.add_argument("--validate", default="", help="VAL's program Validate")
+    parser.add_argument("-o", "--output", type=Path)
+    asked = parser.parse_args()
+    rows = []
+    for domain, problem in pairs(asked.folders, asked.most):
+        rows.append(measure(domain, problem, asked.timeout, asked.validate, engines=asked.engines))
+        print(json.dumps(rows[-1]), flush=True)
+        if asked.output:
+            asked.output.write_text("\n".join(map(json.dumps, rows)) + "\n")
+    print("\n".join(table(rows)))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,148 @@
+"""The programs that plan: where they are, how they are called, and how their answers are read."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Final, NamedTuple
+
+from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
+
+_STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
+_FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
+_TIMED: Final = re.compile(
+    r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
+)
+_NEVER: Final = re.compile(r"(?!)")
+
+
+class PlannerProgram(NamedTuple):
+    """How to call a program and read its answer.
+
+    :param words: its command, the program first; ``{folder}`` is the folder of its package, ``{python}`` this
+        Python.
+    :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` begins the names of
+        files with plans.
+    :param understands: as of a planner; so are ``ignores`` and ``fails_with``.
+    :param unsolvable: what it prints when it knows that there is no plan.
+    :param step: a step of a plan that it prints: ``step``, perhaps ``start`` and ``duration``; None: it
+        writes plans into files.
+    :param solved: what it prints before such a plan.
+    :param no_plan: what a file says that holds no plan.
+    :param improving: its arguments to look for better plans for ``{improve}`` seconds; empty: it cannot.
+    :param package: the package that holds it; empty: it is on the PATH.
+    :param module: the module of that package.
+    :param times: whether its plans have times, when actions are durative.
+    :param proves: whether it is right when it says that there is no plan.
+    :param options: further options, unless the user gives others.
+    """
+
+    words: tuple[str, ...]
+    arguments: tuple[str, ...]
+    understands: frozenset[Need]
+    unsolvable: re.Pattern[str] = _NEVER
+    step: re.Pattern[str] | None = None
+    solved: str = ""
+    no_plan: str = ""
+    improving: tuple[str, ...] = ()
+    times: bool = False
+    ignores: frozenset[Need] = frozenset()
+    fails_with: tuple[frozenset[Need], ...] = ()
+    package: str = ""
+    module: str = ""
+    options: str = ""
+    proves: bool = True
+
+    def missing(self, own: str) -> str:
+        """Return what is missing to call it; empty: nothing.
+
+        :param own: the user's own program.
+        """
+        if self.package and not own and find_spec(self.module) is None:
+            return f"pip install {self.package}"
+        program = self.command(own)[0]
+        return "" if shutil.which(program) else f"there is no program '{program}' on the PATH"
+
+    def command(self, own: str) -> list[str]:
+        """Return the command without its arguments."""
+        if own:
+            return [own]
+        spec = find_spec(self.module) if self.module else None
+        folder = "" if spec is None or spec.origin is None else str(Path(spec.origin).parent)
+        return [word.format(folder=folder, python=sys.executable) for word in self.words]
+
+
+_POPF_NEEDS: Final = frozenset(
+    {Need.TIME, Need.NUMBERS, Need.FRACTIONS, Need.COUNTERS, Need.COSTS, Need.EQUALITY}
+)
+_NUMERIC: Final = frozenset({Need.COSTS, Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS})
+_FD_TASK: Final = ("{domain}", "{problem}")
+_TASK: Final = ("-o", "{domain}", "-f", "{problem}")
+
+PROGRAMS: Final = {
+    "fast-downward": PlannerProgram(
+        ("{python}", "{folder}/downward/fast-downward.py"),
+        ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),
+        CLASSICAL | {Need.COSTS},
+        re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
+        improving=(
+            *("--plan-file", "{plan}", "--search-time-limit", "{improve}"),
+            *("--alias", "seq-sat-lama-2011", *_FD_TASK),
+        ),
+        package="up-fast-downward",
+        module="up_fast_downward",
+    ),
+    "enhsp": PlannerProgram(
+        ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
+        (*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
+        CLASSICAL | _NUMERIC,
+        re.compile("Problem unsolvable|Problem Detected as Unsolvable", re.IGNORECASE),
+        improving=(
+            *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
+            *("-anytime", "-timeout", "{improve}"),
+        ),
+        package="up-enhsp",
+        module="up_enhsp",
+    ),
+    "lpg": PlannerProgram(
+        ("{folder}/lpg",),
+        (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
+        _NUMERIC | {Need.TIME, Need.EQUALITY, Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS},
+        # its search is local: it does not know that there is no plan, but for goals out of reach
+        re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
+        no_plan="no solution",
+        improving=(*_TASK, "-n", "100", "-cputime", "{improve}", "-seed", "2004", "-out", "{plan}"),
+        times=True,
+        proves=False,
+        package="up-lpg",
+        module="up_lpg",
+    ),
+    "ff": PlannerProgram(
+        ("ff",),
+        _TASK,
+        CLASSICAL,
+        re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
+        _STEP,
+        "found legal plan as follows",
+        ignores=frozenset({Need.COSTS}),
+    ),
+    "fd": PlannerProgram(
+        ("fast-downward",),
+        _FD_TASK,
+        CLASSICAL | {Need.COSTS},
+        re.compile("without finding a solution|unsolvable"),
+        _FD_STEP,
+        "Solution found",
+        options='--search "lazy_greedy([ff()], preferred=[ff()])"',
+    ),
+    "popf": PlannerProgram(
+        ("popf",), _FD_TASK, _POPF_NEEDS, re.compile("unsolvable"), _TIMED, "Solution Found", times=True
+    ),
+    "optic": PlannerProgram(
+        ("optic-clp",), _FD_TASK, _POPF_NEEDS, re.compile("unsolvable"), _TIMED, "Solution Found", times=True
+    ),
+}
+"""The programs by name; `ff`, `fd` and `popf` are the names that Fawkes' configuration has for them."""

@@ -1,0 +1,154 @@
+"""`auto`: planners try one after the other, and the result says which did, and why."""
+
+from __future__ import annotations
+
+import os
+
+import pytest
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
+from cxbridge.executive.planning.engines import unified
+from cxbridge.executive.planning.engines.needs import Need, needs_of
+from cxbridge.executive.planning.engines.registry import AUTO, NAMES, choose_planners, make_planner
+
+DOMAIN = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
+  (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))""")
+PROBLEM = parse_problem("(define (problem p) (:domain t) (:init) (:goal (done)))", DOMAIN)
+PLANS = "printf ';;;; Solution Found\\n0.000: (work) [3.000]\\n'"
+WRONG = "printf ';;;; Solution Found\\n0.000: (work) [7.000]\\n'"
+CRASHES = "echo 'no idea'; exit 9"
+HANGS = "exec sleep 1000"
+
+
+@pytest.fixture
+def programs(tmp_path, monkeypatch):
+    """Put two temporal planners on the PATH, in this order; no other one is installed."""
+
+    def put(optic, popf):
+        for name, script in (("optic-clp", optic), ("popf", popf)):
+            (tmp_path / name).write_text(f"#!/bin/sh\n{script}\n")
+            (tmp_path / name).chmod(0o755)
+        monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
+    monkeypatch.setattr(unified, "find_spec", lambda _name: None)
+    monkeypatch.setattr("cxbridge.executive.planning.engines.programs.find_spec", lambda _name: None)
+    return put
+
+
+@pytest.fixture
+def service():
+    with PlanningService() as service:
+        yield service
+
+
+@pytest.mark.parametrize(
+    ("optic", "why"),
+    [
+        (CRASHES, "optic ended with exit status 9 and without a plan: no idea"),
+        (WRONG, "optic made a plan that does not hold: step 1, (work): it takes 7 s, and the domain says 3"),
+        (HANGS, "optic found no plan within 1"),
+        ("kill -SEGV $$", "optic ended with exit status -11"),
+    ],
+)
+def test_the_next_planner_tries_when_one_fails(programs, service, optic, why):
+    programs(optic, PLANS)
+    result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=3.0))
+    assert (result.status, result.planner) == (PlanStatus.PLANNED, "popf"), result.message
+    assert why in result.why
+    assert "pyperplan knows nothing of durative actions (action work)" in result.why
+
+
+def test_when_all_fail_the_message_has_each_reason(programs, service):
+    programs(CRASHES, WRONG)
+    result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=10.0))
+    assert result.status is PlanStatus.FAILED
+    assert "no idea" in result.message
+    assert "it takes 7 s" in result.message
+
+
+def test_a_proof_that_there_is_no_plan_is_the_last_word(programs, service):
+    programs("echo unsolvable", CRASHES)
+    assert service.plan(PlanRequest(DOMAIN, PROBLEM)).status is PlanStatus.NO_PLAN
+
+
+def test_a_time_out_says_what_was_tried_and_what_else_there_is(programs, service):
+    programs(HANGS, HANGS)
+    result = service.plan(PlanRequest(DOMAIN, PROBLEM, timeout=0.6))
+    assert result.status is PlanStatus.TIMEOUT
+    assert result.message.startswith(
+        "no plan within 0.6 s (tried: optic, popf): give more time, or install one of"
+    )
+    assert "aries" in result.message
+
+
+def test_without_a_fitting_planner_each_is_named_with_its_reason(programs, service):
+    programs(PLANS, PLANS)
+    text = "(:predicates (done) (p)) (:action a :parameters () :precondition (not (p)) :effect (p))"
+    odd = parse_domain(
+        "(define (domain t) (:requirements :durative-actions :adl) "
+        f"{text} (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))"
+    )
+    with pytest.raises(UnsupportedProblemError) as raised:
+        choose_planners(AUTO, odd, PROBLEM)
+    for name in NAMES:
+        assert name in raised.value.message
+
+
+COSTS = """(define (domain c) (:requirements :strips :action-costs) (:predicates (a) (b))
+  (:functions (total-cost) - number)
+  (:action dear :parameters () :effect (and (b) (increase (total-cost) 100)))
+  (:action cheap :parameters () :effect (and (a) (increase (total-cost) 1)))
+  (:action cheaper :parameters () :precondition (a) :effect (and (b) (increase (total-cost) 1))))"""
+TASK = "(define (problem x) (:domain c) (:init (= (total-cost) 0)) (:goal (b)) {metric})"
+
+
+def choice(metric):
+    domain = parse_domain(COSTS)
+    return choose_planners(AUTO, domain, parse_problem(TASK.format(metric=metric), domain))
+
+
+def test_planners_that_ignore_costs_come_last_when_the_metric_asks_for_costs():
+    found = choice("(:metric minimize (total-cost))")
+    ignoring = [planner.name in {"pyperplan", "tamer"} for planner in found.planners]
+    assert ignoring == sorted(ignoring)
+    assert "pyperplan ignores costs of actions" in found.reasons
+
+
+def test_without_a_metric_costs_are_no_need():
+    assert "pyperplan ignores costs of actions" not in choice("").reasons
+
+
+@pytest.mark.skipif(bool(make_planner("aries").not_installed), reason="pip install '.[planners]'")
+def test_costs_count(service):
+    domain = parse_domain(COSTS)
+    problem = parse_problem(TASK.format(metric="(:metric minimize (total-cost))"), domain)
+    result = service.plan(PlanRequest(domain, problem))
+    assert [str(step) for step in result.actions] == ["(cheap)", "(cheaper)"], result.why
+
+
+@pytest.mark.parametrize(
+    ("effect", "condition", "init", "expected"),
+    [
+        ("(increase (f) 1)", "(p)", "", {Need.COUNTERS}),
+        ("(increase (f) 1)", "(> (f) 1)", "(= (f) 2)", {Need.COUNTERS, Need.NUMBERS}),
+        ("(increase (f) 1)", "(> (f) 1)", "(= (f) 2.5)", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
+        ("(increase (f) 0.5)", "(> (f) 1)", "", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
+        ("(scale-down (f) 2)", "(> (f) 1)", "", {Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS}),
+        ("(p)", "(> (/ (f) 3) 1)", "", {Need.NUMBERS, Need.FRACTIONS}),
+    ],
+)
+def test_needs_of_numbers(effect, condition, init, expected):
+    domain = parse_domain(
+        f"""(define (domain d) (:requirements :fluents) (:predicates (p)) (:functions (f))
+      (:action a :parameters () :precondition {condition} :effect {effect}))"""
+    )
+    problem = parse_problem(f"(define (problem p) (:domain d) (:init {init}) (:goal (p)))", domain)
+    assert needs_of(domain, problem).keys() == expected
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_what_a_planner_ignores_it_does_not_understand(name):
+    planner = make_planner(name)
+    assert not planner.understands & planner.ignores
+    assert all(len(each) > 1 for each in planner.fails_with)
