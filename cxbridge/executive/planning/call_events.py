@@ -70,6 +70,20 @@ class PlannerCallReporter:
     ) -> None:
         """Emit an event."""
         if self.bus.wants(PlannerCall):
-            names = [str(name) for name in (self.env, self.call, self.goal, self.planner, self.domain)]
-            of_call = (*names, str(self.problem), status, duration_us, actions, reason, plan, why)
-            self.bus.emit(PlannerCall(self.bus.clock.now_us(), *of_call))
+            self.bus.emit(
+                PlannerCall(
+                    self.bus.clock.now_us(),
+                    str(self.env),
+                    str(self.call),
+                    str(self.goal),
+                    str(self.planner),
+                    str(self.domain),
+                    str(self.problem),
+                    status,
+                    duration_us,
+                    actions,
+                    reason,
+                    plan,
+                    why,
+                )
+            )

@@ -6,11 +6,14 @@ from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
-from typing import NamedTuple
+from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.engines.needs import Need, needs_of
 from cxbridge.executive.planning.errors import UnsupportedProblemError
+
+
+_DECIMALS: Final = 3
 
 
 class PlannedAction(NamedTuple):
@@ -29,8 +32,14 @@ class PlannedAction(NamedTuple):
         """Return the step as plans in files have it."""
         text = f"({' '.join((self.name, *self.arguments))})"
         if self.start is not None:
-            text = f"{self.start:.3f}: {text}"
-        return text if self.duration is None else f"{text} [{self.duration:.3f}]"
+            text = f"{_seconds(self.start)}: {text}"
+        return text if self.duration is None else f"{text} [{_seconds(self.duration)}]"
+
+
+def _seconds(value: float) -> str:
+    """Return a time with three decimals, or as many as it needs: rounded, moments may change places."""
+    text = f"{value:.9f}".rstrip("0")
+    return text if len(text.partition(".")[2]) > _DECIMALS else f"{value:.3f}"
 
 
 class PlanStatus(Enum):

@@ -91,6 +91,7 @@ def choose_planners(
 
 def _order(needs: Collection[Need]) -> tuple[str, ...]:
     """Return the planners in the order of measured success (docs/planning.md)."""
+    first: tuple[str, ...]
     if Need.TIME in needs:
         first = _TEMPORAL
     elif Need.NUMBERS in needs:

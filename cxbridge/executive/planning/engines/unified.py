@@ -119,8 +119,8 @@ class UnifiedPlanner(Planner):
         if improve and self._improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
-                improve = min(self._improve, max(0.0, self.seconds - _END_S))
-                results = list(engine.get_solutions(task, timeout=improve))
+                seconds = min(self._improve, max(0.0, self.seconds - _END_S))
+                results = list(engine.get_solutions(task, timeout=seconds))
             found = [each for each in results if each.plan is not None]
             if found:
                 return found[-1]
