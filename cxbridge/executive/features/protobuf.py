@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError, ProtobufError
@@ -38,6 +38,9 @@ class ProtobufFeature(Feature):
 
     name = "protobuf"
 
+    user: ClassVar[type[ProtobufUser]]
+    """The class of what an environment has of the feature."""
+
     def __init__(
         self,
         settings: ProtobufSettings | None = None,
@@ -48,11 +51,11 @@ class ProtobufFeature(Feature):
         self._settings = settings or ProtobufSettings()
         self._connections = connections
         self._templates = templates
-        self._users: dict[str, _ProtobufUser] = {}
+        self._users: dict[str, ProtobufUser] = {}
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Read the message types, define the functions and the templates."""
-        user = _ProtobufUser(env, self._settings, self._connections)
+        user = self.user(env, self._settings, self._connections)
         self._users[env.name] = user
         user.define()
         if self._templates:
@@ -77,7 +80,7 @@ class ProtobufFeature(Feature):
             user.network.close()
 
 
-class _ProtobufUser:
+class ProtobufUser:
     """An environment that knows messages."""
 
     def __init__(
@@ -91,12 +94,12 @@ class _ProtobufUser:
         self._fields = fields
         self._frame_of = types.frame_of
         self._log: Logger = env.bus.logger(_LOG)
-        self._types = types.MessageTypes(self._log.warn)
-        self._types.add_folders(settings.folders)
+        self.types = types.MessageTypes(self._log.warn)
+        self.types.add_folders(settings.folders)
         for module in settings.modules:
-            self._types.add_module(module)
+            self.types.add_module(module)
         known: NetworkSettings = NetworkSettings(**dict(settings.network))
-        self.network = (connections or Network)(self._types, known, env.bus.clock.now_us)
+        self.network = (connections or Network)(self.types, known, env.bus.clock.now_us)
         self._messages: dict[int, Any] = {}
         self._handles = itertools.count(_FIRST_HANDLE)
         self._warn_at = _MANY
@@ -105,7 +108,7 @@ class _ProtobufUser:
         """Define the functions."""
         message, field = "*;e", "*;e;sy"
         table: Iterable[tuple[str, Callable[..., Value], int, str]] = (
-            ("pb-register-type", self._register, 1, "*;sy"),
+            ("pb-register-type", self.register, 1, "*;sy"),
             ("pb-create", self._create, 1, "*;sy"),
             ("pb-ref", self._ref, 1, message),
             ("pb-destroy", self._destroy, 1, message),
@@ -157,9 +160,10 @@ class _ProtobufUser:
         """Return the message of an address, None when there is none."""
         return self._messages.get(address.handle) if isinstance(address, ExternalAddress) else None
 
-    def _register(self, full_name: str) -> Value:
+    def register(self, full_name: str) -> Value:
+        """Do what ``pb-register-type`` does."""
         try:
-            self._types.register(full_name)
+            self.types.register(full_name)
         except ProtobufError as error:
             self._log.error(f"Registering type {full_name} failed: {error.message}")
             return FALSE
@@ -167,7 +171,7 @@ class _ProtobufUser:
 
     def _create(self, full_name: str) -> Value:
         try:
-            return self._add(self._types.create(full_name))
+            return self._add(self.types.create(full_name))
         except ProtobufError as error:
             self._log.warn(f"Cannot create message of type {full_name}: {error.message}")
             return ExternalAddress(0)
@@ -189,6 +193,10 @@ class _ProtobufUser:
         if message is None:
             self._log.warn("Cannot convert message to string: invalid message")
             return ""
+        return self.text_of(message)
+
+    def text_of(self, message: Any) -> str:
+        """Return a message as text."""
         return str(message)
 
     # --- fields -----------------------------------------------------------------------------------------
@@ -337,7 +345,7 @@ class _ProtobufUser:
         }
         if event.message is None:
             if server:
-                slots["rcvd-from"] = (event.host, event.port)
+                slots["rcvd-from"] = self.sender(event)
             template = "protobuf-server-receive-failed" if server else "protobuf-receive-failed"
             self._env.assert_fact(template, {**slots, "message": event.problem})
             return
@@ -346,12 +354,20 @@ class _ProtobufUser:
             {
                 **slots,
                 "type": event.message.DESCRIPTOR.full_name,
-                "rcvd-from": (event.host, event.port),
-                "rcvd-at": split_us(event.at_us),
+                "rcvd-from": self.sender(event),
+                "rcvd-at": self.time(event.at_us),
                 "client-type": Symbol(event.origin.value),
                 "ptr": self._add(event.message),
             },
         )
+
+    def sender(self, event: Received) -> Value:
+        """Return the value of the slot ``rcvd-from``."""
+        return (event.host, event.port)
+
+    def time(self, time_us: int) -> Value:
+        """Return the value of the slot ``rcvd-at``."""
+        return split_us(time_us)
 
     def _assert_presence(self, event: Presence) -> None:
         what = "connected" if event.connected else "disconnected"
@@ -360,3 +376,6 @@ class _ProtobufUser:
         else:
             where = f" {event.host} {event.port}" if event.connected else ""
             self._env.assert_string(f"(protobuf-server-client-{what} {event.link}{where})")
+
+
+ProtobufFeature.user = ProtobufUser

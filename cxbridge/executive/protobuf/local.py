@@ -43,6 +43,8 @@ class _Link:
     origin: Origin
     other: LocalConnections
     other_id: int
+    port: int = 0
+    """Of a client, as its server sees it."""
 
 
 class LocalNetwork:
@@ -123,8 +125,8 @@ class LocalConnections:
     def accept(self, client: LocalConnections, client_id: int) -> int:
         """Take a client in; return the id of this end."""
         own = next(self._ids)
-        self._links[own] = _Link(Origin.SERVER, client, client_id)
         port = next(self._network.ports)
+        self._links[own] = _Link(Origin.SERVER, client, client_id, port)
         self._events.append(Presence(Origin.SERVER, own, connected=True, host=HOST, port=port))
         return own
 
@@ -180,12 +182,19 @@ class LocalConnections:
         peer = self._peers.get(peer_id)
         if peer is not None:
             for member in self._network.members:
-                if member is not self:
-                    member.receive_of_peer(peer.send_port, peer.recv_port, peer.key, frame)
+                sender = peer_id if member is self else 0
+                member.receive_of_peer(peer.send_port, peer.recv_port, peer.key, frame, sender)
 
-    def receive_of_peer(self, port: int, from_port: int, key: tuple[str, str], frame: Frame) -> None:
-        """Receive what somebody has sent to a port."""
+    def receive_of_peer(
+        self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender: int
+    ) -> None:
+        """Receive what a peer has sent to a port.
+
+        :param sender: the peer, when it is of this environment; else 0. It does not hear itself.
+        """
         for own, peer in self._peers.items():
+            if own == sender:
+                continue
             if peer.recv_port == port and peer.key == key:
                 self._receive(Origin.PEER, own, from_port, frame)
             elif peer.recv_port == port and not peer.is_deaf:
@@ -198,7 +207,7 @@ class LocalConnections:
         """Receive over a connection."""
         link = self._links.get(link_id)
         if link is not None:
-            self._receive(link.origin, link_id, 0, frame)
+            self._receive(link.origin, link_id, link.port, frame)
 
     def _receive(self, origin: Origin, link_id: int, port: int, frame: Frame) -> None:
         message, problem = None, ""

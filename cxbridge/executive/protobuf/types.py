@@ -93,6 +93,10 @@ class MessageTypes:
             raise ProtobufError(f"Message type {key[0]}:{key[1]} already registered")
         self._by_key[key] = cls
 
+    def is_registered(self, full_name: str) -> bool:
+        """Return whether messages of a type can be received."""
+        return any(each.DESCRIPTOR.full_name == full_name for each in self._by_key.values())
+
     def create(self, full_name: str) -> Message:
         """Return a new message.
 
