@@ -64,7 +64,7 @@ class CxNode(Executive):
                 env.reset()
                 self._run_environment(env)
             env.emit_settings()
-        self.node.context.ros.spin()
+        self._take()
         self._is_active = True
         self.node.log.info(f"Activated [{name}]...")
 
@@ -84,13 +84,18 @@ class CxNode(Executive):
         """Do what is due; returns how many rules fired. While the debugger is stopped none does."""
         if self.within_loop:
             return self.debugger.run()
-        ros = self.node.context.ros
-        ros.spin()
+        self._take()
         for plugin in list(self.node.plugins.values()):
             plugin.tick()
-        ros.spin()
+        self._take()
         fired, self._fired = self._fired, 0
         return fired
+
+    def _take(self) -> None:
+        """Take what has come from elsewhere."""
+        self.node.context.ros.spin()
+        for plugin in list(self.node.plugins.values()):
+            plugin.take()
 
     @property
     def is_over(self) -> bool:

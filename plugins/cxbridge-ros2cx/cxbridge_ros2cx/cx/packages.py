@@ -20,6 +20,8 @@ from cxbridge_ros2cx.cx.cmake import Command, installed, read_commands
 
 _INDEX: Final = "share/ament_index/resource_index"
 _PACKAGES: Final = "packages"
+_PLUGIN_RESOURCE: Final = "cx_plugin__pluginlib__plugin"
+_LINKED: Final = "cx_generate_linked_protobuf_plugin_from_proto"
 _NAME: Final = re.compile(r"<name>\s*([\w-]+)\s*</name>")
 _PLAIN: Final = ("clips", "config", "launch", "params", "pddl", "proto", "msg", "srv", "action", "resource")
 """The folders that packages of Python are taken to install."""
@@ -40,6 +42,9 @@ class Prefix(Protocol):
     def share(self, package: str) -> Path:
         """Return the share folder of a package."""
 
+    def linked_protos(self, class_name: str) -> list[Path]:
+        """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
+
 
 class InstalledPrefix:
     """A prefix with an index of ament."""
@@ -58,6 +63,15 @@ class InstalledPrefix:
     def share(self, package: str) -> Path:
         """Return the share folder of a package."""
         return self.path / "share" / package
+
+    def linked_protos(self, class_name: str) -> list[Path]:
+        """Return the .proto files of the package that has a class in its description of plug-ins."""
+        for package, description in self.resources(_PLUGIN_RESOURCE).items():
+            share = self.share(package)
+            files = (self.path / line for line in description.split())
+            if any(f'"{class_name}"' in _text(file) for file in files):
+                return sorted(share.rglob("*.proto"))
+        return []
 
 
 class SourceTree:
@@ -120,6 +134,17 @@ class SourceTree:
                     _link(folder / name, share / name)
         return share
 
+    def linked_protos(self, class_name: str) -> list[Path]:
+        """Return the .proto files that a package's CMakeLists.txt makes a plug-in of."""
+        name = class_name.removeprefix("cx::")
+        return [
+            self.packages[package] / file
+            for package, commands in self._commands.items()
+            for command in commands
+            if command.name == _LINKED and command.words[:1] == (name,)
+            for file in command.words[1:]
+        ]
+
 
 class Packages:
     """The packages of several prefixes; those of the first prefixes hide those of others.
@@ -158,11 +183,23 @@ class Packages:
         prefix = self.prefix_of.get(package)
         return None if prefix is None else prefix.share(package)
 
+    def linked_protos(self, class_name: str) -> list[Path]:
+        """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
+        found = (prefix.linked_protos(class_name) for prefix in self.prefixes)
+        return next(filter(None, found), [])
+
     @property
     def folders(self) -> list[Path]:
         """The folders in which packages have definitions of messages, those that hide others first."""
         trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
-        return list(trees)
+        return [folder for folder in trees if folder.is_dir()]
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text("utf-8", "replace")
+    except OSError:
+        return ""
 
 
 def _option(command: Command, name: str) -> str:

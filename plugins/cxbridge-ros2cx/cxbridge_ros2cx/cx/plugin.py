@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus, Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.protobuf.connections import MakeConnections
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
     from cxbridge_ros2cx.cx.ros.node import RosNode
@@ -43,6 +44,7 @@ _OWN: Final = {
     "cx::ExamplePlugin": f"{_PLUGINS}.example:ExamplePlugin",
     "cx::ExecutivePlugin": f"{_PLUGINS}.executive:ExecutivePlugin",
     "cx::FileLoadPlugin": f"{_PLUGINS}.file_load:FileLoadPlugin",
+    "cx::ProtobufPlugin": f"{_PLUGINS}.protobuf:ProtobufPlugin",
     "cx::RosMsgsPlugin": f"{_PLUGINS}.ros_msgs:RosMsgsPlugin",
 }
 
@@ -65,6 +67,8 @@ class NodeContext(Struct):
     bus: EventBus
     ros: RosNode
     run_environment: Callable[[StockEnvironment], int] = run_rules
+    connections: MakeConnections | None = None
+    """Makes what carries protobuf messages; None: sockets."""
 
 
 class CxPlugin(Feature):
@@ -87,6 +91,9 @@ class CxPlugin(Feature):
 
         :raises CxbridgeError: when that fails: the environment does not have the plug-in then.
         """
+
+    def take(self) -> None:
+        """Take what has come from elsewhere; called before and after ticks."""
 
     def tick(self) -> None:
         """Do what is due; called in each loop."""
@@ -133,6 +140,9 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
     if class_name in others:
         loaded: MakePlugin = others[class_name].load()
         return loaded
+    linked = context.packages.linked_protos(class_name)
+    if linked:
+        return partial(import_module(f"{_PLUGINS}.protobuf").ProtobufPlugin, linked=linked)
     if class_name.startswith(GENERATED):
         generated = import_module(f"{_PLUGINS}.generated")
         kind = generated.find_type(class_name, context)

@@ -12,6 +12,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
+from cxbridge.executive.protobuf.local import LocalNetwork
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
@@ -131,6 +132,8 @@ class CxSource(Source):
         log = context.bus.logger(NODE)
         ros = RosNode(parameters.name, packages, context.clock, log, read_rights(context.config, "none"))
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
+        if context.clock.is_virtual:
+            parts.connections = LocalNetwork().join
         return CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
 
     def make_executive(
