@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import sys
 from collections import Counter
 from pathlib import Path
@@ -21,10 +22,15 @@ from cxbridge.printing import VisibleStream, indented, one_line, terminal_of, vi
 _MOST_ALIKE: Final = 3
 """So often the same line is printed at one moment."""
 
+_MOST_SIMILAR: Final = 1000
+"""So many lines of one moment are printed that differ in their numbers only."""
+
+_NUMBER: Final = re.compile(r"\d+")
+
 _MOMENT_US: Final = 10_000
 """Microseconds of the run's clock: less than a loop, so that lines of two loops are not taken together."""
 
-_MOST_COUNTED: Final = 1000
+_MOST_COUNTED: Final = 10_000
 """Different lines of one moment that are remembered."""
 
 _COLOURS = {Level.DEBUG: "2", Level.INFO: "0", Level.WARN: "33", Level.ERROR: "31"}
@@ -112,16 +118,25 @@ class ConsoleLog:
         self._shown = shown
         self._colour = sys.stderr.isatty()
         self._counts: Counter[tuple[Level, str, str]] = Counter()
+        self._similar: Counter[tuple[Level, str, str]] = Counter()
         self._time_us = 0
 
     def __call__(self, event: Event) -> None:
-        """Print a log line, if it is to be shown, and the same line not too often at one moment."""
+        """Print a log line, if it is to be shown; the same or a similar one not too often at a moment."""
         if not isinstance(event, LogLine) or event.level not in self._shown:
             return
-        if event.time_us - self._time_us > _MOMENT_US or len(self._counts) > _MOST_COUNTED:
+        if (
+            event.time_us - self._time_us > _MOMENT_US
+            or max(len(self._counts), len(self._similar)) > _MOST_COUNTED
+        ):
             self.finish()
         self._time_us = event.time_us
         line = event.level, event.component, event.text
+        if line not in self._counts:
+            similar = *line[:2], _NUMBER.sub("#", event.text)
+            self._similar[similar] += 1
+            if self._similar[similar] > _MOST_SIMILAR:
+                return
         self._counts[line] += 1
         if self._counts[line] <= _MOST_ALIKE:
             self._print(*line)
@@ -132,11 +147,16 @@ class ConsoleLog:
             self._shown.add(Level.INFO)
 
     def finish(self) -> None:
-        """Say how often lines were repeated that were not printed."""
+        """Say how many lines were not printed: repeated ones, and those with other numbers."""
         for (level, component, text), count in self._counts.items():
             if count > _MOST_ALIKE:
                 self._print(level, component, f"{text} ... repeated {count - _MOST_ALIKE:,} times")
+        for (level, component, text), count in self._similar.items():
+            if count > _MOST_SIMILAR:
+                more = f"{count - _MOST_SIMILAR:,} more lines with other numbers"
+                self._print(level, component, f"{text} ... {more}")
         self._counts.clear()
+        self._similar.clear()
 
     def _print(self, level: Level, component: str, said: str) -> None:
         text = f"{level.value} {one_line(component)}: {indented(said)}"

@@ -30,6 +30,9 @@ class SweepJob:
     cpu_seconds: int = 120
 
 
+_ENDS: Final = frozenset({"completed", "unsuccessful"})
+
+
 @dataclass(frozen=True, slots=True)
 class RunRow:
     """What is kept of a run.
@@ -61,6 +64,11 @@ class RunRow:
     def is_completed(self) -> bool:
         """Whether every root goal was completed."""
         return self.outcome == "completed"
+
+    @property
+    def came_to_its_end(self) -> bool:
+        """Whether the run ended by itself, well or not."""
+        return self.outcome in _ENDS
 
 
 def outcomes_of(rows: Iterable[RunRow]) -> dict[str, int]:

@@ -146,23 +146,28 @@ def extract(run: Run, folder: Path, pattern: str = "*") -> list[Path]:
 
     :param pattern: only files whose name matches, with ``*``, ``?`` and ``[]``.
     :returns: the files.
-    :raises TraceError: when a name leads out of the folder, a file is there already, or cannot be written.
+    :raises TraceError: when a name leads out of the folder, a file is there already, is damaged or cannot be
+        written; then none is left.
     """
-    written = []
-    for file in run.files():
-        if not fnmatchcase(file.name, pattern):
-            continue
-        path = folder / _checked(run, file.name)
-        data = file.read()  # before there is a file: it may be damaged
-        with writing(path):
-            try:
+    files = [
+        (folder / _checked(run, file.name), file) for file in run.files() if fnmatchcase(file.name, pattern)
+    ]
+    for path, _ in files:
+        if path.exists():
+            raise TraceError("there is such a file already", file=path, hint="name another folder")
+    written: list[Path] = []
+    try:
+        for path, file in files:
+            data = file.read()  # before there is a file: it may be damaged
+            with writing(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 with path.open("xb") as target:
+                    written.append(path)
                     target.write(data)
-            except FileExistsError:
-                hint = "name another folder"
-                raise TraceError("there is such a file already", file=path, hint=hint) from None
-        written.append(path)
+    except BaseException:
+        for path in written:
+            path.unlink(missing_ok=True)
+        raise
     return written
 
 

@@ -61,6 +61,17 @@ RECURSIONS = {
         (deffunction f (?x) (make-instance of A))""",
     "a default": """(deffunction f (?x) (make-instance of ?x)) (deffunction made () (f A))
         (defclass A (is-a USER) (slot s (default-dynamic (made)))) (defrule q (b) => (f A))""",
+    "a default alone": """(deftemplate t (slot s (default-dynamic (assert-string "(t)"))))
+        (deffunction f (?x) (assert (t)))""",
+    "a default of several": """(deftemplate t (multislot s (default-dynamic 1 (assert-string "(t)") 2)))
+        (deffunction f (?x) (assert (t)))""",
+    "a default that evaluates": """(deftemplate t (slot s (default-dynamic (progn (eval "(assert (t))")))))
+        (deffunction f (?x) (assert (t)))""",
+    "a default of a class": """(defclass A (is-a USER) (slot s
+        (default-dynamic (eval "(make-instance of A)"))))
+        (deffunction f (?x) (make-instance of A))""",
+    "a method behind a default": """(defgeneric made) (deftemplate t (slot s (default-dynamic (made))))
+        (defmethod made () (assert (t))) (deffunction f (?x) (assert (t)))""",
 }
 
 

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 
 from cxbridge.cli.main import invoke
+from cxbridge.sweep.rows import CRASHED, RunRow
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
@@ -52,6 +53,25 @@ def test_what_people_get(capsys):
     assert " of 8" in out.splitlines()[0]
     assert "makespan of completed runs, seconds: min" in out
     assert "goal TESTGOAL-PARENT: " in out
+
+
+def test_a_sweep_without_a_run_that_came_to_its_end_says_so(capsys):
+    """Not one figure of it is one of the agent: a script must not take it for a success."""
+    status, out, err = ask(capsys, SCENARIO, "--runs", "2", "--jobs", "1", "--timeout", "0.1")
+    assert "timed out: 2 of 2" in out
+    assert (status, err) == (
+        1,
+        f"{SCENARIO}: no run came to its end, so the sweep says nothing of the agent\n",
+    )
+
+
+@pytest.mark.parametrize(
+    ("outcome", "ended"),
+    [("completed", True), ("unsuccessful", True)]
+    + [(word, False) for word in ("timed out", "fault", "stuck", "bad input", CRASHED)],
+)
+def test_which_runs_came_to_their_end(outcome: str, ended: bool):
+    assert RunRow(1, outcome).came_to_its_end is ended
 
 
 def changed(folder: Path) -> Path:

@@ -194,6 +194,38 @@ def test_a_name_that_leads_out_of_the_folder_is_not_extracted(name: str, tmp_pat
     assert sorted(tmp_path.iterdir()) == [path]
 
 
+def test_what_is_refused_leaves_no_file(tmp_path: Path) -> None:
+    """A name that leads out, a file that is there, one that is damaged: each after files that are good."""
+    path = tmp_path / "run.mcap"
+
+    def recorded_with(name: str) -> Run:
+        with path.open("wb") as file:
+            writer = Writer(file)
+            writer.start(profile="cxbridge")
+            for each in ("a", "b/c", name):
+                writer.add_attachment(0, 0, each, "text/plain", b"unharmed" if each == name else b"good")
+            writer.finish()
+        return open_run(path)
+
+    def is_refused(run: Run, reason: str) -> None:
+        with pytest.raises(TraceError, match=reason):
+            extract(run, out)
+        assert [each for each in out.rglob("*") if each.is_file() and each != there] == []
+
+    out = tmp_path / "out"
+    there = out / "d"
+    is_refused(recorded_with("../d"), "it is not extracted")
+    run = recorded_with("d")
+    out.mkdir(exist_ok=True)
+    there.touch()
+    is_refused(run, "there is such a file already")
+    there.unlink()
+    is_refused(recorded_with("a"), "cannot be written")
+    recorded_with("d")
+    path.write_bytes(path.read_bytes().replace(b"unharmed", b"deformed"))
+    is_refused(open_run(path), "damaged|checksum|CRC")
+
+
 def test_a_damaged_attachment_is_told_and_the_events_are_read(tmp_path: Path) -> None:
     path = tmp_path / "run.mcap"
     with McapWriter(path) as writer:

@@ -96,7 +96,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
     One seed is one world: the same run every time. With --against, a second agent meets the same worlds.
 
-    Exit status: 0 played; 2 bad input.
+    Exit status: 0 played; 1 no run of an agent came to its end; 2 bad input.
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
@@ -126,7 +126,10 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
             say(f"against {play.against}:")
             _print_outcomes(found["against"])
             _print_comparison(compared)
-    return 0
+    endless = [name for name, rows in sweeps.items() if not any(row.came_to_its_end for row in rows)]
+    for name in endless:
+        say(f"{name}: no run came to its end, so the sweep says nothing of the agent", err=True)
+    return 1 if endless else 0
 
 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:

@@ -148,10 +148,10 @@ class ClipsEnvironment:
         self.log.error(text)
 
     def _recursion_ended(self, function: str) -> None:
-        """Report a function that called itself until the stack was nearly used up."""
+        """Report a function, template or class that called itself until the stack was nearly used up."""
         # CLIPS says about each level of the recursion that it ends; it has been said
         self.output.quiet = True
-        self.log.error(f"function '{function}' calls itself without end: ended, the stack is used up")
+        self.log.error(f"'{function}' calls itself without end: ended, the stack is used up")
 
     # --- functions of CLIPS that the host provides ----------------------------------------------------------
 

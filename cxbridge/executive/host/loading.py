@@ -204,8 +204,9 @@ class ClipsLoader:
         return None
 
     def is_function(self, name: str) -> bool:
-        """Whether there is a deffunction of this name."""
-        return bool(lib.FindDeffunction(self._env, encode(name)))
+        """Whether there is a deffunction or a defgeneric of this name."""
+        data = encode(name)
+        return bool(lib.FindDeffunction(self._env, data) or lib.FindDefgeneric(self._env, data))
 
     def _call(self, file: str, source: ClipsSource, load: Callable[[CData, bytes], object]) -> bool:
         """Let CLIPS read the file, or its rewritten text from a temporary one."""

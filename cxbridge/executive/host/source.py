@@ -147,6 +147,8 @@ def prepare(
             edits += ((match.start(), match.end(), f"{match[1]}slot") for match in single)
         if rewrite_modify and end is not None:
             edits += kept_slots(code, start, end)
+        if found[1] == "defgeneric":
+            functions.add(found[2])
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             functions.add(found[2])
             _add_shortcut(code, (start, end), edits)

@@ -1,10 +1,11 @@
-"""A bound for deffunctions that call themselves: CLIPS evaluates by recursion in C, and knows no bound.
+"""A bound for functions that call themselves: CLIPS evaluates by recursion in C, and knows no bound.
 
 Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
 puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
 itself: one that names itself, one that was there before (mutual recursion needs that in CLIPS), one that
-calls what only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. The guard looks
-at how much of the thread's stack is left.
+calls what only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. So has a
+``default-dynamic`` that calls what only the run can tell: it may make another one of its own kind. The guard
+looks at how much of the thread's stack is left.
 """
 
 from __future__ import annotations
@@ -39,6 +40,11 @@ _INDIRECT = (
 )
 """Functions of CLIPS that call functions whose names only the run can tell."""
 
+_INDIRECT_CALL = re.compile(rf"\(\s*(?:{'|'.join(map(re.escape, _INDIRECT))})(?=[\s()])")
+
+_SLOTS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
+_DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
+
 _QUERY_DEPTH = 3
 """Parentheses around what is in the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``."""
 
@@ -56,6 +62,9 @@ def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) 
     """
     handler = _HANDLER.match(code, start, end)
     head = handler or _FUNCTION.match(code, start, end)
+    slots = None if head else _SLOTS.match(code, start, end)
+    if slots is not None:
+        yield from _default_guards(code, slots, end)
     if head is None or not code.startswith("(", head.end()):
         return
     name = head[1]
@@ -76,6 +85,23 @@ def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) 
         if depth == 0:
             yield match.end(), f" {guard}"
             return
+
+
+def _default_guards(code: str, slots: re.Match[str], end: int) -> Iterator[tuple[int, str]]:
+    """Yield the guards of values that are computed for each new fact or instance."""
+    for default in _DYNAMIC.finditer(code, slots.end(), end):
+        depth, opened = 0, 0
+        for match in PARENTHESIS.finditer(code, default.end(), end):
+            if match.group() == "(":
+                opened = opened if depth else match.start()
+                depth += 1
+                continue
+            depth -= 1
+            if depth < 0:
+                break
+            if depth == 0 and _INDIRECT_CALL.search(code, opened, match.end()):
+                yield opened, f"(progn ({GUARD_FUNCTION} {slots[1]}) "
+                yield match.end(), ")"
 
 
 class _Stacks(threading.local):
