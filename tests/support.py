@@ -3,9 +3,14 @@
 from __future__ import annotations
 
 import os
+import random
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TypeVar
 
 import pytest
+
+T = TypeVar("T")
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout."""
@@ -44,6 +49,12 @@ needs_cx = pytest.mark.skipif(CX_DIR is None, reason="ROS2CX_DIR names no checko
 
 FULL = bool(os.environ.get("CXBRIDGE_FULL"))
 """Whether proofs by many examples take as many as they can (docs/proofs.md)."""
+
+
+def share(cases: Sequence[T], usual: int) -> list[T]:
+    """Return the cases that an enumeration tries: all with CXBRIDGE_FULL, else so many, always the same."""
+    chosen = range(len(cases)) if FULL else sorted(random.Random(1).sample(range(len(cases)), usual))
+    return [cases[index] for index in chosen]
 
 
 def many(full: int, usual: int) -> int:

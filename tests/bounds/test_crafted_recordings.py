@@ -30,9 +30,10 @@ from cxbridge.run.run import run_scenario
 from cxbridge.trace.codec import EventFormatError, decoder
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.run.mini import write_scenario
+from tests.support import FULL, many
 
 DEEP = 30_000
-MOST_COPIES = 40
+MOST_COPIES = many(40, 14)
 ODD = {
     "a number of 5,000 digits": "9" * 5000,
     "a negative number of 5,000 digits": "-" + "9" * 5000,
@@ -55,6 +56,13 @@ ODD = {
     "deep objects": '{"a":' * DEEP + "1" + "}" * DEEP,
 }
 GONE = "no value"
+PLACES = ("messages", "attachments", "metadata")
+CASES = [
+    (name, where)
+    for number, name in enumerate([*ODD, GONE])
+    for index, where in enumerate(PLACES)
+    if FULL or index == number % len(PLACES)  # each value, and each place with a third of them
+]
 
 
 class Scene:
@@ -169,8 +177,7 @@ def looks(run: Path, scene: Scene, folder: Path) -> Iterator[list[str]]:
     yield ["run", str(scene.scenario), "--replay", file, "--timeout", "20"]
 
 
-@pytest.mark.parametrize("where", ["messages", "attachments", "metadata"])
-@pytest.mark.parametrize("name", [*ODD, GONE])
+@pytest.mark.parametrize(("name", "where"), CASES)
 def test_a_command_that_looks_at_a_crafted_recording_tells_an_error(
     scene: Scene, tmp_path: Path, capsys: pytest.CaptureFixture[str], name: str, where: str
 ):
