@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import read_status
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.executive.host import endless
@@ -20,9 +21,7 @@ from cxbridge.sweep.rows import SweepJob
 from cxbridge.testing.agent_run import AgentRun
 from cxbridge.worlds.points import UsualChooser
 from tests.daemon.test_daemon import connected, running
-from tests.forked import nursery
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT
 
 RING = "rules fire without an end: ping ({file}:{line}) -> pong ({file}:{line}) -> ping"
 PING = "(defrule ping ?f <- (ping ?n) => {more} (retract ?f) (assert (pong ?n)))"
@@ -58,16 +57,6 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watchdog, "HOPELESS_S", 0.5)
 
 
-def violation_of(scenario: Path, out: Path) -> dict[str, Any]:
-    """Explore an agent, and return in what way it does not come to its end."""
-    words = ["explore", str(scenario), "--property", "run-ends", "--out", str(out), "--json"]
-    done = nursery().run(words, folder=ROOT)
-    assert done.returncode == 1, done.stderr.decode()
-    (violation,) = json.loads(done.stdout)["violations"]
-    assert isinstance(violation, dict)
-    return violation
-
-
 @pytest.mark.parametrize("moment", MOMENTS)
 @pytest.mark.parametrize("shape", SHAPES)
 def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
@@ -87,9 +76,12 @@ def test_a_test(tmp_path: Path, moment: str) -> None:
     assert f"an error in a rule: {said}" in str(caught.value)
 
 
-def test_an_exploration_writes_the_counterexample(tmp_path: Path) -> None:
+def test_an_exploration_writes_the_counterexample(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """The exploration forks from this process, and so has its patience."""
     scenario, said = agent(tmp_path, "a ring that counts", "while a skill runs")
-    violation = violation_of(scenario, tmp_path / "out")
+    out = str(tmp_path / "out")
+    assert invoke(["explore", str(scenario), "--property", "run-ends", "--out", out, "--json"]) == 1
+    (violation,) = json.loads(capsys.readouterr().out)["violations"]
     assert said in violation["message"]
     assert Path(violation["recording"]).exists()
     assert said in Path(violation["test"]).read_text()

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 from importlib import resources
+from typing import Any
 
 import pytest
 
 from cxbridge.web import pages
+from tests.support import FULL
 from tests.web.page.conftest import DESK, PHONE, in_both
 from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
 from tests.web.page.test_map import GRAPH, pose, transform
@@ -43,8 +45,15 @@ async ([theme, options]) => {
 }
 """
 """What is around a view, four fifths of the elements, is looked at again only when it has changed."""
-COLOURS = {"runOnly": ["color-contrast", "link-in-text-block"]}
+OF_COLOURS = ("color-contrast", "link-in-text-block")
+COLOURS: dict[str, Any] = {"runOnly": [*OF_COLOURS]}
 """The rules that look at colours. A theme changes nothing else: the elements and their places stay."""
+PLACES: dict[str, Any] = {"rules": {rule: {"enabled": False} for rule in OF_COLOURS}}
+"""The other rules. A telephone changes nothing but places: its colours are those of the desk."""
+LOOKS: dict[str, list[tuple[str, dict[str, Any]]]] = {
+    "desk": [("light", {}), ("dark", COLOURS)],
+    "phone": [("light", {}), ("dark", COLOURS)] if FULL else [("light", PLACES)],
+}
 THEME = (
     "async (theme) => { (await import('/js/theme.js')).applyTheme(theme);"
     " await new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done))); }"
@@ -54,7 +63,7 @@ THEME = (
 def serious(page, where: str) -> dict[str, list[str]]:
     """Look at what the page shows, in its light theme and in its dark one."""
     found: dict[str, list[str]] = {}
-    for theme, options in (("light", {}), ("dark", COLOURS)):
+    for theme, options in LOOKS["phone" if page.viewport_size == PHONE else "desk"]:
         page.evaluate(THEME, theme)
         if wrong := page.evaluate(RUN, [theme, options]):
             found[f"{where}, {theme}"] = wrong
