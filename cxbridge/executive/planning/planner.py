@@ -12,7 +12,6 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.engines.needs import Need, needs_of
 from cxbridge.executive.planning.errors import UnsupportedProblemError
 
-
 _DECIMALS: Final = 3
 
 
