@@ -104,6 +104,8 @@ PROGRAMS: Final = {
             *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),
         ),
+        # it calls settlers (IPC 2002) unsolvable
+        proves=False,
         package="up-enhsp",
         module="up_enhsp",
     ),
