@@ -31,11 +31,11 @@ PARAMETERS: Final = Code(
     "The names or the number of the parameters are not those of the action. The precondition is never "
     "grounded, or the skill string gets no value.",
 )
-NUMBERS: Final = Code(
+UNSAYABLE: Final = Code(
     "CX306",
     Severity.ERROR,
     "the executive cannot take this part of the domain",
-    "A precondition or an effect that facts cannot say, such as a comparison of numbers. Planners take it; "
+    "A precondition or an effect that facts cannot say, such as a quantifier. Planners take it; "
     "the domain does not load into the executive.",
 )
 TYPE: Final = Code(
@@ -44,12 +44,6 @@ TYPE: Final = Code(
     "a domain object of a type that the domain lacks",
     "The type is neither in the domain nor made by a rule: no parameter of an action takes the object, and "
     "formulas do not see it.",
-)
-DROPPED: Final = Code(
-    "CX307",
-    Severity.NOTE,
-    "the executive leaves out this part of the domain",
-    "Changes of numbers have no fact: planners take them, and the executive goes on without.",
 )
 NOT_EXECUTED: Final = Code(
     "CX404",
@@ -71,7 +65,7 @@ _CONNECTIVES: Final = frozenset(
 )
 _PLANNERS: Final = ("planner-plan", "planner-plan-with")
 
-CODES: Final = (FORMULA, PREDICATE, PARAMETERS, NUMBERS, DROPPED, TYPE, NOT_EXECUTED)
+CODES: Final = (FORMULA, PREDICATE, PARAMETERS, UNSAYABLE, TYPE, NOT_EXECUTED)
 
 
 @dataclass(frozen=True, slots=True)
@@ -107,19 +101,11 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 
 def _check_facts(domain: Domain) -> Iterator[Finding]:
-    dropped: list[PddlError] = []
     try:
-        domain_facts(domain, warn=dropped.append)
+        domain_facts(domain)
     except PddlError as error:
-        yield _of_error(error, NUMBERS, domain)
-        return
-    for each in dropped:
-        yield _of_error(each, DROPPED, domain)
-
-
-def _of_error(error: PddlError, code: Code, domain: Domain) -> Finding:
-    place = SourcePlace(domain.file, error.line or 0, error.column or 0)
-    return Finding(code, place, error.message, error.hint or "")
+        place = SourcePlace(domain.file, error.line or 0, error.column or 0)
+        yield Finding(UNSAYABLE, place, error.message, error.hint or "")
 
 
 def _check_predicates(agent: Agent, domains: list[Domain]) -> Iterator[Finding]:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
+from cxbridge.executive.features.pddl_numbers import PddlNumbers
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Value
@@ -63,6 +64,7 @@ class PddlParserFeature(Feature):
                 env.loader.report(mistake, f"Failed to parse domain: {error}", log)
             else:
                 self._domains[env.name] = parsed
+                numbers.follow(parsed)
                 _assert_rows(env, rows)
 
         def formula(text: str, identifier: str) -> None:
@@ -73,6 +75,7 @@ class PddlParserFeature(Feature):
             else:
                 _assert_rows(env, rows)
 
+        numbers = PddlNumbers(env, lambda: self.domain_of(env), log.error)
         env.define("parse-pddl-domain", domain, 1, types="*;sy")
         env.define("parse-pddl-formula", formula, 2, types="*;sy;sy")
 

@@ -8,12 +8,11 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.problem.facts import numbers_in
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
+    from collections.abc import Callable, Collection, Mapping
 
-    from cxbridge.executive.features.planning_base import Known
+    from cxbridge.executive.features.planning_base import Known, Numbers
     from cxbridge.executive.pddl import Domain, Problem
     from cxbridge.executive.planning import PlannedAction, PlanRequest
 
@@ -33,12 +32,14 @@ class _Watched:
     """A plan that is checked.
 
     :param problem: what it was made for; its goal counts, the facts of the moment come in its place.
+    :param only: the objects of the problem, when it has not all.
     :param seen: the indices of the facts that it was last checked with.
     :param failure: why it did not hold then; empty: it held.
     """
 
     domain: Domain
     problem: Problem
+    only: Collection[str] | None = None
     seen: tuple[tuple[int, ...], ...] = ()
     objects: tuple[tuple[str, str], ...] = ()
     failure: str = ""
@@ -47,25 +48,31 @@ class _Watched:
 class PlanChecks:
     """Checks plans of an environment against its facts.
 
-    :param known: returns the objects and facts that a domain has words for.
+    :param known: returns the objects, facts and numbers that a domain has words for, of some objects or all.
     :param warn: writes to the log.
     """
 
     def __init__(
-        self, env: ClipsEnvironment, known: Callable[[Domain], Known], warn: Callable[[str], None]
+        self,
+        env: ClipsEnvironment,
+        known: Callable[[Domain, Collection[str] | None], tuple[Known, Numbers]],
+        warn: Callable[[str], None],
     ) -> None:
         self._env = env
         self._known = known
         self._warn = warn
         self._watched: dict[str, _Watched] = {}
 
-    def failure_now(self, request: PlanRequest, actions: tuple[PlannedAction, ...]) -> str:
+    def failure_now(
+        self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
+    ) -> str:
         """Return why a new plan does not hold in the world as it is now; empty: it holds."""
-        return self._failure(_Watched(request.domain, request.problem), actions, ())
+        return self._failure(_Watched(request.domain, request.problem, only), actions, ())
 
-    def watch(self, plan_id: str, goal_id: str, request: PlanRequest) -> None:
+    def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:
         """Check a plan from now on, and tell rules so."""
-        self._watched[plan_id] = _Watched(request.domain, request.problem, self._indices(plan_id))
+        now = self._indices(plan_id)
+        self._watched[plan_id] = _Watched(request.domain, request.problem, only, now)
         slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
         self._env.assert_fact(FACT, slots)
 
@@ -122,14 +129,14 @@ class PlanChecks:
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
         from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
 
-        objects, facts = self._known(watched.domain)
+        (objects, facts), numbers = self._known(watched.domain, watched.only)
         kinds = tuple(dict.fromkeys(objects))
         if kinds != watched.objects:
             constants = set(names_of(watched.domain.constants))
             groups = [TypedNames((name,), (kind,)) for name, kind in kinds if name not in constants]
             watched.problem = replace(watched.problem, objects=tuple(groups))
             watched.objects = kinds
-        state = WorldState(frozenset(facts), numbers_in(self._env))
+        state = WorldState(frozenset(facts), dict(numbers))
         try:
             found = check_plan(watched.domain, watched.problem, rest, state=state, running=begun)
         except PddlError as error:

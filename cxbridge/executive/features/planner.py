@@ -13,6 +13,8 @@ from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
 from cxbridge.executive.planning.settings import PlannerSettings
 
 if TYPE_CHECKING:
+    from collections.abc import Collection
+
     from cxbridge.executive.pddl import Domain
     from cxbridge.executive.planning import (
         PlanCall,
@@ -40,22 +42,44 @@ class _PlannerUser(PlanningUser):
         super().__init__(env, service, settings, domain_of)
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
-        self._checks = PlanChecks(env, self.known, self._log.warn)
+        self._checks = PlanChecks(env, self.part, self._log.warn)
+        self._parts: dict[str, Collection[str] | None] = {}
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
         self._made = 0
+        self._refused = 0
         self._goals_loaded = False
 
     # ---- functions
 
     def plan(self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0) -> Value:
+        return self._plan(goal_id, formula, planner, timeout)
+
+    def plan_part(self, goal_id: str, formula: str, objects: tuple[Value, ...]) -> Value:
+        """Plan with some objects only, and with what is known of them."""
+        return self._plan(goal_id, formula, objects=frozenset(map(str, objects)))
+
+    def _plan(
+        self,
+        goal_id: str,
+        formula: str,
+        planner: str = "",
+        timeout: float = 0.0,
+        objects: Collection[str] | None = None,
+    ) -> Value:
+        """Start planning; return the id of the call, which has FAILED already when that is impossible."""
         try:
-            request, reporter = self.request(goal_id, formula, planner, timeout)
+            request, reporter = self.request(goal_id, formula, planner, timeout, objects)
         except PddlError as error:
             self._log.error(f"Cannot plan for {formula}: {error}")
-            return FALSE
+            slots = {"status": Symbol("FAILED"), "message": str(error), "planner": Symbol(planner or NIL)}
+            self._refused += 1
+            refused_id = Symbol(f"no-plan-{self._refused}")
+            self.env.assert_fact("planner-call", {"id": refused_id, "goal-id": Symbol(goal_id), **slots})
+            return refused_id
         self._made += 1
         call_id = Symbol(f"plan-{self._made}")
+        self._parts[call_id] = objects
         self._reporters[call_id] = reporter.started(call_id, request.problem)
         self._calls[call_id] = self.service.call(request)
         self._began_us[call_id] = self.env.bus.clock.now_us()
@@ -118,14 +142,15 @@ class _PlannerUser(PlanningUser):
 
     def _assert_result(self, call_id: str, request: PlanRequest, result: PlanResult) -> None:
         self._reporters.pop(call_id).ended(result)
+        objects = self._parts.pop(call_id)
         status, message = result.status.value, result.message
         if status == "PLANNED" and self.settings.check_plans:
-            failure = self._checks.failure_now(request, result.actions)
+            failure = self._checks.failure_now(request, result.actions, objects)
             if failure:
                 status, message = "INVALID", f"the plan does not hold: {failure}"
         planned = status == "PLANNED"
         if planned:
-            self._assert(Symbol(call_id), request, result.actions)
+            self._assert(Symbol(call_id), request, result.actions, objects)
         text = f"{len(result.actions)} actions" if planned else message
         why = f" ({result.why})" if result.why else ""
         self._log.info(f"{call_id}: {status} by {result.planner}: {text}{why}")
@@ -149,7 +174,13 @@ class _PlannerUser(PlanningUser):
             if (result := call.wait()) is not None:
                 self._reporters.pop(call_id).ended(result)
 
-    def _assert(self, call_id: Symbol, request: PlanRequest, actions: tuple[PlannedAction, ...]) -> None:
+    def _assert(
+        self,
+        call_id: Symbol,
+        request: PlanRequest,
+        actions: tuple[PlannedAction, ...],
+        objects: Collection[str] | None,
+    ) -> None:
         goals = [slots["goal-id"] for _, _, slots in self.env.facts("planner-call") if slots["id"] == call_id]
         goal_id = Symbol(str(goals[0])) if goals else NIL
         timed = any(action.start is not None for action in actions)
@@ -159,11 +190,11 @@ class _PlannerUser(PlanningUser):
             self._log.error(f"Cannot assert the plan {call_id}: {error}")
             return
         if self.settings.check_plans:
-            self._checks.watch(call_id, goal_id, request)
+            self._checks.watch(call_id, goal_id, request, objects)
 
 
 class PlannerFeature(PlanningFeature[_PlannerUser]):
-    """Gives ``planner-plan``, ``planner-plan-with``, ``planner-cancel`` and ``planner-check``."""
+    """Gives ``planner-plan``, its kin, ``planner-cancel`` and ``planner-check``."""
 
     name = "planner"
 
@@ -175,6 +206,7 @@ class PlannerFeature(PlanningFeature[_PlannerUser]):
         env.load(_FILES / "calls.clp")
         env.define("planner-plan", user.plan, 2, types="*;sy;sy")
         env.define("planner-plan-with", user.plan, 4, types="*;sy;sy;sy;ld")
+        env.define("planner-plan-part", user.plan_part, 3, types="*;sy;sy;m")
         env.define("planner-cancel", user.cancel, 1, types="*;sy")
         env.define("planner-check", user.check, 1, types="*;sy")
         return user

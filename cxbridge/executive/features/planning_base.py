@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import PddlError
@@ -64,6 +64,20 @@ class PlanningUser:
         """Return the values of functions that a problem begins with."""
         return []
 
+    def part(self, domain: Domain, objects: Collection[str] | None) -> tuple[Known, Numbers]:
+        """Return what a problem with some objects only begins with, the constants being among them.
+
+        :param objects: None: all objects.
+        """
+        (known, facts), numbers = self.known(domain), self.numbers(domain)
+        if objects is None:
+            return (known, facts), numbers
+        wanted = {*objects, *(name for group in domain.constants for name in group.names)}
+        return (
+            [pair for pair in known if pair[0] in wanted],
+            [fact for fact in facts if wanted.issuperset(fact[1])],
+        ), [number for number in numbers if wanted.issuperset(number[0][1])]
+
     @abstractmethod
     def before_run(self) -> None:
         """Assert the plans that are ready."""
@@ -73,12 +87,18 @@ class PlanningUser:
         """Cancel the calls that still run, and end the planners' processes."""
 
     def request(
-        self, goal_id: str, formula: str, planner: str = "", timeout: float = 0.0
+        self,
+        goal_id: str,
+        formula: str,
+        planner: str = "",
+        timeout: float = 0.0,
+        objects: Collection[str] | None = None,
     ) -> tuple[PlanRequest, PlannerCallReporter]:
         """Return a request for a plan, and what reports the call to the bus.
 
         :param planner: its name; empty: that of the settings.
         :param timeout: seconds; 0: those of the settings.
+        :param objects: those that the problem has; None: all.
         :raises PddlError: when there is no domain, or the formula does not fit it; the bus has the reason.
         """
         from cxbridge.executive.pddl import parse_formula, problem_of_facts  # noqa: PLC0415
@@ -91,9 +111,8 @@ class PlanningUser:
         try:
             if domain is None:
                 raise PddlError("no PDDL domain was parsed, call parse-pddl-domain first")  # noqa: TRY301
-            problem = problem_of_facts(
-                domain, *self.known(domain), parse_formula(formula), numbers=self.numbers(domain)
-            )
+            known, numbers = self.part(domain, objects)
+            problem = problem_of_facts(domain, *known, parse_formula(formula), numbers=numbers)
         except PddlError as error:
             reporter.refused(str(error))
             raise

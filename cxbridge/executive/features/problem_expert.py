@@ -6,6 +6,7 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.executive.feature import Feature
+from cxbridge.executive.features.pddl_numbers import load_functions
 from cxbridge.executive.features.planning_base import DomainOf
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 
@@ -35,6 +36,7 @@ class ProblemExpertFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the templates."""
         env.load(_FILE)
+        load_functions(env)
         self.env = env
         for template in _WATCHED:
             env.watcher.on_change(template, self._changed)

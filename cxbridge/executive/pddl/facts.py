@@ -36,6 +36,7 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import semantic_error
+from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.semantics import ROOT_TYPE
 
 SlotValue = str | tuple[str, ...]
@@ -88,6 +89,17 @@ def formula_facts(formula: Formula, parent: str, *, file: str = "") -> list[Fact
     :raises PddlError: for a formula that facts cannot say (quantifiers, numbers).
     """
     return list(_FactMaker(file, compat=False, warn=None).condition(formula, parent, 1, root=True))
+
+
+def _variables(formula: TermComparison) -> Iterator[Variable]:
+    """Yield the variables of a comparison, each time that one is written."""
+    waiting = list(formula.terms)
+    while waiting:
+        term = waiting.pop(0)
+        if isinstance(term, Variable):
+            yield term
+        elif isinstance(term, FunctionTerm):
+            waiting += term.arguments
 
 
 class _FactMaker:
@@ -178,9 +190,8 @@ class _FactMaker:
                 yield from self._connective("disjunction", (Not(first), second), parent, id_)
             case Atom(predicate=predicate, arguments=terms):
                 yield from self._atom(predicate, terms, parent, id_, formula.position, root=root)
-            case TermComparison(operator=operator, left=left, right=right):
-                predicate = EQUALITY if operator == "=" else operator
-                yield from self._atom(predicate, (left, right), parent, id_, formula.position, root=root)
+            case TermComparison():
+                yield from self._comparison(formula, parent, id_, root=root)
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in a condition cannot be made into facts",
@@ -189,6 +200,21 @@ class _FactMaker:
                 )
             case When() | NumericChange():
                 raise self._error("an effect cannot be a condition", formula.position)
+
+    def _comparison(
+        self, formula: TermComparison, parent: str, id_: str, *, root: bool
+    ) -> Iterator[FactToAssert]:
+        """Yield the facts of an equality of objects, or of a comparison of numbers."""
+        terms, position = formula.terms, formula.position
+        if self._compat or not any(isinstance(term, FunctionTerm) for term in terms):
+            predicate = EQUALITY if formula.operator == "=" else formula.operator
+            yield from self._atom(predicate, terms, parent, id_, position, root=root)
+            return
+        variables = tuple({term.name: term for term in _variables(formula)}.values())
+        rows = list(self._atom(formula.operator, variables, parent, id_, position, root=root))
+        yield from rows
+        slots = {"predicate-id": rows[-1].slots["id"], "text": format_formula(formula)}
+        yield FactToAssert("domain-comparison", slots)
 
     def _connective(
         self, kind: str, parts: tuple[Formula, ...], parent: str, id_: str
@@ -228,7 +254,7 @@ class _FactMaker:
                 raise self._error(
                     "a number or nested predicate cannot be made into facts",
                     position,
-                    "the CLIPS Executive knows predicates of objects only: leave numbers to the planner",
+                    "Fawkes knows predicates of objects only: leave numbers to the planner",
                 )
             else:
                 names.append(CONSTANT_NAME)
@@ -252,7 +278,9 @@ class _FactMaker:
                 slots |= {"param-names": names, "param-constants": constants}
                 yield FactToAssert("domain-effect", {**slots, "type": "POSITIVE" if positive else "NEGATIVE"})
             case NumericChange(operator=operator):
-                self._drop(f"'{operator}' has no fact: only planners count", formula.position)
+                if self._compat:
+                    self._drop(f"'{operator}' has no fact in Fawkes", formula.position)
+                # PddlNumbers computes it from the domain
             case Quantified(quantifier=quantifier):
                 raise self._error(
                     f"'{quantifier}' in an effect cannot be made into facts",

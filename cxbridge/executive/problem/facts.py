@@ -64,8 +64,7 @@ class FactKnowledge(Knowledge):
 
     def put_function(self, ground: Ground, value: float) -> None:
         """Assert the value of a function, in place of what it was."""
-        self.drop_function(ground)
-        self._assert(FUNCTION, {**_slots(ground), "value": value})
+        put_number(self._env, ground, value)
 
     def put_goal(self, formula: str) -> None:
         """Assert a goal, in place of the others."""
@@ -95,6 +94,14 @@ class FactKnowledge(Knowledge):
         for index, _, slots in list(self._env.facts(template)):
             if is_meant(slots):
                 self._env.retract(index)
+
+
+def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
+    """Assert the value of a function, in place of what it was."""
+    for index, _, slots in list(env.facts(FUNCTION)):
+        if _ground(slots) == ground:
+            env.retract(index)
+    env.assert_fact(FUNCTION, {**_slots(ground), "value": float(value)})
 
 
 def numbers_in(env: ClipsEnvironment) -> dict[Ground, float]:

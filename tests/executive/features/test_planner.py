@@ -15,6 +15,8 @@ from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.host.values import FALSE, TRUE
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.pddl.printer import format_term
+from cxbridge.executive.planning.engines.needs import Need
+from cxbridge.executive.planning.engines.registry import NAMES, make_planner
 from cxbridge.executive.planning.service import PlanningService
 from cxbridge.executive.planning.settings import PlannerSettings
 
@@ -86,6 +88,21 @@ def test_a_goal_is_expanded_with_the_plan(env, loop):
     assert facts(env, "planner-call") == []
 
 
+def test_a_plan_for_a_part_of_the_world(env, loop):
+    """Two cups of a type that is nowhere, which no problem may have, are left out."""
+    env.assert_string("(domain-object (name x) (type unheard-of))")
+    env.assert_string("(domain-fact (name at) (param-values x home))")
+    goal(env)
+    assert env.eval('(planner-plan-part G "(at c1 shelf)" (create$ c1 shelf))') == "plan-1"
+    loop()
+    (action,) = facts(env, "plan-action")
+    assert action["param-values"] == ("c1", "home", "shelf")
+    assert valid(env) == [("plan-1", "TRUE", "")]
+    env.assert_string("(domain-fact (name at) (param-values x shelf))")
+    loop()
+    assert valid(env) == [("plan-1", "TRUE", "")]
+
+
 def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
     asked = []
     call = PlanningService.call
@@ -95,7 +112,7 @@ def test_values_of_functions_are_in_the_problem(env, loop, clp, monkeypatch):
         return call(service, request)
 
     monkeypatch.setattr(PlanningService, "call", note)
-    env.load(CORE_DIR / "features" / "problem.clp")
+    env.load(CORE_DIR / "features" / "functions.clp")
     text = DOMAIN.replace("(:action", "(:functions (weight ?c - cup)) (:action")
     env.call("domain-wipe")
     env.call("parse-pddl-domain", str(clp(text, "domain.pddl")))
@@ -335,27 +352,39 @@ def test_numbers_stay_numbers(env, loop):
     [("(at c1", "never closed"), ("(on c1 shelf)", "Unknown predicate: on"), ("(at c9 shelf)", "c9")],
 )
 def test_a_formula_that_makes_no_sense(env, log, formula, message):
-    assert env.call("planner-plan", "G", formula) == FALSE
+    assert env.call("planner-plan", "G", formula) == "no-plan-1"
     assert any(message in text for text in log.texts(Level.ERROR))
+    (call,) = facts(env, "planner-call")
+    assert (call["goal-id"], call["status"]) == ("G", "FAILED")
+    assert message in call["message"]
+
+
+def test_a_call_that_cannot_be_made_fails_its_goal(env, loop):
+    goal(env)
+    env.call("planner-plan", "G", "(on c1 shelf)")
+    loop()
+    (failed,) = facts(env, "goal")
+    assert (failed["outcome"], failed["error"]) == ("FAILED", ("PLANNING", "FAILED"))
+    assert "Unknown predicate: on" in failed["message"]
     assert facts(env, "planner-call") == []
 
 
 def test_an_object_of_an_unknown_type(env, log):
     env.assert_string("(domain-object (name x) (type unheard-of))")
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
     assert any("Unknown type: x - unheard-of" in text for text in log.texts(Level.ERROR))
 
 
 @pytest.mark.parametrize(
     ("fact", "message"),
-    [("at c9 home", "c9"), ("at c1", "expected 2 but got 1"), ("at shelf home", "shelf")],
+    [("at c9 home", "c9"), ("at c1", "expected 2 but got 1"), ("at shelf home", "expects cup but got place")],
 )
 def test_a_fact_that_makes_no_sense(env, log, fact, message):
     name, values = fact.split(" ", 1)
     env.assert_string(f"(domain-fact (name {name}) (param-values {values}))")
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
     assert any(message in text for text in log.texts(Level.ERROR))
-    assert facts(env, "planner-call") == []
+    assert message in facts(env, "planner-call")[0]["message"]
 
 
 def test_a_domain_that_does_not_parse(bus, log, clp):
@@ -365,7 +394,7 @@ def test_a_domain_that_does_not_parse(bus, log, clp):
     for feature in ("pddl-parser", "planner"):
         manager.request("executive", feature)
     env.call("parse-pddl-domain", str(clp(DOMAIN[:-1], "domain.pddl")))
-    assert env.call("planner-plan", "G", "(at c1 shelf)") == FALSE
+    assert env.call("planner-plan", "G", "(at c1 shelf)") == "no-plan-1"
     first, second = log.texts(Level.ERROR)
     assert "domain.pddl" in first
     assert "parse-pddl-domain first" in second
@@ -377,7 +406,7 @@ def test_without_a_domain(bus, log):
     manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
     env = manager.create("executive")
     manager.request("executive", "planner")
-    assert env.call("planner-plan", "G", "(x)") == FALSE
+    assert env.call("planner-plan", "G", "(x)") == "no-plan-1"
     assert any("parse-pddl-domain first" in text for text in log.texts(Level.ERROR))
     manager.close()
 
@@ -390,3 +419,65 @@ def test_settings():
     assert PlannerSettings.from_config(Configuration.from_text("a: 1", "x.yaml")) == PlannerSettings()
     with pytest.raises(ConfigError, match=r"/planner/at-once"):
         PlannerSettings.from_config(Configuration.from_text("planner: {at-once: many}", "x.yaml"))
+
+
+NUMERIC = """(define (domain d) (:requirements :strips :typing :fluents) (:types robot place)
+  (:predicates (at ?r - robot ?p - place)) (:functions (fuel ?r - robot) (far ?a ?b - place))
+  (:action move :parameters (?r - robot ?a ?b - place)
+    :precondition (and (at ?r ?a) (> (far ?a ?b) 0) (>= (fuel ?r) (far ?a ?b)))
+    :effect (and (at ?r ?b) (not (at ?r ?a)) (decrease (fuel ?r) (far ?a ?b)))))"""
+TEMPORAL = """(define (domain d) (:requirements :strips :typing :durative-actions) (:types robot place)
+  (:predicates (at ?r - robot ?p - place)) (:functions (far ?a ?b - place))
+  (:durative-action move :parameters (?r - robot ?a ?b - place) :duration (= ?duration (far ?a ?b))
+    :condition (at start (at ?r ?a)) :effect (and (at start (not (at ?r ?a))) (at end (at ?r ?b)))))"""
+DRIVE = """
+(deffacts world
+  (domain-object (name r1) (type robot))
+  (domain-object (name a) (type place)) (domain-object (name b) (type place))
+  (domain-fact (name at) (param-values r1 a))
+  (problem-function (name fuel) (param-values r1) (value 5.0))
+  (problem-function (name far) (param-values a b) (value 3.0))
+  (problem-function (name far) (param-values b a) (value 4.0))
+  (problem-function (name far) (param-values a a) (value 1.0))
+  (problem-function (name far) (param-values b b) (value 1.0)))
+"""
+KINDS = {"numeric": (NUMERIC, Need.NUMBERS), "temporal": (TEMPORAL, Need.TIME)}
+
+
+PLANNERS = [
+    (kind, name)
+    for kind, (_, need) in KINDS.items()
+    for name in NAMES
+    if need in make_planner(name).understands
+]
+
+
+@pytest.mark.parametrize(("kind", "planner"), PLANNERS)
+def test_numeric_and_temporal_plans(kind, planner, bus, clp):
+    if missing := make_planner(planner).not_installed:
+        pytest.skip(missing)
+    parser = PddlParserFeature()
+    manager = EnvironmentManager(bus, [parser, PlannerFeature(PlannerSettings(), parser.domain_of)])
+    try:
+        env = manager.create("executive")
+        for feature in ("pddl-parser", "planner"):
+            manager.request("executive", feature)
+        for file in CORE:
+            env.batch(CORE_DIR / "cx" / f"{file}.clp")
+        env.load(clp(DRIVE))
+        env.eval("(reset)")
+        env.call("parse-pddl-domain", str(clp(KINDS[kind][0], "domain.pddl")))
+        goal(env)
+        env.call("planner-plan-with", "G", "(at r1 b)", planner, 60)
+        manager.before_run("executive")
+        env.run()
+        assert [each["message"] for each in facts(env, "goal")] == [""]
+        (plan,) = facts(env, "plan")
+        (action,) = facts(env, "plan-action")
+        assert action["param-values"] == ("r1", "a", "b")
+        if kind == "temporal":
+            assert plan["type"] == "TEMPORAL"
+            assert action["dispatch-time"] == pytest.approx(0, abs=0.01)
+            assert action["duration"] == pytest.approx(3.0)
+    finally:
+        manager.close()

@@ -115,7 +115,6 @@ def test_empty_conjunction_is_a_formula_without_parts() -> None:
     [
         ("(exists (?x - place) (free ?x))", "'exists' in a condition"),
         ("(and (ready) (forall (?x - place) (free ?x)))", "'forall' in a condition"),
-        ("(< (total-cost) 3)", "a number or nested predicate"),
     ],
 )
 def test_conditions_that_facts_cannot_say(condition: str, message: str) -> None:
@@ -141,13 +140,30 @@ def test_effect_leaves_its_name_to_the_template() -> None:
     assert "name" not in effect_facts("(ready)")[0].slots
 
 
-def test_changes_of_numbers_have_no_fact_and_are_told() -> None:
+def test_changes_of_numbers_have_no_fact_and_are_lost_in_fawkes() -> None:
     told: list[PddlError] = []
     parsed = parse_domain(domain(action(effect="(and (ready) (increase (total-cost) 1))")))
-    rows = domain_facts(parsed, warn=told.append)
-    assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
+    for fawkes_compat in (False, True):
+        rows = domain_facts(parsed, fawkes_compat=fawkes_compat, warn=told.append)
+        assert [row.slots["predicate"] for row in rows if row.template == "domain-effect"] == ["ready"]
     assert [(error.line, error.column) for error in told] == [(10, 22)]
-    assert "'increase' has no fact" in told[0].message
+    assert "'increase' has no fact in Fawkes" in told[0].message
+
+
+def test_comparisons_of_numbers_have_the_variables_as_parameters() -> None:
+    text = "(and (ready) (>= (- (total-cost) 1) 3))"
+    facts = condition_facts(text)
+    assert (
+        "(pddl-predicate (id op12-atom) (part-of op12) (predicate >=) (param-names) (param-constants))"
+        in facts
+    )
+    assert "(domain-comparison (predicate-id op12-atom) (text (>= (- (total-cost) 1) 3)))" in facts
+
+
+def test_comparisons_of_numbers_are_refused_in_fawkes() -> None:
+    parsed = parse_domain(domain(action("(< (total-cost) 3)")), "d.pddl")
+    with pytest.raises(PddlError, match="a number or nested predicate"):
+        domain_facts(parsed, fawkes_compat=True)
 
 
 @pytest.mark.parametrize("effect", ["(when (ready) (free ?p))", "(or (ready) (free ?p))", "(= ?r ?r)"])

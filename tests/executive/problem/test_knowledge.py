@@ -25,7 +25,7 @@ def knowledge(request: pytest.FixtureRequest) -> Knowledge:
     if request.param == "memory":
         return MemoryKnowledge()
     env = request.getfixturevalue("env")
-    for file in ("cx/saliences", "cx/plan", "cx/goal", "cx/domain", "features/problem"):
+    for file in ("cx/saliences", "cx/plan", "cx/goal", "cx/domain", "features/problem", "features/functions"):
         assert env.batch(CORE_DIR / f"{file}.clp")
     return FactKnowledge(env, count(1))
 

@@ -8,6 +8,15 @@
   "A negative effect on its way: the domain-fact goes before anything else happens."
   (slot key) (multislot values))
 
+(deftemplate domain-numbers
+  "How often values of functions have changed (revision), and the latest problem-function; there
+   is none while no domain has functions (domain-numbers.clp)."
+  (slot revision (default 0)) (slot newest (default 0)))
+
+(deftemplate domain-numbers-due
+  "An action has succeeded: its effects on numbers come with its other effects."
+  (slot operator) (slot duration) (multislot names) (multislot values))
+
 (deftemplate domain-awaited-atom
   "The key of a domain-pending-sensed-fact."
   (slot key) (multislot values) (slot type) (slot pending))
@@ -56,6 +65,10 @@
       (bind ?key (domain-atom-key (fact-slot-value ?effect predicate) ?values))
       (if (not (member$ ?key ?made)) then
         (assert (domain-fact-removal (key ?key) (values ?values))))))
+  (if (any-factp ((?n domain-numbers)) TRUE) then
+    (assert (domain-numbers-due
+      (operator (fact-slot-value ?action action-name)) (duration (fact-slot-value ?action duration))
+      (names (fact-slot-value ?action param-names)) (values (fact-slot-value ?action param-values)))))
   (modify ?action (state EFFECTS-APPLIED)))
 
 (defrule domain-effects-remove-fact

@@ -19,6 +19,12 @@
   "The ground atom that decides one leaf (place) of a grounded tree."
   (slot key) (multislot values) (slot tree) (slot place) (slot satisfied (default FALSE)))
 
+(deftemplate grounded-pddl-comparison
+  "The comparison of numbers that decides one leaf (place) of a grounded tree; domain-numbers.clp looks."
+  (slot predicate-id) (multislot names) (multislot values) (slot tree) (slot place)
+  ; the domain-numbers.revision that it was looked at with
+  (slot satisfied (default FALSE)) (slot revision (default -1)))
+
 (deftemplate domain-met-conditions
   "Which conditional effects of an action apply. Settled when it has succeeded."
   (slot grounding) (multislot effects))
@@ -70,7 +76,7 @@
     (grounding-fact ?grounding-fact) (of-action ?of-action))))
   (progn$ (?kind (fact-slot-value ?tree kinds))
     (bind ?id (nth$ ?kind-index ?ids)) (bind ?source (nth$ ?kind-index ?sources))
-    (if (or (eq ?kind predicate) (eq ?kind equality))
+    (if (member$ ?kind (create$ predicate equality comparison))
      then
       (bind ?grounded-id (sym-cat grounded- ?id - ?grounding))
       (bind ?fact (assert (grounded-pddl-predicate
@@ -79,15 +85,19 @@
         (fact-slot-value ?source param-names) (fact-slot-value ?source param-constants)
         ?names ?values))
       (if (neq ?terms FALSE) then
-        (if (eq ?kind predicate)
-         then
+        (switch ?kind
+         (case predicate then
           (bind ?leaves (create$ ?leaves (assert (grounded-pddl-leaf
             (key (domain-atom-key (fact-slot-value ?source predicate) ?terms)) (values ?terms)
-            (tree ?grounded) (place ?kind-index)))))
-         else
+            (tree ?grounded) (place ?kind-index))))))
+         (case comparison then
+          (bind ?leaves (create$ ?leaves (assert (grounded-pddl-comparison
+            (predicate-id ?id) (names (fact-slot-value ?source param-names)) (values ?terms)
+            (tree ?grounded) (place ?kind-index))))))
+         (default
           (domain-check-equality-arity ?grounded-id (fact-slot-value ?source param-names) ?terms)
           (if (and (= (length$ ?terms) 2) (eq (nth$ 1 ?terms) (nth$ 2 ?terms))) then
-            (bind ?equal (create$ ?equal ?kind-index)))))
+            (bind ?equal (create$ ?equal ?kind-index))))))
      else
       (bind ?fact (assert (grounded-pddl-formula
         (id (sym-cat grounded- ?id - (gensym*))) (formula-id ?id) (grounding ?grounding)

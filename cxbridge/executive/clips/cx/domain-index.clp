@@ -26,7 +26,7 @@
   (slot root) (slot revision (default-dynamic (gensym*)))
   ; whether its nodes have been indexed: not yet when a function has built it
   (slot settled (default FALSE))
-  ; of each node: its pddl-formula or pddl-predicate, its type (or predicate, or equality)
+  ; of each node: its pddl-formula or pddl-predicate, its type (or predicate, equality, comparison)
   (multislot ids) (multislot sources) (multislot kinds)
   ; the place of the parent (0: is a root), and the number of children
   (multislot parents) (multislot sizes)
@@ -93,6 +93,13 @@
     (case negation then (and (> ?size 0) (= ?satisfied 0)))
     (default (> ?satisfied 0))))
 
+(deffunction pddl-node-kind (?predicate)
+  (switch ?predicate
+    (case EQUALITY then equality)
+    (case < then comparison) (case > then comparison) (case <= then comparison)
+    (case >= then comparison) (case = then comparison)
+    (default predicate)))
+
 (deffunction pddl-formula-tree-build
   "Collect the nodes below root, level by level, into a new pddl-formula-tree; FALSE if there
    are none."
@@ -102,7 +109,7 @@
   (bind ?place 0) (bind ?id ?root)
   (while (<= ?place (length$ ?ids)) do
     (bind ?known (length$ ?ids))
-    (if (not (member$ (nth$ ?place ?kinds) (create$ predicate equality))) then
+    (if (not (member$ (nth$ ?place ?kinds) (create$ predicate equality comparison))) then
       (do-for-all-facts ((?f pddl-formula))
           (and (eq ?f:part-of ?id) (not (member$ ?f:id ?ids)))
         (bind ?ids (create$ ?ids ?f:id)) (bind ?sources (create$ ?sources ?f))
@@ -111,8 +118,7 @@
         (do-for-all-facts ((?p pddl-predicate))
             (and (eq ?p:part-of ?id) (not (member$ ?p:id ?ids)))
           (bind ?ids (create$ ?ids ?p:id)) (bind ?sources (create$ ?sources ?p))
-          (bind ?kinds (create$ ?kinds (if (eq ?p:predicate EQUALITY)
-                                        then equality else predicate)))
+          (bind ?kinds (create$ ?kinds (pddl-node-kind ?p:predicate)))
           (bind ?parents (create$ ?parents ?place)))))
     (if (> ?place 0) then (bind ?sizes (create$ ?sizes (- (length$ ?ids) ?known))))
     (bind ?place (+ ?place 1))

@@ -81,6 +81,11 @@
   ; constants as in domain-effect
   (multislot param-names (type SYMBOL)) (multislot param-constants))
 
+(deftemplate domain-comparison
+  "A comparison of numbers, as PDDL. Its pddl-predicate has the operator as its predicate and the
+   variables as its parameters; the functions' values are problem-function facts."
+  (slot predicate-id (type SYMBOL)) (slot text))
+
 (deftemplate pddl-grounding
   "The arguments with which conditions have been grounded; plan-action.precondition is its id."
   (slot id (default ?NONE) (type SYMBOL))
@@ -105,7 +110,8 @@
   ()
   (progn$ (?template (create$ domain-fact domain-object domain-object-type domain-predicate
                               domain-effect domain-operator domain-operator-parameter
-                              pddl-predicate pddl-formula pddl-grounding domain-error))
+                              pddl-predicate pddl-formula domain-comparison pddl-grounding
+                              domain-error))
     (delayed-do-for-all-facts ((?f ?template)) TRUE (retract ?f))))
 
 (deffunction domain-fact-args

@@ -10,6 +10,8 @@ from math import isfinite
 from pathlib import Path
 from typing import Final
 
+from msgspec.structs import replace
+
 from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
 from cxbridge.executive.planning.engines.names import PlanNames
 from cxbridge.executive.planning.engines.needs import Need, needs_of
@@ -19,6 +21,7 @@ from cxbridge.executive.planning.plan_text import load_plan
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
 _PLAN: Final = "plan"
+_TASK: Final = "task"
 _END_S: Final = 0.5
 """How long before the end of its time a program that looks for better plans ends."""
 
@@ -59,7 +62,8 @@ class CommandPlanner(Planner):
         with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
             files["domain"].write_text(format_domain(domain))
-            files["problem"].write_text(format_problem(problem))
+            # LPG takes no problem that is named problem
+            files["problem"].write_text(format_problem(replace(problem, name=_TASK)))
             texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
             if self._program.improving and improve > 0 and Need.COSTS in needs_of(domain, problem):
                 texts["improve"] = str(max(1, round(improve)))

@@ -182,6 +182,21 @@ def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) 
     return changes
 
 
+def numbers_after(
+    effect: Formula | None, bound: Bound, numbers: Mapping[Ground, float], duration: float
+) -> dict[Ground, float]:
+    """Return the numbers that an action changes, start and end at once, with their new values.
+
+    :raises PlanningError: for a number without a value.
+    """
+    changes = Changes()
+    truth = Truth((), numbers, lambda _types: (), duration)
+    for each in () if effect is None else effect.walk():
+        if isinstance(each, NumericChange):
+            _change_number(each, bound, truth, changes)
+    return changes.numbers
+
+
 def _object(term: Term, bound: Bound) -> str:
     if isinstance(term, FunctionTerm):
         raise PlanningError(f"({term.function} ...) is a number, not an object")

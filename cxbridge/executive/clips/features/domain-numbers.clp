@@ -1,0 +1,38 @@
+; domain-numbers.clp - numbers of the domain: comparisons in conditions, changes by effects
+;
+; Loaded with the first domain that has functions. What a comparison and an effect say is computed
+; by the feature pddl-parser: domain-comparison-holds and domain-numbers-change.
+
+(defrule domain-numbers-begin
+  (declare (salience ?*SALIENCE-DOMAIN-GROUND*))
+  (not (domain-numbers))
+  =>
+  (assert (domain-numbers)))
+
+(defrule domain-numbers-changed
+  "Comparisons wait until all new values are there."
+  (declare (salience (+ ?*SALIENCE-DOMAIN-CHECK* 10)))
+  ?value <- (problem-function)
+  ?numbers <- (domain-numbers (revision ?revision) (newest ?newest&:(< ?newest (fact-index ?value))))
+  =>
+  (modify ?numbers (revision (+ ?revision 1)) (newest (fact-index ?value))))
+
+(defrule domain-check-comparison
+  (declare (salience ?*SALIENCE-DOMAIN-CHECK*))
+  ?leaf <- (grounded-pddl-comparison (predicate-id ?id) (names $?names) (values $?values)
+                                     (tree ?grounded) (place ?place)
+                                     (satisfied ?before) (revision ?revision))
+  (domain-comparison (predicate-id ?id) (text ?text))
+  (domain-numbers (revision ?now&~?revision))
+  =>
+  (bind ?holds (domain-comparison-holds ?text ?names ?values))
+  (modify ?leaf (satisfied ?holds) (revision ?now))
+  (if (neq ?holds ?before) then (grounded-pddl-tree-set ?grounded ?place ?holds)))
+
+(defrule domain-numbers-apply
+  (declare (salience ?*SALIENCE-FIRST*))
+  ?due <- (domain-numbers-due (operator ?operator) (duration ?duration)
+                              (names $?names) (values $?values))
+  =>
+  (retract ?due)
+  (domain-numbers-change ?operator ?names ?values ?duration))

@@ -1,0 +1,83 @@
+"""Numbers of PDDL domains in the core: what comparisons say, and what effects change."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.values import FALSE, TRUE, Value
+from cxbridge.executive.problem.facts import FUNCTION, numbers_in, put_number
+
+if TYPE_CHECKING:
+    from cxbridge.executive.pddl import Domain, Formula
+
+_RULES: Final = CORE_DIR / "features" / "domain-numbers.clp"
+_FUNCTIONS: Final = CORE_DIR / "features" / "functions.clp"
+_NEEDED: Final = ("grounded-pddl-comparison", "domain-numbers-due")
+
+
+def load_functions(env: ClipsEnvironment) -> None:
+    """Load the template of values of functions, unless another feature has."""
+    if not env.has_template(FUNCTION):
+        env.load(_FUNCTIONS)
+
+
+class PddlNumbers:
+    """Computes with the values of functions that an environment has as facts.
+
+    :param domain_of: returns the domain that the environment parsed last.
+    :param error: writes to the log.
+    """
+
+    def __init__(
+        self, env: ClipsEnvironment, domain_of: Callable[[], Domain | None], error: Callable[[str], None]
+    ) -> None:
+        self._env = env
+        self._domain_of = domain_of
+        self._error = error
+        self._formulas: dict[str, Formula] = {}
+        self._loaded = False
+        load_functions(env)
+        env.define("domain-comparison-holds", self.holds, 3, types="*;sy;m;m")
+        env.define("domain-numbers-change", self.change, 4, types="*;sy;m;m;ld")
+
+    def follow(self, domain: Domain) -> None:
+        """Load the core's rules for numbers, when a domain has functions and the core has such conditions."""
+        if domain.functions and not self._loaded and all(map(self._env.has_template, _NEEDED)):
+            self._loaded = True
+            self._env.load(_RULES)
+
+    def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
+        """Return whether a comparison of numbers is true, as TRUE or FALSE."""
+        from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415 - only domains with numbers pay
+        from cxbridge.executive.problem.truth import Truth  # noqa: PLC0415
+
+        if text not in self._formulas:
+            self._formulas[text] = parse_formula(text)
+        truth = Truth((), numbers_in(self._env), lambda _types: ())
+        return TRUE if truth.of(self._formulas[text], _bound(names, values)) else FALSE
+
+    def change(
+        self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float
+    ) -> None:
+        """Change numbers as the effects of an action do, all from the values before."""
+        from cxbridge.executive.planning.validation.formulas import numbers_after  # noqa: PLC0415
+
+        domain = self._domain_of()
+        actions = () if domain is None else domain.actions
+        action = next((each for each in actions if each.name == operator), None)
+        if action is None:
+            return
+        try:
+            changed = numbers_after(action.effect, _bound(names, values), numbers_in(self._env), duration)
+        except CxbridgeError as error:
+            self._error(f"The effects of action {operator} on numbers cannot be applied: {error}")
+            return
+        for ground, value in changed.items():
+            put_number(self._env, ground, value)
+
+
+def _bound(names: tuple[Value, ...], values: tuple[Value, ...]) -> dict[str, str]:
+    return dict(zip(map(str, names), map(str, values), strict=False))
