@@ -63,7 +63,7 @@ FORMULA: Final = Code(
 _CONNECTIVES: Final = frozenset(
     {"and", "or", "not", "imply", "forall", "exists", "when", "=", ">", "<", ">=", "<=", "+", "-", "*", "/"}
 )
-_PLANNERS: Final = ("planner-plan", "planner-plan-with")
+_PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 
 CODES: Final = (FORMULA, PREDICATE, PARAMETERS, UNSAYABLE, TYPE, NOT_EXECUTED)
 

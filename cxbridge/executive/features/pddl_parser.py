@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
-from cxbridge.executive.features.pddl_numbers import PddlNumbers
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.values import Value
+from cxbridge.executive.problem.numbers import PddlNumbers
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactToAssert

@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, PddlError
-from cxbridge.executive.features.plan_checks import PlanChecks
 from cxbridge.executive.features.planning_base import DomainOf, Known, Numbers, PlanningFeature, PlanningUser
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, NIL, TRUE, Symbol, Value
 from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge.executive.problem.plan_checks import PlanChecks
 
 if TYPE_CHECKING:
     from collections.abc import Collection

@@ -6,9 +6,9 @@ from itertools import count
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.features.pddl_numbers import load_functions
 from cxbridge.executive.features.planning_base import DomainOf
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.problem.numbers import load_functions
 
 if TYPE_CHECKING:
     from cxbridge.executive.problem.knowledge import ProblemExpert
