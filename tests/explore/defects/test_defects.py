@@ -44,5 +44,5 @@ def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pyte
 @pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
 def test_the_agent_without_the_defect_has_the_property(defect: Defect, tmp_path: Path):
     options = defect.options(defect.copy(tmp_path / "agent", broken=False))
-    for path, played in islice(runs(options, defect.properties, 1), many(100_000, 20)):
+    for path, played in islice(runs(options, defect.properties, 1), many(100_000, 6)):
         assert played.violations == (), path
