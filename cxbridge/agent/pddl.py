@@ -6,6 +6,8 @@ import re
 from collections.abc import Iterable, Iterator
 from typing import Final
 
+from msgspec.structs import replace
+
 from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
@@ -23,7 +25,7 @@ _TYPED: Final = {
     ":objects": NameKind.CONSTANT,
 }
 _TIMES: Final = (("at", "start"), ("at", "end"), ("over", "all"))
-_SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE)
+_SECTION: Final = re.compile(r"^[ \t]*(\(:[a-z-]+)", re.MULTILINE | re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
@@ -49,7 +51,28 @@ def read_pddl(path: str, text: str) -> SourceFile:
         ]
     else:
         pieces = list(_broken(text))
-    return SourceFile(path, text, tuple(pieces), problem)
+    return SourceFile(path, text, tuple(_as_declared(pieces)), problem)
+
+
+def _as_declared(pieces: list[PlacedPiece]) -> Iterator[PlacedPiece]:
+    """Yield pieces whose names have the letters of their declaration: case does not matter in PDDL."""
+    declared: dict[Name, str] = {}
+    for _, piece in pieces:
+        for mention in piece.mentions:
+            if mention.use is Use.DEFINED:
+                declared.setdefault(_lower(mention.name), mention.name.text)
+
+    def renamed(mention: Mention) -> Mention:
+        text = declared.get(_lower(mention.name), mention.name.text)
+        same = text == mention.name.text
+        return mention if same else replace(mention, name=mention.name._replace(text=text))
+
+    for start, piece in pieces:
+        yield PlacedPiece(start, replace(piece, mentions=tuple(map(renamed, piece.mentions))))
+
+
+def _lower(name: Name) -> Name:
+    return name._replace(text=name.text.lower())
 
 
 def _broken(text: str) -> Iterator[PlacedPiece]:
@@ -83,7 +106,7 @@ def _piece(section: Group, text: str, start: int, end: int, lines: Lines | None 
     mentions = tuple(sorted(reader.mentions, key=lambda mention: mention.start))
     code = _COMMENT.sub(lambda match: " " * len(match[0]), text[start:end])
     own = next((m.name for m in mentions if m.use is Use.DEFINED), None)
-    has_name = section.head in _ACTIONS or section.head == "domain"
+    has_name = section.head.lower() in (*_ACTIONS, "domain")
     return PlacedPiece(
         start,
         Piece(section.head, own if has_name else None, text[start : start + len(code.rstrip())], mentions),
@@ -103,19 +126,19 @@ class _Section:
 
     def read(self, section: Group) -> None:
         """Note the names of a section."""
-        rest = section.items[1:]
-        if section.head in _ACTIONS:
+        head, rest = section.head.lower(), section.items[1:]
+        if head in _ACTIONS:
             self._action(rest)
-        elif section.head in ("domain", ":domain"):
-            self._words(rest[:1], NameKind.DOMAIN, Use.DEFINED if section.head == "domain" else Use.NAMED)
-        elif section.head in _TYPED:
-            self._typed(rest, _TYPED[section.head])
-        elif section.head in (":predicates", ":functions"):
+        elif head in ("domain", ":domain"):
+            self._words(rest[:1], NameKind.DOMAIN, Use.DEFINED if head == "domain" else Use.NAMED)
+        elif head in _TYPED:
+            self._typed(rest, _TYPED[head])
+        elif head in (":predicates", ":functions"):
             for item in rest:
                 if isinstance(item, Group):
                     self._words(item.items[:1], NameKind.PREDICATE, Use.DEFINED)
                     self._typed(item.items[1:], None)
-        elif section.head in (":init", ":goal"):
+        elif head in (":init", ":goal"):
             for item in rest:
                 self._formula(item, "")
 
@@ -127,7 +150,7 @@ class _Section:
         key = ""
         for item in rest[1:]:
             if isinstance(item, BracketWord) and item.text.startswith(":"):
-                key = item.text
+                key = item.text.lower()
             elif key == ":parameters" and isinstance(item, Group):
                 self._typed(item.items, NameKind.PARAMETER, action)
             else:
@@ -161,14 +184,15 @@ class _Section:
 
     def _parts(self, group: Group) -> tuple[Item, ...]:
         """Note the predicate of a group, and return its other parts."""
-        words = tuple(item.text for item in group.items[:2] if isinstance(item, BracketWord))
+        words = tuple(item.text.lower() for item in group.items[:2] if isinstance(item, BracketWord))
         if words in _TIMES:
             return group.items[2:]
         if not group.head:
             return group.items
-        if group.head not in _CONNECTIVES:
+        head = group.head.lower()
+        if head not in _CONNECTIVES:
             self._words(group.items[:1], NameKind.PREDICATE, Use.NAMED)
-        return group.items[2 if group.head in ("forall", "exists") else 1 :]
+        return group.items[2 if head in ("forall", "exists") else 1 :]
 
     def _words(self, items: Iterable[Item], kind: NameKind, use: Use, owner: str = "") -> None:
         for item in items:

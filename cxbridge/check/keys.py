@@ -8,6 +8,7 @@ from typing import Final
 _KEYS: Final = """
 clips-executive: spec clips-dirs assert-time-each-loop automatic-goal-retraction steal-skiller-control
 clips-executive: exact-retry request-redefine-warning-feature refresh-rate
+clips-executive/pddl: strict
 clips-executive/debug: enable level unwatch-facts unwatch-rules
 clips-executive/specs/SPEC: blackboard-preload action-mapping/ACTION parameters/...
 clips-executive/specs/SPEC/init/STAGE/N: name feature-request file files wait-for

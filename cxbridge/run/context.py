@@ -13,7 +13,7 @@ from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.executive.features.pddl_parser import PddlParserFeature
+from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_fawkes
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
@@ -147,6 +147,7 @@ class RunContext:
             early=agent.early,
             skill_board=skill_board,
             additions=additions,
+            pddl_parser=PddlParserFeature(as_fawkes=reads_as_fawkes(config)),
             **more,
         )
 

@@ -12,8 +12,9 @@ from cxbridge.check.planned import planned_actions
 from cxbridge.check.usage import Construct, Usage
 from cxbridge.clipstext.condition import PatternCE, patterns
 from cxbridge.clipstext.syntax import SyntaxNode, literal
-from cxbridge.errors import PddlError
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
@@ -23,6 +24,12 @@ DOMAIN: Final = Code(
     Severity.ERROR,
     "the PDDL domain is wrong",
     "The domain does not parse, or uses what it does not declare. No plan-action can be executed.",
+)
+DUBIOUS: Final = Code(
+    "CX310",
+    Severity.WARNING,
+    "the PDDL domain is read in spite of a mistake",
+    "Other planners and Fawkes refuse the domain, or read it in another way.",
 )
 NO_DOMAIN: Final = Code(
     "CX302",
@@ -57,7 +64,7 @@ DOUBT: Final = Code(
     "It goes into the skill string as it is.",
 )
 
-CODES: Final = (DOMAIN, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
+CODES: Final = (DOMAIN, DUBIOUS, NO_DOMAIN, ACTION, MAPPED, PARAMETER, DOUBT)
 
 _OPERATOR: Final = "domain-operator"
 _ACTION: Final = "plan-action"
@@ -99,11 +106,15 @@ def _check_domain(agent: Agent, file: ClipsFile, call: SyntaxNode, actions: _Act
         yield Finding(NO_DOMAIN, file.place(call), f"there is no file {name}")
         return
     try:
-        domain: Domain = load_domain(path)
-    except PddlError as error:
+        warnings: list[PddlError] = []
+        compat = reads_as_fawkes(agent.config)
+        domain: Domain = load_domain(path, fawkes_compat=compat, warn=warnings.append)
+    except CxbridgeError as error:
         actions.is_complete = False
         yield of_error(error, DOMAIN)
         return
+    for warning in warnings:
+        yield of_error(warning, DUBIOUS)
     for action in domain.actions:
         actions.parameters[action.name] = tuple(
             name.removeprefix("?") for name in names_of(action.parameters)

@@ -12,8 +12,9 @@ from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.check.planned import WrittenAction, count, planned_actions
 from cxbridge.check.usage import Construct
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read
-from cxbridge.errors import PddlError
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
+from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
 
@@ -87,8 +88,9 @@ def check(agent: Agent) -> Iterator[Finding]:
             if path is None:
                 return
             try:
-                parsed.append(_Parsed(load_domain(path), file, call))
-            except PddlError:
+                compat = reads_as_fawkes(agent.config)
+                parsed.append(_Parsed(load_domain(path, fawkes_compat=compat), file, call))
+            except CxbridgeError:
                 return  # the check of domains has it
     for each in parsed:
         yield from _check_facts(each.domain)

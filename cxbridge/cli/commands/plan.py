@@ -11,7 +11,7 @@ import typer
 
 from cxbridge.cli.console import say, say_json, say_text
 from cxbridge.cli.option_groups import option_groups
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.file_access import write_file
 
 if TYPE_CHECKING:
@@ -84,8 +84,11 @@ def plan(
 def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
     from cxbridge.executive.pddl import load_domain, load_problem
 
-    domain = load_domain(domain_file)
-    return domain, load_problem(problem_file, domain)
+    def warn(mistake: PddlError) -> None:
+        say(f"cxbridge: warning: {mistake}", err=True)
+
+    domain = load_domain(domain_file, warn=warn)
+    return domain, load_problem(problem_file, domain, warn=warn)
 
 
 def _plan(domain: Domain, problem: Problem, asked: _PlannerOptions) -> PlanResult:

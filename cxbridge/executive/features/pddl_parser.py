@@ -4,26 +4,46 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
-from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.config import Configuration
+from cxbridge.errors import ConfigError, CxbridgeError, PddlError
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.executive.host.values import Value
+from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.problem.numbers import PddlNumbers
 
 if TYPE_CHECKING:
     from cxbridge.executive.pddl import Domain, FactToAssert
 
 
+STRICT: Final = "/clips-executive/pddl/strict"
+_FAWKES: Final = "fawkes"
+
+
+def reads_as_fawkes(config: Configuration) -> bool:
+    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and what it drops in silence.
+
+    :raises ConfigError: for another value than ``fawkes``.
+    """
+    value = config.get_str(STRICT, default="")
+    if value not in ("", _FAWKES):
+        raise ConfigError(f"{STRICT} cannot be '{value}'", hint=f"use {_FAWKES}, or remove the key")
+    return value == _FAWKES
+
+
 class PddlParserFeature(Feature):
-    """Gives ``parse-pddl-domain`` and ``parse-pddl-formula``."""
+    """Gives ``parse-pddl-domain`` and ``parse-pddl-formula``.
+
+    :param as_fawkes: see :func:`reads_as_fawkes`.
+    """
 
     name = "pddl-parser"
 
-    def __init__(self) -> None:
+    def __init__(self, *, as_fawkes: bool = False) -> None:
+        self._as_fawkes = as_fawkes
         self._domains: dict[str, Domain] = {}
 
     def domain_of(self, env: ClipsEnvironment) -> Domain | None:
@@ -43,15 +63,20 @@ class PddlParserFeature(Feature):
             parse_domain,
             parse_formula,
         )
+        from cxbridge.executive.pddl.decoding import decode_text  # noqa: PLC0415
 
         log = env.bus.logger(f"PDDLCLIPS|{env.name}")
+
+        def warn(problem: PddlError) -> None:
+            log.warn(str(problem))
 
         def domain(path: str) -> None:
             try:
                 data = Path(path).read_bytes()
                 env.bus.emit_source("pddl", env.name, path, data, kind="domain")
-                parsed = parse_domain(data.decode("utf-8-sig", "surrogateescape"), path)
-                rows = domain_facts(parsed, warn=lambda problem: log.warn(str(problem)))
+                text = decode_text(data, path)
+                parsed = parse_domain(text, path, fawkes_compat=self._as_fawkes, warn=warn)
+                rows = domain_facts(parsed, fawkes_compat=self._as_fawkes, warn=warn)
             except OSError as error:
                 text = f"cannot read it: {error.strerror}"
                 file, line = env.loader.place_of_executing()
@@ -69,7 +94,8 @@ class PddlParserFeature(Feature):
 
         def formula(text: str, identifier: str) -> None:
             try:
-                rows = formula_facts(parse_formula(text), identifier)
+                parsed = parse_formula(text, fawkes_compat=self._as_fawkes)
+                rows = formula_facts(parsed, identifier)
             except PddlError as error:
                 log.error(f"Failed to parse formula: {error}")
             else:
@@ -91,5 +117,13 @@ def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
 
 
 def _fields(value: str | tuple[str, ...]) -> Value:
-    """Return what CLIPS reads the text as: symbols, and numbers where a constant is one."""
-    return clips_scalar(value) if isinstance(value, str) else tuple(clips_scalar(item) for item in value)
+    """Return the fields of a slot: symbols, and numbers for names that CLIPS would print as they are.
+
+    Agents write such a name as a number, ``(domain-object (name 1))``. Others stay names: ``01`` is not 1.
+    """
+    return _field(value) if isinstance(value, str) else tuple(map(_field, value))
+
+
+def _field(name: str) -> Value:
+    number = clips_scalar(name)
+    return number if str(number) == name else Symbol(name)

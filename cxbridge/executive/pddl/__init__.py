@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl.ast import Domain, Formula, names_of, pairs_of
+from cxbridge.executive.pddl.ast import Domain, Formula, Problem, names_of, pairs_of
 from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
 from cxbridge.executive.pddl.facts import FactToAssert, domain_facts, formula_facts
-from cxbridge.executive.pddl.parser import load_domain, parse_domain, parse_formula
-from cxbridge.executive.pddl.printer import format_domain, format_formula
-from cxbridge.executive.pddl.problems import (
-    Problem,
-    format_problem,
+from cxbridge.executive.pddl.parser import (
+    load_domain,
     load_problem,
+    parse_domain,
+    parse_formula,
     parse_problem,
-    problem_of_facts,
 )
+from cxbridge.executive.pddl.printer import format_domain, format_formula
+from cxbridge.executive.pddl.problems import format_problem, problem_of_facts
 
 __all__ = [
     "Domain",

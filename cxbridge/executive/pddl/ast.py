@@ -1,4 +1,4 @@
-"""The abstract syntax of PDDL domains and formulas, as frozen values.
+"""The abstract syntax of PDDL domains, problems and formulas, as frozen values.
 
 Nodes compare by what they say: positions do not count. More can be said here than the CLIPS Executive has
 facts for (quantifiers, conditional effects, numbers): planners understand it.
@@ -9,10 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterator
 from functools import cache
-from operator import attrgetter
+from operator import attrgetter, is_
 from typing import Any, ClassVar, Final, NamedTuple
 
-from msgspec import Struct
+from msgspec import Struct, field
 from msgspec.structs import replace
 
 
@@ -23,8 +23,8 @@ class Position(NamedTuple):
     column: int = 1
 
 
-_UNSAID: Final = ("position", "file")
-"""Where a node was read: it does not count when nodes are compared."""
+_UNSAID: Final = ("position", "file", "text")
+"""Where a node was read, and from which text: that does not count when nodes are compared."""
 
 
 @cache
@@ -112,7 +112,7 @@ Term = Variable | Constant | FunctionTerm
 
 
 class FormulaNode(PddlNode, frozen=True):
-    """A formula, the only tree of conditions and effects: whoever goes through it uses walk or map.
+    """A formula, the one tree of conditions and effects, gone through with walk and map.
 
     :cvar PARTS: the fields that hold formulas, one or a tuple of them.
     :cvar TERMS: the fields that hold terms.
@@ -139,22 +139,29 @@ class FormulaNode(PddlNode, frozen=True):
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with each formula in it changed, children first."""
-        fields = {name: _mapped(getattr(self, name), lambda part: part.map(change)) for name in self.PARTS}
-        return change(replace(self, **fields) if fields else self)  # type: ignore[arg-type]
+        return change(_with_values(self, self.PARTS, lambda part: part.map(change)))
 
     def map_terms(self, change: Callable[[Term], Term]) -> Formula:
         """Return the formula with each term in it changed, also those within terms, which come first."""
 
         def changed(term: Term) -> Term:
             if isinstance(term, FunctionTerm):
-                term = replace(term, arguments=tuple(map(changed, term.arguments)))
+                term = _with_values(term, ("arguments",), changed)
             return change(term)
 
-        def with_terms(formula: Formula) -> Formula:
-            fields = {name: _mapped(getattr(formula, name), changed) for name in formula.TERMS}
-            return replace(formula, **fields) if fields else formula
+        return self.map(lambda formula: _with_values(formula, formula.TERMS, changed))
 
-        return self.map(with_terms)
+
+def _with_values(node: Any, fields: tuple[str, ...], change: Callable[[Any], Any]) -> Any:
+    """Return a node with the values of these fields changed; the node itself when that changes nothing."""
+    different = {}
+    for name in fields:
+        old = getattr(node, name)
+        new = tuple(map(change, old)) if isinstance(old, tuple) else change(old)
+        is_same = all(map(is_, new, old)) if isinstance(old, tuple) else new is old
+        if not is_same:
+            different[name] = new
+    return replace(node, **different) if different else node
 
 
 def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
@@ -164,10 +171,6 @@ def _values(node: FormulaNode, fields: tuple[str, ...]) -> Iterator[Any]:
             yield from value
         else:
             yield value
-
-
-def _mapped(value: Any, change: Callable[[Any], Any]) -> Any:
-    return tuple(map(change, value)) if isinstance(value, tuple) else change(value)
 
 
 class Atom(FormulaNode, frozen=True):
@@ -319,6 +322,8 @@ class Domain(PddlNode, frozen=True):
 
     :param requirements: the requirements, without their colon.
     :param file: the file it was read from; empty when none.
+    :param text: the text it was read from, for planners that read PDDL themselves; empty when the domain was
+        not read, or changed since.
     """
 
     name: str
@@ -329,3 +334,55 @@ class Domain(PddlNode, frozen=True):
     functions: tuple[Function, ...] = ()
     actions: tuple[ActionSchema, ...] = ()
     file: str = ""
+    text: str = ""
+
+    @property
+    def is_typed(self) -> bool:
+        """Whether anything in the domain has a type, or its requirements allow for types."""
+        declared: tuple[Predicate | Function | ActionSchema, ...] = (
+            *self.predicates,
+            *self.functions,
+            *self.actions,
+        )
+        lists = (self.types, self.constants, *(each.parameters for each in declared))
+        return not TYPING.isdisjoint(self.requirements) or any(
+            bool(group.types) for typed in lists for group in typed
+        )
+
+    def changed(self, **fields: Any) -> Domain:
+        """Return the domain with other fields; it is not the one of its text any more."""
+        return replace(self, text="", **fields)
+
+
+TYPING: Final = frozenset({"typing", "adl", "ucpop"})
+"""Requirements that allow for types."""
+
+
+class Problem(PddlNode, frozen=True):
+    """A planning problem.
+
+    :param domain: the name of its domain.
+    :param objects: the objects beyond the constants of the domain.
+    :param init: the atoms that hold at the start; their arguments are constants.
+    :param init_false: the atoms that are said not to hold at the start, as all others do not.
+    :param numbers: the values of numeric functions at the start.
+    :param goal: the condition that a plan must reach.
+    :param metric: ``minimize`` or ``maximize`` and the term; None when any plan is as good.
+    :param file: the file it was read from; empty when none.
+    :param text: as of :class:`Domain`.
+    """
+
+    name: str
+    domain: str
+    objects: TypedList = ()
+    init: tuple[Atom, ...] = ()
+    init_false: tuple[Atom, ...] = ()
+    numbers: tuple[tuple[FunctionTerm, float], ...] = ()
+    goal: Formula = field(default_factory=lambda: And(()))
+    metric: tuple[str, Term] | None = None
+    file: str = ""
+    text: str = ""
+
+    def changed(self, **fields: Any) -> Problem:
+        """Return the problem with other fields; it is not the one of its text any more."""
+        return replace(self, text="", **fields)

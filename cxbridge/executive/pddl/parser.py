@@ -1,61 +1,79 @@
-"""The entry points: text or file to domain or formula."""
+"""Text or file to domain, problem or formula: the one reader of PDDL."""
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
+from typing import Any
 
-from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.ast import Domain, Formula, Position
-from cxbridge.executive.pddl.brackets import read_items
-from cxbridge.executive.pddl.domains import DomainParser
-from cxbridge.executive.pddl.errors import syntax_error
-from cxbridge.executive.pddl.formulas import FormulaParser
-from cxbridge.executive.pddl.semantics import DomainChecker
+from msgspec.structs import replace
+
+from cxbridge.executive.pddl import fawkes
+from cxbridge.executive.pddl.ast import Domain, Formula, Problem
+from cxbridge.executive.pddl.brackets import items_of
+from cxbridge.executive.pddl.build import SyntaxBuilder
+from cxbridge.executive.pddl.decoding import read_text
+from cxbridge.executive.pddl.explain import explain
+from cxbridge.executive.pddl.reader import Reader, UnexpectedToken
+from cxbridge.executive.pddl.semantics import DomainChecker, Warn, check_problem
+from cxbridge.executive.pddl.spelling import spell_domain, spell_problem
+from cxbridge.executive.pddl.tokens import Text
 
 
-def load_domain(path: str | Path, *, fawkes_compat: bool = False) -> Domain:
+def load_domain(path: str | Path, *, fawkes_compat: bool = False, warn: Warn | None = None) -> Domain:
     """Read a domain from a file; see :func:`parse_domain`.
 
     :raises PddlError: also when the file cannot be read.
     """
-    return parse_domain(read_text(path, "domain"), str(path), fawkes_compat=fawkes_compat)
+    return parse_domain(read_text(path, "domain"), str(path), fawkes_compat=fawkes_compat, warn=warn)
 
 
-def read_text(path: str | Path, what: str) -> str:
-    """Return the text of a file.
+def load_problem(path: str | Path, domain: Domain, *, warn: Warn | None = None) -> Problem:
+    """Read a problem from a file; see :func:`parse_problem`.
 
-    :param what: what it should hold, to name it in the error.
-    :raises PddlError: when it cannot be read, or is not UTF-8.
+    :raises PddlError: also when the file cannot be read.
     """
-    data = b""
-    try:
-        data = Path(path).read_bytes()
-        return data.decode().removeprefix("\ufeff")
-    except OSError as error:
-        raise PddlError(
-            f"cannot read the {what}: {(error.strerror or str(error)).lower()}", file=path
-        ) from None
-    except UnicodeDecodeError as error:
-        raise PddlError(
-            f"the file is not UTF-8 text: {error.reason}",
-            file=path,
-            line=data.count(b"\n", 0, error.start) + 1,
-            hint="save it as UTF-8",
-        ) from None
+    return parse_problem(read_text(path, "problem"), domain, str(path), warn=warn)
 
 
-def parse_domain(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Domain:
+def parse_domain(
+    text: str, file: str | Path = "", *, fawkes_compat: bool = False, warn: Warn | None = None
+) -> Domain:
     """Return the domain that a text holds, checked.
 
     :param file: what to name in errors.
     :param fawkes_compat: accept and refuse what Fawkes' parser does where the two differ, see docs/pddl.md.
+    :param warn: called for each mistake that does not keep the domain from being read.
     :raises PddlSyntaxError: when the text is not a PDDL domain.
     :raises PddlSemanticError: when something in it is undeclared, or of another number or type.
     """
-    items = read_items(text, str(file), close_last=fawkes_compat)
-    domain = DomainParser(str(file), fawkes_compat=fawkes_compat).domain(items)
-    DomainChecker(domain, fawkes_compat=fawkes_compat).check()
-    return domain
+    source = Text(text, str(file))
+    if fawkes_compat:
+        fawkes.without_rest(source)
+    domain: Domain
+    domain, words_of_numbers = _read(source, "domain")
+    if fawkes_compat:
+        fawkes.check_domain(source)
+    else:
+        domain = spell_domain(domain, source.kinds, words_of_numbers)
+    DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
+    return replace(domain, text=text)
+
+
+def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: Warn | None = None) -> Problem:
+    """Return the problem that a text holds, checked against its domain.
+
+    :param file: what to name in errors.
+    :param warn: as of :func:`parse_domain`.
+    :raises PddlSyntaxError: when the text is not a PDDL problem.
+    :raises PddlSemanticError: when something in it is undeclared, or of another number or type.
+    """
+    source = Text(text, str(file))
+    problem: Problem
+    problem, words_of_numbers = _read(source, "problem")
+    problem = spell_problem(problem, domain, source.kinds, words_of_numbers)
+    check_problem(domain, problem, warn)
+    return replace(problem, text=text)
 
 
 def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = False) -> Formula:
@@ -63,10 +81,23 @@ def parse_formula(text: str, file: str | Path = "", *, fawkes_compat: bool = Fal
 
     :raises PddlSyntaxError: when the text is not exactly one condition.
     """
-    parser = FormulaParser(str(file), fawkes_compat=fawkes_compat)
-    items = read_items(text, str(file))
-    if not items:
-        raise syntax_error("there is no formula in this text", Position(), str(file), "write (PREDICATE ...)")
-    if len(items) > 1:
-        raise syntax_error("there is text after the end of the formula", items[1].position, str(file))
-    return parser.condition(items[0])
+    source = Text(text, str(file))
+    formula: Formula = _read(source, "condition")[0]
+    if fawkes_compat:
+        fawkes.check_case(source)
+        fawkes.check_formula(source, items_of(source)[0])
+    return formula
+
+
+def _read(source: Text, symbol: str) -> tuple[Any, set[str]]:
+    """Return the value of a start symbol, and the words that it has in the place of numbers."""
+    builder = SyntaxBuilder(source)
+    try:
+        return _reader().read(source.tokens, symbol, builder), builder.words_of_numbers
+    except UnexpectedToken as error:
+        raise explain(source, symbol, error) from None
+
+
+@cache
+def _reader() -> Reader:
+    return Reader(SyntaxBuilder)

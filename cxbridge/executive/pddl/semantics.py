@@ -1,4 +1,4 @@
-"""The semantic checks of a domain: everything declared, of the right number and type.
+"""The semantic checks of domains and problems: everything declared, of the right number and type.
 
 The texts of the errors are those of Fawkes' parser. It looks only through boolean formulas, quantifiers and
 plain predicates; here times, conditional effects and numbers are looked through, too, unless
@@ -7,21 +7,22 @@ plain predicates; here times, conditional effects and numbers are looked through
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Final
 
+from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    TYPING,
     ActionSchema,
-    And,
     Atom,
     Constant,
     Domain,
     Formula,
     FunctionTerm,
     Imply,
-    Not,
     NumericChange,
-    Or,
     Position,
+    Problem,
     Quantified,
     Term,
     TermComparison,
@@ -33,10 +34,17 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
+from cxbridge.executive.pddl.spelling import ARITHMETIC, ROOT_TYPE, TOTAL_TIME
+from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported_head
 
-ROOT_TYPE: Final = "object"
-_TYPING: Final = frozenset({"typing", "adl", "ucpop"})
-_ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
+__all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]
+
+_UNSEEN: Final = (Timed, Imply, When, TermComparison, NumericChange)
+"""Formulas whose parts Fawkes does not check."""
+_TIME: Final = "#t"
+
+Warn = Callable[[PddlError], None]
+"""Called with each mistake that does not keep the text from being read."""
 
 Scope = dict[str, tuple[str, ...]]
 """Variables in sight, with their types; no types: any object."""
@@ -46,12 +54,21 @@ class DomainChecker:
     """Checks one domain.
 
     :param fawkes_compat: check just as Fawkes' parser does, see docs/pddl.md.
+    :param warn: called for each mistake that does not keep the domain from being used.
     """
 
-    def __init__(self, domain: Domain, *, fawkes_compat: bool = False) -> None:
+    def __init__(
+        self,
+        domain: Domain,
+        *,
+        fawkes_compat: bool = False,
+        warn: Warn | None = None,
+    ) -> None:
         self._domain = domain
         self._compat = fawkes_compat
-        self._typed = not _TYPING.isdisjoint(domain.requirements)
+        self._warn = warn
+        self._may_be_typed = not TYPING.isdisjoint(domain.requirements)
+        self._typed = self._may_be_typed or (not fawkes_compat and domain.is_typed)
         self._supers: dict[str, set[str]] = {}
         for name, super_type in pairs_of(domain.types):
             self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
@@ -73,12 +90,14 @@ class DomainChecker:
         declared += [predicate.parameters for predicate in domain.predicates]
         declared += [function.parameters for function in domain.functions]
         declared += [action.parameters for action in domain.actions]
-        if not self._typed:
+        if self._compat and not self._typed:
             for typed in declared:
                 self._refuse_types(typed)
         if not self._compat:
+            self._warn_of_types(declared)
             self._refuse_all_twins()
-            for typed in declared[1:] if self._typed else ():
+            self._refuse_circles()
+            for typed in declared[1:]:
                 self._parameter_types(typed)
         for action in domain.actions:
             self._action(action)
@@ -89,7 +108,7 @@ class DomainChecker:
         :raises PddlSemanticError: when one is not declared.
         """
         self._section = "(:objects ...) of the problem"
-        self._check_types(objects)
+        self._parameter_types(objects)
 
     def check_formula(self, formula: Formula) -> None:
         """Check a formula without parameters, such as a goal.
@@ -97,6 +116,17 @@ class DomainChecker:
         :raises PddlSemanticError: for the first thing that makes no sense.
         """
         self._formula(formula, {})
+
+    def check_number(self, term: Term) -> None:
+        """Check the term of a metric.
+
+        :raises PddlSemanticError: for the first thing that makes no sense.
+        """
+        if not (isinstance(term, FunctionTerm) and term.function in (TOTAL_TIME, *ARITHMETIC)):
+            self._number(term, {})
+            return
+        for argument in term.arguments:
+            self.check_number(argument)
 
     def _refuse_all_twins(self) -> None:
         domain = self._domain
@@ -122,13 +152,6 @@ class DomainChecker:
     def _error(self, message: str, position: Position, hint: str | None = None) -> PddlSemanticError:
         return semantic_error(message, position, self._domain.file, hint)
 
-    def _check_types(self, typed: TypedList) -> None:
-        """Refuse types that are not declared; without typing, all types."""
-        if self._typed:
-            self._parameter_types(typed)
-        else:
-            self._refuse_types(typed)
-
     def _refuse_types(self, typed: TypedList) -> None:
         for group in typed:
             if group.types:
@@ -137,6 +160,24 @@ class DomainChecker:
                     group.position,
                     "add :typing to (:requirements ...)",
                 )
+
+    def _warn_of_types(self, declared: list[TypedList]) -> None:
+        """Tell of types that the requirements do not allow for: they count nevertheless."""
+        typed = (group for each in declared for group in each if group.types)
+        first = min(typed, key=lambda group: group.position, default=None)
+        if first is not None and self._warn is not None and not self._may_be_typed:
+            message = "there are types, but the requirements have no :typing"
+            self._warn(self._error(message, first.position, "add :typing to (:requirements ...)"))
+
+    def _refuse_circles(self) -> None:
+        """Refuse types that are above themselves."""
+        for group in self._domain.types:
+            for name in group.names:
+                if name != ROOT_TYPE and any(
+                    self._is_subtype(above, name) for above in self._supers[name] - {ROOT_TYPE}
+                ):
+                    message = f"the type {name} is a type of itself"
+                    raise self._error(message, group.position, "types must not be in a circle")
 
     def _action(self, action: ActionSchema) -> None:
         if self._typed:
@@ -168,36 +209,25 @@ class DomainChecker:
     # ---- formulas
 
     def _formula(self, formula: Formula, scope: Scope) -> None:
-        match formula:
-            case Atom():
-                self._atom(formula, scope)
-            case And(parts=parts) | Or(parts=parts):
-                for part in parts:
-                    self._formula(part, scope)
-            case Not(part=part):
-                self._formula(part, scope)
-            case Quantified():
-                self._quantified(formula, scope)
-            case _ if self._compat:
-                return  # Fawkes looks no further
-            case Timed(part=part):
-                self._formula(part, scope)
-            case Imply(condition=first, consequence=second) | When(condition=first, effect=second):
-                self._formula(first, scope)
-                self._formula(second, scope)
-            case TermComparison(left=left, right=right) | NumericChange(target=left, amount=right):
-                self._number(left, scope)
-                self._number(right, scope)
-
-    def _quantified(self, formula: Quantified, scope: Scope) -> None:
-        if not self._compat:
-            self._check_types(formula.variables)
-        bound = {name: group.types for group in formula.variables for name in group.names}
-        self._formula(formula.part, {**scope, **bound})
+        if self._compat and isinstance(formula, _UNSEEN):
+            return
+        if isinstance(formula, Atom):
+            self._atom(formula, scope)
+            return
+        if isinstance(formula, Quantified):
+            if not self._compat:
+                self._parameter_types(formula.variables)
+            bound = {name: group.types for group in formula.variables for name in group.names}
+            scope = {**scope, **bound}
+        for term in formula.terms:
+            self._number(term, scope)
+        for part in formula.children:
+            self._formula(part, scope)
 
     def _atom(self, atom: Atom, scope: Scope) -> None:
         predicate = self._predicates.get(atom.predicate)
         if predicate is None:
+            self._refuse_unsupported(unsupported_head(atom.predicate), atom.position)
             raise self._error(
                 f"Unknown predicate: {atom.predicate}", atom.position, "declare it in (:predicates ...)"
             )
@@ -212,11 +242,21 @@ class DomainChecker:
         for index, (argument, types) in enumerate(zip(atom.arguments, expected, strict=True)):
             given = self._types_of(argument, scope)
             if self._typed and not self._fits(argument, given, types):
-                raise self._error(
+                error = self._error(
                     f"Type missmatch: Argument {index} of {atom.predicate} expects {_either(types)}"
                     f" but got {_either(given)}",
                     argument.position,
                 )
+                if given or self._compat:
+                    raise error
+                if self._warn is not None:  # without a type it is any object, and of others nothing is true
+                    self._warn(error)
+
+    def _refuse_unsupported(self, name: str, position: Position) -> None:
+        """Refuse a part of PDDL that is not supported, by its name."""
+        if name and not self._compat:
+            message, hint = refusal(name)
+            raise self._error(message, position, hint)
 
     def _types_of(self, term: Term, scope: Scope) -> tuple[str, ...]:
         if isinstance(term, FunctionTerm):
@@ -224,6 +264,8 @@ class DomainChecker:
         known = scope if isinstance(term, Variable) else self._constants
         if term.name in known:
             return known[term.name]
+        if term.name == _TIME:
+            self._refuse_unsupported(CONTINUOUS, term.position)
         if isinstance(term, Variable):
             raise self._error(
                 f"Unknown Parameter ?{term.name}", term.position, "declare it in :parameters of the action"
@@ -259,7 +301,8 @@ class DomainChecker:
         """Check a side of a comparison, or of a change of a number."""
         if isinstance(term, FunctionTerm):
             function = self._functions.get(term.function)
-            if function is None and term.function not in _ARITHMETIC:
+            if function is None and term.function not in ARITHMETIC:
+                self._refuse_unsupported(unsupported_head(term.function), term.position)
                 raise self._error(
                     f"Unknown function: {term.function}", term.position, "declare it in (:functions ...)"
                 )
@@ -281,3 +324,30 @@ def _either(types: tuple[str, ...]) -> str:
     if len(types) == 1:
         return types[0]
     return f"(either {' '.join(types)})" if types else ROOT_TYPE
+
+
+def domain_with_objects(domain: Domain, problem: Problem) -> Domain:
+    """Return the domain with the problem's objects among its constants."""
+    return domain.changed(constants=domain.constants + problem.objects, file=problem.file)
+
+
+def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) -> None:
+    """Check a problem against its domain.
+
+    :param warn: called for each mistake that does not keep the problem from being used.
+    :raises PddlSemanticError: for the first thing that makes no sense.
+    """
+    if problem.domain.lower() != domain.name.lower():
+        message = f"this problem is of the domain {problem.domain}, not of {domain.name}"
+        hint = "give the domain that the problem names"
+        if warn is not None:
+            warn(semantic_error(message, Position(), problem.file, hint))
+    checker = DomainChecker(domain_with_objects(domain, problem), warn=warn)
+    checker.check_objects(problem.objects)
+    for atom in (*problem.init, *problem.init_false):
+        checker.check_formula(atom)
+    for call, _value in problem.numbers:
+        checker.check_formula(TermComparison("=", call, Constant("0"), call.position))
+    checker.check_formula(problem.goal)
+    if problem.metric is not None:
+        checker.check_number(problem.metric[1])

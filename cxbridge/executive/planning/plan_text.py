@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Final
 
-from cxbridge.executive.pddl.parser import read_text
+from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.planning.engines.names import PlanNames
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction

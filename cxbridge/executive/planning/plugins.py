@@ -18,7 +18,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.pddl.parser import read_text
+from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.planning.call_events import PlannerCallReporter
 from cxbridge.executive.planning.engines.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Final
 
-from msgspec.structs import replace
-
 from cxbridge.clipstext.terms import constants_of
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
@@ -62,8 +60,9 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     actions = tuple(_Operators(env).actions(operators)) if operators else ()
     if parsed is None and not (types or predicates or actions):
         return None
-    return replace(
-        domain,
+    if not (types or predicates or actions):
+        return domain
+    return domain.changed(
         types=domain.types + types,
         predicates=domain.predicates + predicates,
         actions=domain.actions + actions,

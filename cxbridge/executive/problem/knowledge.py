@@ -12,8 +12,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from msgspec.structs import replace
-
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     And,
@@ -22,14 +20,15 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
+    Problem,
     TermComparison,
     TypedNames,
     names_of,
     pairs_of,
 )
-from cxbridge.executive.pddl.parser import parse_formula
+from cxbridge.executive.pddl.parser import parse_formula, parse_problem
 from cxbridge.executive.pddl.printer import format_formula
-from cxbridge.executive.pddl.problems import Problem, parse_problem, problem_of_facts
+from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.semantics import ROOT_TYPE, DomainChecker
 from cxbridge.executive.problem.truth import Ground, holds, words_of
 
@@ -246,7 +245,7 @@ class ProblemExpert:
             constants = set(names_of(domain.constants))
             others = {name: kind for name, kind in self.knowledge.instances.items() if name not in constants}
             groups = tuple(TypedNames((name,), (kind,)) for name, kind in others.items())
-            DomainChecker(replace(domain, constants=domain.constants + groups)).check_formula(formula)
+            DomainChecker(domain.changed(constants=domain.constants + groups)).check_formula(formula)
 
     # ---- goals and problems
 
@@ -294,7 +293,7 @@ class ProblemExpert:
             self.goal or And(()),
             numbers=knowledge.functions.items(),
         )
-        return replace(found, name="problem_1")
+        return found.changed(name="problem_1")
 
     def add_problem(self, text: str) -> None:
         """Add what a problem says; its goal comes in place of the present one.

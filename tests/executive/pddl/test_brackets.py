@@ -10,7 +10,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.brackets import MAX_DEPTH, BracketWord, Group, read_items
+from cxbridge.executive.pddl.brackets import BracketWord, Group, read_items
+from cxbridge.executive.pddl.tokens import MAX_DEPTH
 
 patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 

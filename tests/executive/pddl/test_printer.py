@@ -28,8 +28,9 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     When,
 )
-from cxbridge.executive.pddl.brackets import read_items
-from cxbridge.executive.pddl.domains import DomainParser
+from cxbridge.executive.pddl.build import SyntaxBuilder
+from cxbridge.executive.pddl.reader import Reader
+from cxbridge.executive.pddl.tokens import Text
 
 patient = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
@@ -107,4 +108,5 @@ def test_conditions_come_back(formula: Formula) -> None:
 @given(DOMAINS)
 def test_domains_come_back(domain: Domain) -> None:
     # Not checked: a generated domain parses, but seldom makes sense.
-    assert DomainParser().domain(read_items(format_domain(domain))) == domain
+    text = Text(format_domain(domain))
+    assert Reader(SyntaxBuilder).read(text.tokens, "domain", SyntaxBuilder(text)) == domain

@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import PddlSemanticError, parse_domain
 from tests.executive.pddl.texts import action, domain
 
@@ -105,16 +106,21 @@ def test_a_type_is_declared_wherever_it_is_written(place: int) -> None:
     assert caught.value.line == _TYPED.count("\n", 0, place) + 1
 
 
-def test_a_quantified_variable_has_no_type_without_typing() -> None:
-    text = "(define (domain d) (:predicates (p ?x)) (:action a :precondition (exists (?x - t) (p ?x))))"
-    with pytest.raises(PddlSemanticError, match="Requirement typing disabled"):
-        parse_domain(text)
-
-
-def test_types_without_typing() -> None:
+def test_types_without_typing_count_and_are_told_once() -> None:
+    warnings: list[PddlError] = []
+    text = domain(action(), requirements=":strips")
+    parse_domain(text, "d.pddl", warn=warnings.append)
+    (warning,) = warnings
+    assert (warning.file, warning.line, warning.column) == ("d.pddl", 3, 9)
+    assert "no :typing" in warning.message
+    with pytest.raises(PddlSemanticError, match="Type missmatch"):
+        parse_domain(domain(action("(free ?r)"), requirements=":strips"))
     with pytest.raises(PddlSemanticError, match="Requirement typing disabled") as caught:
-        parse_domain(domain(action(), requirements=":strips"))
+        parse_domain(text, fawkes_compat=True)
     assert caught.value.hint is not None
+
+
+def test_domains_without_types() -> None:
     untyped = domain(
         "(:action go :parameters (?x) :precondition (p ?x k) :effect (p k ?x))",
         requirements="", types="", constants="(:constants k)", predicates="(p ?x ?y)", functions="",
@@ -142,14 +148,20 @@ def test_untyped_argument_fits_object_only() -> None:
     predicates = "(any ?x) (object ?x - object) (place ?x - place) (ready)"
     for name in ("any", "object"):
         assert parse_domain(domain(action(f"({name} ?x)", parameters="?x"), predicates=predicates))
-    with pytest.raises(PddlSemanticError, match="expects place but got object"):
-        parse_domain(domain(action("(place ?x)", parameters="?x"), predicates=predicates))
+    warnings: list[PddlError] = []
+    text = domain(action("(place ?x)", parameters="?x"), predicates=predicates)
+    parse_domain(text, warn=warnings.append)
+    assert ["expects place but got object" in warning.message for warning in warnings] == [True]
+    with pytest.raises(PddlSemanticError, match="expects place but got robot"):
+        parse_domain(domain(action("(place ?x)", parameters="?x - robot"), predicates=predicates))
 
 
-def test_types_in_a_circle_end() -> None:
+def test_types_in_a_circle_are_one_error() -> None:
     types = "(:types robot - place place - robot dock)"
-    with pytest.raises(PddlSemanticError, match="expects dock but got robot"):
+    with pytest.raises(PddlSemanticError, match="the type robot is a type of itself") as caught:
         parse_domain(domain(action("(p ?r)"), types=types, predicates="(p ?d - dock) (ready)"))
+    assert caught.value.line == 3
+    assert parse_domain(domain(action(), types="(:types object robot - object place dock)"))
 
 
 @pytest.mark.parametrize(

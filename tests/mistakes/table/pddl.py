@@ -9,6 +9,7 @@ from tests.mistakes.table.mistake import Mistake, mistake
 _FILE: Final = "domain.pddl"
 _EFFECT: Final = ":effect (greeted ?who)"
 _FAILED: Final = 1
+_DONE: Final = 0
 
 MISTAKES: Final[tuple[Mistake, ...]] = (
     mistake(
@@ -54,7 +55,9 @@ MISTAKES: Final[tuple[Mistake, ...]] = (
         ":preconditions",
         "domain.pddl:9",
     ),
-    mistake("typing is not required", _FILE, ":strips :typing", ":strips", "typing", "domain.pddl:4"),
+    mistake(
+        "typing is not required", _FILE, ":strips :typing", ":strips", "typing", "domain.pddl:4", status=_DONE
+    ),
     mistake(
         "the word domain is missing",
         _FILE,

@@ -1,0 +1,49 @@
+"""The bytes of PDDL files as text."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+from cxbridge.errors import PddlError
+
+MAX_BYTES: Final = 64 << 20
+"""The largest file that is read; the largest public one that we know has 4 MB."""
+
+_COMMENT: Final = re.compile(rb";[^\n]*")
+
+
+def read_text(path: str | Path, what: str) -> str:
+    """Return the text of a file.
+
+    :param what: what it should hold, to name it in the error.
+    :raises PddlError: when it cannot be read, is too large, or is not UTF-8.
+    """
+    try:
+        with Path(path).open("rb") as file:
+            data = file.read(MAX_BYTES + 1)
+    except OSError as error:
+        reason = (error.strerror or str(error)).lower()
+        raise PddlError(f"cannot read the {what}: {reason}", file=path) from None
+    return decode_text(data, path)
+
+
+def decode_text(data: bytes, path: str | Path) -> str:
+    """Return the text of a file's bytes: UTF-8, with any bytes in comments.
+
+    :raises PddlError: when there are too many, or they are not UTF-8.
+    """
+    if len(data) > MAX_BYTES:
+        raise PddlError(f"the file has more than {MAX_BYTES >> 20} MB", file=path)
+    try:
+        return data.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        code = _COMMENT.sub(lambda match: b" " * len(match[0]), data)
+        try:
+            code.decode()
+        except UnicodeDecodeError:
+            line = data.count(b"\n", 0, error.start) + 1
+            message = f"the file is not UTF-8 text: {error.reason}"
+            raise PddlError(message, file=path, line=line, hint="save it as UTF-8") from None
+        return data.decode("utf-8-sig", "replace")

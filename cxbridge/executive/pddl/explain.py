@@ -1,0 +1,276 @@
+"""Explains why a text is not of PDDL's grammar, in the words of the place where it is wrong."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Final
+
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, items_of, words_of
+from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
+from cxbridge.executive.pddl.grammar import END, load_tables
+from cxbridge.executive.pddl.reader import UnexpectedToken
+from cxbridge.executive.pddl.tokens import Text
+from cxbridge.executive.pddl.unsupported import refusal, unsupported_head, unsupported_section
+
+_NOUN: Final = {"domain": "domain", "problem": "problem", "condition": "formula"}
+_TYPED: Final = {":types": "a type", ":constants": "a constant", ":objects": "an object"}
+_DECLARED: Final = {":predicates": "predicate", ":functions": "function"}
+_ACTIONS: Final = frozenset({":action", ":durative-action"})
+_QUANTIFIERS: Final = frozenset({"exists", "forall"})
+_PAIRS: Final = {"imply": "parts", "when": "parts", "exists": "parts", "forall": "parts"} | dict.fromkeys(
+    ("=", "<", ">", "<=", ">=", "increase", "decrease", "assign", "scale-up", "scale-down"), "arguments"
+)
+_NAME_HINT: Final = "a name has letters, digits, '-' and '_', and starts with a letter or digit"
+_TWO: Final = 2
+
+
+def explain(text: Text, symbol: str, unexpected: UnexpectedToken) -> PddlSyntaxError:
+    """Return the error for a text in which a token cannot stand where it stands.
+
+    :param symbol: the start symbol that was read.
+    """
+    try:
+        items = items_of(text)
+    except PddlSyntaxError as error:
+        return error
+    return _Explainer(text, symbol, items, unexpected).error()
+
+
+class _Explainer:
+    def __init__(self, text: Text, symbol: str, items: tuple[Item, ...], unexpected: UnexpectedToken) -> None:
+        self._file = text.file
+        self._symbol = symbol
+        self._items = items
+        self._expected = unexpected.expected
+        self._place = text.position(unexpected.token.start)
+        self._path = _groups_around(items, self._place)
+        words = words_of(unexpected.token, text)
+        self._word = words[0].text if unexpected.token.text not in ("(", ")") and words else ""
+        self._group = next((each for each in self._siblings() if each.position == self._place), None)
+        self._is_end = unexpected.token.kind == END
+
+    def _siblings(self) -> tuple[Item, ...]:
+        return self._path[-1].items if self._path else self._items
+
+    def _error(self, message: str, at: Position | None = None, hint: str | None = None) -> PddlSyntaxError:
+        return syntax_error(message, at or self._place, self._file, hint)
+
+    def error(self) -> PddlSyntaxError:
+        return self._unsupported() or (
+            self._formula(self._path) if self._symbol == "condition" and self._path else self._file_error()
+        )
+
+    def _unsupported(self) -> PddlSyntaxError | None:
+        around = [*self._path, *([self._group] if isinstance(self._group, Group) else [])]
+        for depth, group in enumerate(around):
+            name = unsupported_section(group.head) or (depth > 0 and unsupported_head(group.head))
+            if name:
+                message, hint = refusal(name)
+                return self._error(message, group.position, hint)
+        name = unsupported_section(self._word)
+        if name:
+            message, hint = refusal(name)
+            return self._error(message, None, hint)
+        return None
+
+    # ---- around sections
+
+    def _file_error(self) -> PddlSyntaxError:
+        noun = _NOUN[self._symbol]
+        define = self._items[0] if self._items else None
+        form = "(PREDICATE ...)" if noun == "formula" else f"(define ({noun} NAME) ...)"
+        if define is None:
+            return self._error(f"there is no {noun} in this text", Position(), f"write {form}")
+        if noun == "formula":
+            if isinstance(define, BracketWord):
+                return self._no_formula()
+        elif not isinstance(define, Group) or define.head.lower() != "define":
+            return self._error(f"a {noun} must start with (define ({noun} NAME)", define.position)
+        if not self._path:
+            return self._error(f"there is text after the end of the {noun}")
+        return self._header_error(noun, self._path[0]) or self._section_error()
+
+    def _header_error(self, noun: str, define: Group) -> PddlSyntaxError | None:
+        header = define.items[1] if len(define.items) > 1 else define
+        if not isinstance(header, Group) or header.head.lower() != noun or len(header.items) != _TWO:
+            return self._error(f"({noun} NAME) is expected after 'define'", header.position)
+        if header in self._path:
+            return self._error(f"the name of the {noun} is expected", header.items[1].position)
+        return None
+
+    def _no_section(self) -> PddlSyntaxError:
+        if isinstance(self._group, Group):
+            return self._unknown_section(self._group)
+        return self._error("a section such as (:action ...) is expected")
+
+    def _unknown_section(self, section: Group) -> PddlSyntaxError:
+        known = ", ".join(sorted(word for word in self._expected_words() if word.startswith(":")))
+        if not section.head.startswith(":"):
+            return self._error("a section such as (:action ...) is expected", section.position)
+        return self._error(f"unknown section {section.head}", section.position, f"the sections are {known}")
+
+    def _expected_words(self) -> list[str]:
+        return [word for word, kind in load_tables().keywords.items() if kind in self._expected]
+
+    def _section_error(self) -> PddlSyntaxError:
+        if len(self._path) == 1:
+            return self._no_section()
+        section, *inner = self._path[1:]
+        head = section.head.lower()
+        is_head = bool(section.items) and section.items[0].position == self._place
+        if is_head or not head.startswith(":"):
+            return self._unknown_section(section)
+        if head in _TYPED:
+            return self._typed(_TYPED[head], inner)
+        if head in _DECLARED:
+            return self._declaration(_DECLARED[head], inner)
+        if head in _ACTIONS:
+            return self._action(section, inner)
+        return self._small_section(section, head, inner)
+
+    def _declaration(self, what: str, inner: list[Group]) -> PddlSyntaxError:
+        if inner and inner[0].items and inner[0].items[0].position != self._place:
+            return self._typed("a parameter", inner[1:])
+        return self._error(f"a {what} is expected", None, "write it in brackets: (NAME ?x - TYPE)")
+
+    def _small_section(self, section: Group, head: str, inner: list[Group]) -> PddlSyntaxError:
+        if head == ":requirements":
+            return self._error("a requirement is expected", None, "such as :strips or :typing")
+        if head == ":goal" and inner:
+            return self._formula(inner)
+        if head == ":goal":
+            item = next((each for each in section.items if each.position == self._place), None)
+            if isinstance(item, BracketWord) and len(section.items) == _TWO:
+                return self._no_formula()
+            return self._error(f"({section.head} ...) takes one formula", section.position)
+        if head == ":init":
+            hint = "such as (at r1 home) or (= (distance a b) 3)"
+            return self._error("a fact is expected", inner[0].position if inner else None, hint)
+        form = {":metric": "minimize TERM", ":length": "(:serial 5)"}.get(head, "NAME")
+        return self._error(f"({section.head} {form}) is expected", section.position)
+
+    # ---- typed lists
+
+    def _typed(self, what: str, inner: list[Group]) -> PddlSyntaxError:
+        if inner:
+            hint = "write a name, or (either TYPE TYPE)"
+            return self._error("a type is expected", inner[0].position, hint)
+        before = self._before()
+        if isinstance(before, BracketWord) and before.text == "-":
+            if self._word and self._word != "-":
+                return self._error(f"'{self._word}' is not a type", None, _NAME_HINT)
+            if isinstance(self._group, Group):
+                return self._error("a type is expected", None, "write a name, or (either TYPE TYPE)")
+            return self._error(f"'-' must be between {what} and its type", before.position)
+        if not self._word:
+            return self._error(f"{what} is expected, not a bracket")
+        hint = "write a variable such as ?x" if what in ("a parameter", "a variable") else _NAME_HINT
+        return self._error(f"'{self._word}' is not {what}", None, hint)
+
+    def _before(self) -> Item | None:
+        """Return the item before the place, in the same brackets."""
+        return max(
+            (each for each in self._siblings() if each.position < self._place),
+            key=lambda each: each.position,
+            default=None,
+        )
+
+    # ---- actions
+
+    def _action(self, section: Group, inner: list[Group]) -> PddlSyntaxError:
+        words = [each.text for each in section.items[1:2] if isinstance(each, BracketWord)]
+        if not words or words[0].startswith(":"):
+            return self._error("this action has no name", section.position)
+        before = [each for each in section.items if each.position < self._place]
+        key = next((each.text for each in reversed(before) if isinstance(each, BracketWord)), "")
+        if inner:
+            is_typed = key.lower() == ":parameters"
+            return self._typed("a parameter", inner[1:]) if is_typed else self._formula(inner)
+        known = [word for word in self._expected_words() if word.startswith(":")]
+        if not known:
+            return self._no_value(key, words[0])
+        text = f"({self._group.head} ...)" if isinstance(self._group, Group) else self._word
+        hint = "a ')' may be missing before it" if text.startswith("(:") else f"expected: {', '.join(known)}"
+        return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
+
+    def _no_value(self, key: str, action: str) -> PddlSyntaxError:
+        """Explain what is in the place of a keyword's value."""
+        if self._word and not self._word.startswith(":"):
+            if key.lower() == ":parameters":
+                return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")
+            return self._no_formula()
+        before = self._before()
+        at = before.position if before is not None else None
+        return self._error(f"{key} of action {action} is missing its value", at)
+
+    # ---- formulas
+
+    def _no_formula(self) -> PddlSyntaxError:
+        return self._error(
+            f"a formula is expected, not '{self._word}'", None, f"write ({self._word}), in brackets"
+        )
+
+    def _formula(self, path: list[Group]) -> PddlSyntaxError:
+        return self._in_variables(path) or self._head(path) or self._number_of_parts(path) or self._part(path)
+
+    def _in_variables(self, path: list[Group]) -> PddlSyntaxError | None:
+        """Explain a place in the variables of a quantifier."""
+        for depth, (outer, group) in enumerate(pairwise(path), start=2):
+            if outer.head.lower() in _QUANTIFIERS and len(outer.items) > _TWO and group is outer.items[1]:
+                return (
+                    self._typed("a variable", path[depth:]) if group.items else self._bare_quantifier(outer)
+                )
+        return None
+
+    def _head(self, path: list[Group]) -> PddlSyntaxError | None:
+        """Explain a formula whose first word is not one."""
+        group = path[-1]
+        head = group.head.lower()
+        if head == "when" and group.items[0].position == self._place:
+            return self._error("'when' may only be in an effect", group.position, "use (imply ...)")
+        return self._no_head(path) if not head or head.startswith("?") else None
+
+    def _number_of_parts(self, path: list[Group]) -> PddlSyntaxError | None:
+        """Explain a formula, or the one around it, that has too many parts or too few."""
+        for group in reversed(path[-2:]):
+            head, number = group.head.lower(), len(group.items) - 1
+            if head == "not" and number != 1:
+                hint = "write (not (and ...)) for several"
+                return self._error("'not' takes one formula", group.position, hint)
+            if head in _PAIRS and number != _TWO:
+                message = f"'{group.head}' takes two {_PAIRS[head]}, but has {number}"
+                return self._error(message, group.position)
+        return None
+
+    def _part(self, path: list[Group]) -> PddlSyntaxError:
+        if path[-1].head.lower() in _QUANTIFIERS:
+            return self._bare_quantifier(path[-1])
+        return self._no_formula() if self._word else self._error("a formula is expected")
+
+    def _bare_quantifier(self, group: Group) -> PddlSyntaxError:
+        head = group.head
+        hint = f"({head} (?x - TYPE) FORMULA)"
+        return self._error(f"'{head}' needs its variables in brackets", group.position, hint)
+
+    def _no_head(self, path: list[Group]) -> PddlSyntaxError:
+        group = path[-1]
+        if group.head:
+            return self._error(f"the variable {group.head} cannot be a predicate", group.position)
+        outer = path[-2] if len(path) > 1 else None
+        is_term = outer is not None and outer.head.lower() not in (*_PAIRS, "and", "or", "not")
+        if is_term and outer is not None and outer.head and not outer.head.startswith(":"):
+            return self._error("a function is expected", group.position)
+        return self._error("a formula must start with a word", group.position, "such as 'and' or a predicate")
+
+
+def _groups_around(items: tuple[Item, ...], place: Position) -> list[Group]:
+    """Return the groups that a place is in, outermost first."""
+    path: list[Group] = []
+    while True:
+        before = [each for each in items if isinstance(each, Group) and each.position < place]
+        around = next((each for each in reversed(before) if place <= each.end), None)
+        if around is None:
+            return path
+        path.append(around)
+        items = around.items

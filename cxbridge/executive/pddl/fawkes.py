@@ -1,0 +1,164 @@
+"""What Fawkes' PDDL parser refuses or ignores although it is PDDL, see docs/pddl.md.
+
+Its sections and the parts of actions have one order, case matters, its keywords match prefixes and are not
+taken back, ``<`` hides ``<=``, and the words of a time must be one blank apart.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Final
+
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, items_of
+from cxbridge.executive.pddl.errors import PddlSyntaxError, syntax_error
+from cxbridge.executive.pddl.grammar import END
+from cxbridge.executive.pddl.tokens import Text, Token
+
+_SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
+_NEEDED: Final = {":requirements": 0, ":predicates": 1}
+"""Sections that must be there, with the number of their entries."""
+_ACTIONS: Final = frozenset({":action", ":durative-action"})
+_KEYS: Final = {
+    ":parameters": "parameters",
+    ":duration": "duration",
+    ":precondition": "condition",
+    ":condition": "condition",
+    ":effect": "effect",
+    ":conditional-breakup": "conditional breakup",
+    ":temporal-breakup": "temporal breakup",
+}
+"""The parts of actions, in their order."""
+_NEEDED_KEYS: Final = ("parameters", "condition", "effect")
+_PREFIXES: Final = ("exists", "forall")
+_EFFECT_PREFIXES: Final = ("when", "increase", "decrease")
+_UNKNOWN: Final = frozenset({"<=", ">=", "imply", "assign", "scale-up", "scale-down"})
+_CONNECTIVES: Final = frozenset({"and", "or", "not", "when"})
+_TIMES: Final = {("at", "start"), ("at", "end"), ("over", "all")}
+_SECTION_DEPTH: Final = 2
+_FIRST_KEY: Final = 2
+
+
+def without_rest(text: Text) -> None:
+    """Remove from a text all that Fawkes ignores: everything behind the last action."""
+    tokens, depth, acted = text.tokens, 0, False
+    for index, token in enumerate(tokens):
+        is_action = index and tokens[index - 1].text == "(" and token.text in _ACTIONS
+        if acted and depth == 1 and (token.text != "(" or tokens[index + 1].text not in _ACTIONS):
+            end = Token("RPAR", ")", token.start)
+            text.tokens = [*tokens[:index], end, Token(END, "", token.start)]
+            return
+        acted = acted or bool(is_action and depth == _SECTION_DEPTH)
+        depth += {"(": 1, ")": -1}.get(token.text, 0)
+
+
+def check_domain(text: Text) -> None:
+    """Check that Fawkes can read a domain, which is PDDL.
+
+    :raises PddlSyntaxError: when it cannot.
+    """
+    check_case(text)
+    (define,) = _groups(items_of(text))
+    sections = [each for each in _groups(define.items) if each.head.startswith(":")]
+    order = [_order(section.head) for section in sections]
+    for section, number, before in zip(sections[1:], order[1:], order, strict=False):
+        if number < before:
+            raise _refusal(text, section.position, f"{section.head} comes too late")
+    for head, entries in _NEEDED.items():
+        if not any(each.head == head and len(each.items) > entries for each in sections):
+            raise _refusal(text, define.position, f"there are no {head[1:]}")
+    actions = [each for each in sections if each.head in _ACTIONS]
+    if not actions:
+        raise _refusal(text, define.position, "there are no actions")
+    for action in actions:
+        _check_action(text, action)
+
+
+def _order(head: str) -> int:
+    return _SECTIONS.index(head) if head in _SECTIONS else len(_SECTIONS)
+
+
+def _check_action(text: Text, action: Group) -> None:
+    keys = list(_KEYS)
+    latest = 0
+    found = set()
+    values = iter(action.items[_FIRST_KEY:])
+    for key, value in zip(values, values, strict=False):
+        if not isinstance(key, BracketWord):
+            continue
+        number = keys.index(key.text)
+        if number < latest:
+            raise _refusal(text, key.position, f"{key.text} comes too late")
+        latest = number
+        found.add(_KEYS[key.text])
+        if key.text != ":parameters":
+            check_formula(text, value, is_effect=key.text == ":effect")
+    for needed in _NEEDED_KEYS:
+        if needed not in found:
+            name = action.items[1]
+            assert isinstance(name, BracketWord)
+            raise _refusal(text, action.position, f"action {name.text} has no {needed}")
+
+
+def check_formula(text: Text, formula: Item, *, is_effect: bool = False) -> None:
+    """Check that Fawkes can read a formula, which is PDDL.
+
+    :raises PddlSyntaxError: when it cannot.
+    """
+    if not isinstance(formula, Group):
+        return
+    reason = _reason(formula, is_effect=is_effect)
+    if reason:
+        raise _refusal(text, formula.position, reason)
+    head, parts = formula.head, formula.items[1:]
+    if head in _PREFIXES or _is_timed(formula):
+        parts = parts[1:]
+    elif head not in _CONNECTIVES:
+        return
+    for number, part in enumerate(parts):
+        check_formula(text, part, is_effect=is_effect and not (head == "when" and number == 0))
+
+
+def _reason(formula: Group, *, is_effect: bool) -> str:
+    """Return why Fawkes refuses a formula; empty when it does not."""
+    head = formula.head
+    prefixes = _PREFIXES + (_EFFECT_PREFIXES if is_effect else ())
+    if not head:
+        return "a formula must start with a word"
+    if head not in prefixes and head.startswith(prefixes):
+        return f"it takes '{head}' for a keyword"
+    if head in _UNKNOWN:
+        return f"it does not know '{head}'"
+    if len(formula.items) == 1 and head in _CONNECTIVES:
+        return f"Unknown predicate: {head}"
+    if _is_timed(formula):
+        first, second = formula.items[0].position, formula.items[1].position
+        if second != (first.line, first.column + len(head) + 1):
+            return f"there must be exactly one blank after '{head}'"
+    return ""
+
+
+def _is_timed(formula: Group) -> bool:
+    words = [each.text for each in formula.items[:2] if isinstance(each, BracketWord)]
+    return tuple(words) in _TIMES and all(isinstance(each, Group) for each in formula.items[2:])
+
+
+def check_case(text: Text) -> None:
+    """Check that keywords are in lower case.
+
+    :raises PddlSyntaxError: when one is not.
+    """
+    for before, token in zip(text.tokens, text.tokens[1:], strict=False):
+        word = token.text
+        is_keyword = word.startswith(":") or (before.text == "(" and token.kind not in ("NAME", "VARIABLE"))
+        if is_keyword and word != word.lower():
+            reason = f"'{word}' must be written '{word.lower()}'"
+            raise _refusal(text, text.position(token.start), reason)
+
+
+def _groups(items: Sequence[Item]) -> list[Group]:
+    return [each for each in items if isinstance(each, Group)]
+
+
+def _refusal(text: Text, position: Position, reason: str) -> PddlSyntaxError:
+    return syntax_error(f"Fawkes' parser refuses this: {reason}", position, text.file)

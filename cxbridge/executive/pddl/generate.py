@@ -1,0 +1,112 @@
+"""Makes the tables of PDDL's grammar with lark: ``python -m cxbridge.executive.pddl.generate``."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import msgspec
+
+from cxbridge.executive.pddl.grammar import GRAMMAR, STARTS, TABLES, Rule, Tables
+
+
+def make_tables() -> Tables:
+    """Return the tables of the grammar as it is written now. Needs lark."""
+    from lark import Lark  # noqa: PLC0415  for those who change the grammar
+    from lark.lexer import Lexer, PatternStr  # noqa: PLC0415
+
+    class NoLexer(Lexer):
+        """Nothing is read here. With a lexer of lark's, ``strict`` would need one package more."""
+
+        def __init__(self, _conf: object) -> None:
+            """Do nothing."""
+
+        def lex(self, _state: object, _parser_state: object) -> Any:
+            """Read nothing."""
+
+    text = GRAMMAR.read_text(encoding="utf-8")
+    lark = Lark(text, parser="lalr", lexer=NoLexer, start=list(STARTS), strict=True)
+    rules = tuple(map(_rule, lark.rules))
+    starts, states = _states(lark)
+    words = [each for each in lark.terminals if each.name not in lark.ignore_tokens]
+    texts = {each.name: each.pattern.value for each in words if isinstance(each.pattern, PatternStr)}
+    patterns = {each.name: each for each in words if each.name not in texts}
+    (comment,) = (each.pattern.value for each in lark.terminals if each.name == "COMMENT")
+    return Tables(
+        comment=comment,
+        cuts={name: each.pattern.to_regexp() for name, each in patterns.items() if each.priority},
+        keywords={text: name for name, text in texts.items()},
+        words={name: each.pattern.to_regexp() for name, each in patterns.items() if not each.priority},
+        rules=rules,
+        starts=starts,
+        states=_without_detours(states, rules),
+    )
+
+
+def _rule(rule: Any) -> Rule:
+    """Return a rule of lark. Strings in the grammar have no value, and lists are helpers of lark's."""
+    symbols = list(enumerate(rule.expansion))
+    kept = tuple(place for place, each in symbols if not (each.is_term and each.filter_out))
+    spread = tuple(place for place, each in symbols if not each.is_term and each.name.startswith("__"))
+    result = rule.origin.name
+    is_plain = result.startswith("_") or (rule.options.expand1 and not rule.alias)
+    return Rule(result, len(rule.expansion), kept, spread, "" if is_plain else rule.alias or result)
+
+
+def _states(lark: Any) -> tuple[dict[str, int], list[dict[str, int]]]:
+    """Return the first states, and what each state does."""
+    table = lark.parser.parser._parse_table  # noqa: SLF001  lark has no public name for it
+    rules = {rule: number for number, rule in enumerate(lark.rules)}
+    # lark's order of states is another in each process
+    order = {state: number for number, (_, state) in enumerate(sorted(table.start_states.items()))}
+    states: list[dict[str, int]] = []
+    for state in (waiting := list(order)):
+        row: dict[str, int] = {}
+        for symbol, (_, target) in sorted(table.states[state].items()):
+            if target not in rules and target not in order:
+                order[target] = len(order)
+                waiting.append(target)
+            row[symbol] = -1 - rules[target] if target in rules else order[target]
+        states.append(row)
+    return {name: order[state] for name, state in sorted(table.start_states.items())}, states
+
+
+def _without_detours(states: list[dict[str, int]], rules: tuple[Rule, ...]) -> tuple[dict[str, int], ...]:
+    """Return states that skip those where all that can be done is to call a symbol by another name."""
+
+    def behind(row: dict[str, int], target: int) -> int:
+        while target >= 0 and len(actions := set(states[target].values())) == 1:
+            (action,) = actions
+            rule = rules[-1 - action] if action < 0 else None
+            if rule is None or rule.size != 1 or rule.build or rule.result.startswith("__"):
+                break
+            target = row[rule.result]
+        return target
+
+    return tuple({symbol: behind(row, target) for symbol, target in row.items()} for row in states)
+
+
+def format_tables(tables: Tables) -> str:
+    """Return the tables as the file has them: an element a line, so that changes can be seen."""
+    parts = []
+    for name in tables.__struct_fields__:
+        value = getattr(tables, name)
+        if isinstance(value, str):
+            parts.append(f'"{name}":{_json(value)}')
+            continue
+        items = (
+            [f"{_json(key)}:{_json(each)}" for key, each in value.items()]
+            if isinstance(value, dict)
+            else [_json(each) for each in value]
+        )
+        first, last = "{}" if isinstance(value, dict) else "[]"
+        parts.append(f'"{name}":{first}\n' + ",\n".join(items) + f"\n{last}")
+    return "{\n" + ",\n".join(parts) + "\n}\n"
+
+
+def _json(value: object) -> str:
+    return json.dumps(value, default=msgspec.structs.astuple, separators=(",", ":"))
+
+
+if __name__ == "__main__":
+    TABLES.write_text(format_tables(make_tables()), encoding="utf-8")

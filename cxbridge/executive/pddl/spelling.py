@@ -1,0 +1,203 @@
+"""Names as they are declared: in PDDL the case of letters does not matter, in CLIPS it does.
+
+A name may be written in other letters than its declaration, and a function of no arguments without brackets.
+Here each gets the form of its declaration, so that others can compare names as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any, Final
+
+from msgspec.structs import replace
+
+from cxbridge.executive.pddl.ast import (
+    ActionSchema,
+    Atom,
+    Constant,
+    Domain,
+    Formula,
+    FunctionTerm,
+    NumericChange,
+    Problem,
+    Quantified,
+    Term,
+    TermComparison,
+    TypedList,
+    Variable,
+    names_of,
+)
+
+ROOT_TYPE: Final = "object"
+ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
+TOTAL_TIME: Final = "total-time"
+"""The function of metrics that no domain declares."""
+
+Table = Mapping[str, str]
+"""The declared form of names, by their lower case."""
+
+
+def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
+    """Return the domain with each name as it is declared.
+
+    :param words: all words of its text.
+    :param words_of_numbers: those in the place of a number.
+    """
+    functions = {each.name.lower() for each in domain.functions if not each.parameters}
+    if not _has_twins(words) and functions.isdisjoint(map(str.lower, words_of_numbers)):
+        return domain
+    return _Spelling(domain, domain.constants).domain(domain)
+
+
+def spell_problem(
+    problem: Problem, domain: Domain, words: Iterable[str], words_of_numbers: set[str]
+) -> Problem:
+    """Return the problem with each name as it, or the domain, declares it."""
+    functions = {TOTAL_TIME, *(each.name.lower() for each in domain.functions if not each.parameters)}
+    if not _has_twins((*words, *_names_in(domain))) and functions.isdisjoint(
+        map(str.lower, words_of_numbers)
+    ):
+        return problem
+    return _Spelling(domain, domain.constants + problem.objects).problem(problem)
+
+
+def _has_twins(words: Iterable[str]) -> bool:
+    """Whether two of the words differ in nothing but the case of letters."""
+    different = set(words)
+    return len({word.lower() for word in different}) != len(different)
+
+
+def _names_in(domain: Domain) -> Iterable[str]:
+    yield from (domain.name, ROOT_TYPE)
+    yield from names_of(domain.types + domain.constants)
+    yield from (each.name for each in domain.predicates)
+    yield from (each.name for each in domain.functions)
+
+
+class _Spelling:
+    def __init__(self, domain: Domain, objects: TypedList) -> None:
+        self._name = domain.name
+        self._types = _table((ROOT_TYPE, *names_of(domain.types)))
+        self._objects = _table(names_of(objects))
+        self._predicates = _table(each.name for each in domain.predicates)
+        self._functions = _table((*(each.name for each in domain.functions), TOTAL_TIME))
+        self._numbers = {each.name for each in domain.functions if not each.parameters} | {TOTAL_TIME}
+
+    def domain(self, domain: Domain) -> Domain:
+        return replace(
+            domain,
+            types=self._typed(domain.types, self._types),
+            constants=self._typed(domain.constants, self._objects),
+            predicates=tuple(self._declaration(each, self._predicates) for each in domain.predicates),
+            functions=tuple(self._declaration(each, self._functions) for each in domain.functions),
+            actions=tuple(map(self._action, domain.actions)),
+        )
+
+    def problem(self, problem: Problem) -> Problem:
+        metric = problem.metric
+        if metric is not None:
+            metric = (metric[0], self._number(self._term(metric[1], {})))
+        return replace(
+            problem,
+            domain=_spelt(problem.domain, _table((self._name,))),
+            objects=self._typed(problem.objects, self._objects),
+            init=tuple(dict.fromkeys(self._formula(each, {}) for each in problem.init)),
+            init_false=tuple(self._formula(each, {}) for each in problem.init_false),
+            numbers=tuple((self._term(call, {}), value) for call, value in problem.numbers),
+            goal=self._formula(problem.goal, {}),
+            metric=metric,
+        )
+
+    def _typed(self, typed: TypedList, names: Table) -> TypedList:
+        return tuple(
+            replace(
+                group,
+                names=tuple(_spelt(name, names) for name in group.names),
+                types=tuple(_spelt(type_, self._types) for type_ in group.types),
+            )
+            for group in typed
+        )
+
+    def _declaration(self, declared: Any, names: Table) -> Any:
+        name, parameters = declared.name, declared.parameters
+        return replace(declared, name=_spelt(name, names), parameters=self._typed(parameters, {}))
+
+    def _action(self, action: ActionSchema) -> ActionSchema:
+        formulas = {name: getattr(action, name) for name in _FORMULAS}
+        bound = [
+            name
+            for formula in formulas.values()
+            for each in (formula.walk() if formula is not None else ())
+            if isinstance(each, Quantified)
+            for name in names_of(each.variables)
+        ]
+        variables = _table((*names_of(action.parameters), *bound, "duration"))
+        changed = {name: each and self._formula(each, variables) for name, each in formulas.items()}
+        return replace(action, parameters=self._typed(action.parameters, variables), **changed)
+
+    # ---- formulas
+
+    def _formula(self, formula: Formula, variables: Table) -> Any:
+        def spell(each: Formula) -> Any:
+            match each:
+                case Atom(predicate=name):
+                    return _renamed(each, "predicate", _spelt(name, self._predicates))
+                case Quantified():
+                    return replace(each, variables=self._typed(each.variables, variables))
+                case TermComparison(left=left, right=right):
+                    return replace(each, left=self._number(left), right=self._number(right))
+                case NumericChange(target=target, amount=amount):
+                    return replace(each, target=self._number(target), amount=self._number(amount))
+                case _:
+                    return each
+
+        if not variables:
+            variables = _table(
+                name
+                for each in formula.walk()
+                if isinstance(each, Quantified)
+                for name in names_of(each.variables)
+            )
+        return formula.map_terms(lambda term: self._spell_term(term, variables)).map(spell)
+
+    def _term(self, term: Any, variables: Table) -> Any:
+        if isinstance(term, FunctionTerm):
+            arguments = tuple(self._term(each, variables) for each in term.arguments)
+            term = replace(term, arguments=arguments)
+        return self._spell_term(term, variables)
+
+    def _spell_term(self, term: Term, variables: Table) -> Any:
+        match term:
+            case Variable(name=name):
+                return _renamed(term, "name", _spelt(name, variables))
+            case Constant(name=name):
+                return _renamed(term, "name", _spelt(name, self._objects))
+            case FunctionTerm(function=name, arguments=terms):
+                if name in ARITHMETIC:
+                    return replace(term, arguments=tuple(map(self._number, terms)))
+                return _renamed(term, "function", _spelt(name, self._functions))
+
+    def _number(self, term: Term) -> Term:
+        """Return the term with brackets, when it is a function without any."""
+        if not isinstance(term, Constant) or term.name in self._objects.values():
+            return term
+        name = _spelt(term.name, self._functions)
+        return FunctionTerm(name, (), term.position) if name in self._numbers else term
+
+
+_FORMULAS: Final = ("duration", "condition", "effect", "conditional_breakup", "temporal_breakup")
+
+
+def _renamed(node: Any, field: str, name: str) -> Any:
+    return node if getattr(node, field) == name else replace(node, **{field: name})
+
+
+def _table(names: Iterable[str]) -> dict[str, str]:
+    table: dict[str, str] = {}
+    for name in names:
+        table.setdefault(name.lower(), name)
+    return table
+
+
+def _spelt(name: str, table: Table) -> str:
+    return table.get(name.lower(), name)

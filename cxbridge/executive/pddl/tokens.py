@@ -1,0 +1,97 @@
+"""PDDL text to tokens: brackets, words, and the terminal of the grammar that each of them is."""
+
+from __future__ import annotations
+
+import re
+from bisect import bisect_right
+from functools import cache
+from typing import Final, NamedTuple
+
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.errors import syntax_error
+from cxbridge.executive.pddl.grammar import END, load_tables
+
+MAX_DEPTH: Final = 100
+"""Brackets in brackets: those who walk formulas may recurse."""
+
+MAX_WORD: Final = 1000
+"""Characters of a word."""
+
+
+class Token(NamedTuple):
+    """A word or a bracket.
+
+    :param kind: its terminal.
+    :param start: its first character, counted from 0.
+    """
+
+    kind: str
+    text: str
+    start: int
+
+
+class Text:
+    """A text with its tokens.
+
+    :param file: the file to name in errors.
+    :raises PddlSyntaxError: when brackets are nested deeper than :data:`MAX_DEPTH`, or a word is too long.
+    """
+
+    def __init__(self, text: str, file: str = "") -> None:
+        self.file = file
+        self.length = len(text)
+        self.kinds = _Kinds()
+        self._lines = [0]
+        at = text.find("\n")
+        while at >= 0:
+            self._lines.append(at + 1)
+            at = text.find("\n", at + 1)
+        self.tokens = self._tokens(text)
+
+    def position(self, start: int) -> Position:
+        """Return the line and column of a character."""
+        line = bisect_right(self._lines, start)
+        return Position(line, start - self._lines[line - 1] + 1)
+
+    def _tokens(self, text: str) -> list[Token]:
+        comment, pattern = _patterns()
+        if ";" in text:
+            text = comment.sub(lambda match: " " * len(match[0]), text)
+        kinds, tokens, depth = self.kinds, [], 0
+        for match in pattern.finditer(text):
+            word, start = match[0], match.start()
+            if word == "(":
+                depth += 1
+                if depth > MAX_DEPTH:
+                    message = f"brackets are nested more than {MAX_DEPTH} deep"
+                    raise syntax_error(message, self.position(start), self.file)
+            elif word == ")":
+                depth -= 1
+            elif len(word) > MAX_WORD:
+                message = f"a word has more than {MAX_WORD} characters"
+                raise syntax_error(message, self.position(start), self.file)
+            tokens.append(Token(match.lastgroup or kinds[word], word, start))
+        tokens.append(Token(END, "", len(text)))
+        return tokens
+
+
+class _Kinds(dict[str, str]):
+    """The terminal of each word of a text, found once."""
+
+    def __missing__(self, word: str) -> str:
+        tables = load_tables()
+        kind = tables.keywords.get(word.lower()) or next(
+            name for name, pattern in tables.words.items() if re.fullmatch(pattern, word, re.ASCII)
+        )
+        self[word] = kind
+        return kind
+
+
+@cache
+def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
+    """Return the pattern of comments, and that of tokens."""
+    tables = load_tables()
+    cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
+    return re.compile(tables.comment), re.compile(
+        rf"{cuts}|[()]|{tables.words['VARIABLE']}|{tables.words['ODD']}"
+    )

@@ -1,0 +1,62 @@
+"""The parts of PDDL that are not supported, each by the name under which manuals and papers have it."""
+
+from __future__ import annotations
+
+from typing import Final
+
+_CONSTRAINTS: Final = "constraints on plans"
+_SECTIONS: Final = {
+    ":derived": "derived predicates",
+    ":axiom": "derived predicates",
+    ":constraints": _CONSTRAINTS,
+    ":process": "processes (PDDL+)",
+    ":event": "events (PDDL+)",
+    ":observe": "observations",
+    ":observation": "observations",
+    ":vars": "variables of actions (:vars, PDDL 1.2)",
+    ":extends": "domains that extend others (PDDL 1.2)",
+    ":timeless": "timeless facts (PDDL 1.2)",
+    ":safety": "safety conditions (PDDL 1.2)",
+    ":situation": "situations (PDDL 1.2)",
+    ":method": "methods of task networks (HDDL)",
+    ":task": "tasks of task networks (HDDL)",
+    ":htn": "task networks (HDDL)",
+    ":ordered-subtasks": "task networks (HDDL)",
+    ":multi-agent": "several agents (MA-PDDL)",
+    ":agent": "several agents (MA-PDDL)",
+    ":private": "several agents (MA-PDDL)",
+}
+_HEADS: Final = {
+    "preference": "preferences",
+    "is-violated": "preferences",
+    "probabilistic": "probabilistic effects (PPDDL)",
+    "oneof": "non-deterministic effects (oneof)",
+    "unknown": "incomplete initial states (unknown)",
+    "always": _CONSTRAINTS,
+    "sometime": _CONSTRAINTS,
+    "within": _CONSTRAINTS,
+    "at-most-once": _CONSTRAINTS,
+    "sometime-after": _CONSTRAINTS,
+    "sometime-before": _CONSTRAINTS,
+    "always-within": _CONSTRAINTS,
+    "hold-during": _CONSTRAINTS,
+    "hold-after": _CONSTRAINTS,
+}
+TIMED_INITIAL: Final = "timed initial literals"
+OBJECT_FLUENTS: Final = "object fluents"
+CONTINUOUS: Final = "continuous effects (#t)"
+
+
+def unsupported_section(keyword: str) -> str:
+    """Return what a section, or a part of an action, is for; empty: nothing that is known."""
+    return _SECTIONS.get(keyword.lower(), "")
+
+
+def unsupported_head(word: str) -> str:
+    """Return what the first word of a formula is for; empty: nothing that is known."""
+    return _HEADS.get(word.lower(), "")
+
+
+def refusal(name: str) -> tuple[str, str]:
+    """Return the message and the hint for something that is not supported."""
+    return f"{name} are not supported", "docs/pddl.md lists the supported parts of PDDL"

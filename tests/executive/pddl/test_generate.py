@@ -1,0 +1,23 @@
+"""The tables of the grammar are those that lark makes of it."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl.build import SyntaxBuilder
+from cxbridge.executive.pddl.grammar import TABLES, load_tables
+
+
+def test_the_tables_are_of_the_grammar_as_it_is_written() -> None:
+    pytest.importorskip("lark", reason="lark makes the tables")
+    from cxbridge.executive.pddl.generate import format_tables, make_tables
+
+    made = format_tables(make_tables())
+    assert made == TABLES.read_text(encoding="utf-8"), "run python -m cxbridge.executive.pddl.generate"
+
+
+def test_every_rule_has_a_method_that_makes_its_value() -> None:
+    wanted = {rule.build for rule in load_tables().rules if rule.build}
+    assert {name for name in wanted if not hasattr(SyntaxBuilder, name)} == set()
+    others = {name for name in vars(SyntaxBuilder) if not name.startswith("_")}
+    assert others - wanted == set()
