@@ -7,11 +7,13 @@ from typing import Any, Final
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
-from cxbridge.clock import split_us
+from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.closing import Closing
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.node import Node
 from cxbridge.ros2.qos import PROFILES
+from cxbridge.tf.buffer import StampedTransform
+from cxbridge.tf.geometry import Transform
 
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 FROM_ROS: Final = "/tf/ros2/"
@@ -37,6 +39,21 @@ def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
             "rotation": dict(zip("xyzw", map(float, values["rotation"]), strict=True)),
         },
     }
+
+
+def stamped_transform(message: Message) -> StampedTransform:
+    """Return what a geometry_msgs/msg/TransformStamped holds."""
+    stamp, moved, turned = (
+        message["header"]["stamp"],
+        message["transform"]["translation"],
+        message["transform"]["rotation"],
+    )
+    transform = Transform(
+        (moved["x"], moved["y"], moved["z"]), (turned["x"], turned["y"], turned["z"], turned["w"])
+    )
+    at_us = stamp["sec"] * MICROSECONDS + stamp["nanosec"] // _NANOSECONDS
+    frame, child = message["header"]["frame_id"], message["child_frame_id"]
+    return StampedTransform(transform, at_us, frame.lstrip("/"), child.lstrip("/"))
 
 
 class FrameSender(Closing):

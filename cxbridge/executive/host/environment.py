@@ -317,6 +317,10 @@ class ClipsEnvironment:
         fact = self.maker.find(index)
         return bool(fact != NULL and lib.Retract(fact) == lib.RE_NO_ERROR)
 
+    def has_fact(self, index: int) -> bool:
+        """Whether there is a fact with this index."""
+        return bool(self.maker.find(index) != NULL)
+
     def has_template(self, name: str) -> bool:
         """Whether there is a deftemplate of that name."""
         return bool(lib.FindDeftemplate(self.env, encode(name)) != NULL)

@@ -5,18 +5,17 @@ from __future__ import annotations
 from functools import partial
 from typing import Final
 
-from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import right_of_frame
 from cxbridge.ros2.executor import typed
-from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS, FrameSender
+from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
 from cxbridge.ros2.messages import Message
 from cxbridge.ros2.qos import PROFILES
 from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
-from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.tf import TransformPublisher
 
 TREE: Final = "/ros2/tf"
 MOST_FRAMES: Final = 500
@@ -26,7 +25,6 @@ _ALL: Final = "all"
 _OWN: Final = ("frames", "publish")
 _TOPICS: Final = (("/tf", "tf", False), ("/tf_static", "tf_static", True))
 _WHOSE: Final = "the settings of /tf"
-_NANOSECONDS: Final = 1000
 
 
 class Ros2Transforms(Component):
@@ -66,18 +64,8 @@ class Ros2Transforms(Component):
             child = each["child_frame_id"].lstrip("/")
             if child in self._refused or (self._wanted is not None and child not in self._wanted):
                 continue
-            stamp, moved, turned = (
-                each["header"]["stamp"],
-                each["transform"]["translation"],
-                each["transform"]["rotation"],
-            )
-            transform = Transform(
-                (moved["x"], moved["y"], moved["z"]), (turned["x"], turned["y"], turned["z"], turned["w"])
-            )
-            at_us = stamp["sec"] * MICROSECONDS + stamp["nanosec"] // _NANOSECONDS
-            frame = each["header"]["frame_id"].lstrip("/")
             try:
-                self._publisher(child).send(StampedTransform(transform, at_us, frame, child), static=static)
+                self._publisher(child).send(stamped_transform(each), static=static)
             except CxbridgeError as error:
                 self._refuse(child, error.message)
 
