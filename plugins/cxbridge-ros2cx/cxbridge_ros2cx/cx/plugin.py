@@ -46,6 +46,8 @@ _OWN: Final = {
     "cx::FileLoadPlugin": f"{_PLUGINS}.file_load:FileLoadPlugin",
     "cx::ProtobufPlugin": f"{_PLUGINS}.protobuf:ProtobufPlugin",
     "cx::RosMsgsPlugin": f"{_PLUGINS}.ros_msgs:RosMsgsPlugin",
+    "cx::RosParamPlugin": f"{_PLUGINS}.ros_param:RosParamPlugin",
+    "cx::Tf2PoseTrackerPlugin": f"{_PLUGINS}.tf2_pose_tracker:Tf2PoseTrackerPlugin",
 }
 
 

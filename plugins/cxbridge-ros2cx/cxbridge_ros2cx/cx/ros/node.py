@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import cached_property
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -41,6 +42,8 @@ class RosNode(Closing):
         self.name = name
         self._packages, self._clock, self._log, self._rights = packages, clock, log, rights
         self._namespace = name.rpartition("/")[0]
+        self.requests = count(1)
+        """The numbers of requests, of all clients: the RMW of the recordings counts so."""
 
     @cached_property
     def definitions(self) -> Definitions:

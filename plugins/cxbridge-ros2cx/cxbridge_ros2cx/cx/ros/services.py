@@ -34,7 +34,6 @@ class _OpenClient(Struct, eq=False):
     client: Client
     fact: int | None
     made_s: float
-    sent: int = 0
     waiting: list[Mapping[str, Any]] = []
     """Requests that wait for the server, of generated plug-ins."""
 
@@ -114,8 +113,7 @@ class ServiceClients:
     def _call(
         self, env: ClipsEnvironment, service: str, found: _OpenClient, fields: Mapping[str, Any]
     ) -> int:
-        found.sent += 1
-        number, kind = found.sent, found.kind.derived("Response")
+        number, kind = next(self._plugin.ros.requests), found.kind.derived("Response")
 
         def done(response: Message) -> None:
             slots: dict[str, Value] = {"service": service}

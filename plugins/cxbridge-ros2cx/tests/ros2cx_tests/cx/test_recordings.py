@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from cxbridge.ros2.qos import PROFILES
 from ros2cx_tests.cx.recordings import Recording, comparable, names, recorded, run, sourced
 from tests.support import needs_cx, needs_shared
 
@@ -74,6 +75,23 @@ def calls(service, begin):
     return peer
 
 
+def turtle(node):
+    """Send the frame of a turtle that turns after 12 s."""
+    publisher = node.publisher("/tf", "tf2_msgs/msg/TFMessage", PROFILES["tf"])
+
+    def step(seconds):
+        turned = seconds > 12
+        rotation = (0.001, 0.002, 0.149, 0.988) if turned else (0.0, 0.0, 0.1494, 0.9887)
+        moved = {"x": 0.95 + 0.1 * seconds, "y": 2.5, "z": 0.25 if turned else 0.0}
+        transform = {"translation": moved, "rotation": dict(zip("xyzw", rotation, strict=True))}
+        stamp = {"sec": 1_000_000_000 + int(seconds), "nanosec": int(seconds % 1 * 1e9)}
+        header = {"frame_id": "world", "stamp": stamp}
+        message = {"header": header, "child_frame_id": "turtle1", "transform": transform}
+        publisher.publish({"transforms": [message]})
+
+    return step
+
+
 def both(*peers):
     def peer(node):
         steps = [each(node) for each in peers]
@@ -106,6 +124,8 @@ RECORDINGS = {
     "ros_msgs": Recording(16, peer=sends_strings),
     "ros_msgs_client": Recording(15, compared=without_failures, peer=serves_bools(3.4)),
     "ros_msgs_service": Recording(15, peer=calls("/ros_cx_service", 3.5)),
+    "ros_param": Recording(),
+    "tf2": Recording(45, TIME, peer=turtle),
     "set_bool_srv": Recording(15, peer=both(calls("/ros_cx_srv", 3.6), serves_bools(0.0))),
     "config": Recording(),
 }
@@ -134,8 +154,7 @@ NOT_REACHED = {
         ("upstream", "upstream/ros_msgs", "upstream/ros_msgs_client"), "the switch to pull request 33"
     ),
     **dict.fromkeys(("pddl_parser", "pddl_raw_agent"), "PDDL"),
-    **dict.fromkeys(("tf2", "tf2_clips641"), "tf2_pose_tracker"),
-    "ros_param": "ros_param",
+    "tf2_clips641": "the original dies",
 }
 """The recordings that nothing is compared with yet, and what they need."""
 
