@@ -21,7 +21,7 @@ from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
 from cxbridge_ros2cx.cx.packages import Packages, package_folder
-from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NODE, NodeParameters
+from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
 from cxbridge_ros2cx.cx.plugin import NodeContext
 from cxbridge_ros2cx.cx.plugins.executive import tick_period_us
 from cxbridge_ros2cx.cx.ros.node import RosNode
@@ -129,8 +129,8 @@ class CxSource(Source):
     ) -> EnvironmentManager:
         """Return the manager of environments and plug-ins."""
         parameters, packages = self.parameters, self.packages
-        log = context.bus.logger(NODE)
-        ros = RosNode(parameters.name, packages, context.clock, log, read_rights(context.config, "none"))
+        rights = read_rights(context.config, "none")
+        ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
         if context.clock.is_virtual:
             parts.connections = LocalNetwork().join

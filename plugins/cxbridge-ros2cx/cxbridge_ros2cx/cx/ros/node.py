@@ -14,12 +14,16 @@ from cxbridge.ros2.transports.local import LocalGraph
 from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
     from cxbridge.rights import Rights
     from cxbridge.ros2.node import Node
     from cxbridge_ros2cx.cx.packages import Packages
+    from cxbridge_ros2cx.cx.pddl.manager import PddlManager
 
+_PDDL: Final = "/pddl_manager/"
 _TYPES: Final = {
     "example_interfaces/action/Fibonacci": "int32 order\n---\nint32[] sequence\n---\nint32[] sequence\n",
     "turtlesim/msg/Pose": "".join(
@@ -38,9 +42,13 @@ class RosNode(Closing):
     :param rights: what other nodes may do.
     """
 
-    def __init__(self, name: str, packages: Packages, clock: Clock, log: Logger, rights: Rights) -> None:
+    def __init__(
+        self, name: str, packages: Packages, clock: Clock, log_of: Callable[[str], Logger], rights: Rights
+    ) -> None:
         self.name = name
-        self._packages, self._clock, self._log, self._rights = packages, clock, log, rights
+        self._packages, self._clock, self._rights = packages, clock, rights
+        self._log_of, self._log = log_of, log_of(name.rpartition("/")[2])
+        self._pddl: PddlManager | None = None
         self._namespace = name.rpartition("/")[0]
         self.requests = count(1)
         """The numbers of requests, of all clients: the RMW of the recordings counts so."""
@@ -76,6 +84,19 @@ class RosNode(Closing):
     def _folder(self) -> Path:
         return self._packages.folders[0] if self._packages.folders else Path()
 
+    def reach(self, name: str) -> str:
+        """Return the whole name of a service or an action that is called.
+
+        On a virtual clock nobody else is there: our own ``pddl_manager`` joins when its services are wanted.
+        """
+        whole = self.whole(name)
+        if self._clock.is_virtual and self._pddl is None and whole.startswith(_PDDL):
+            from cxbridge_ros2cx.cx.pddl.manager import PddlManager  # noqa: PLC0415 - for agents that plan
+
+            log = self._log_of(_PDDL.strip("/"))
+            self._pddl = PddlManager(self.graph.join("pddl_manager", log.warn), self._clock, log)
+        return whole
+
     def whole(self, name: str) -> str:
         """Return the whole name of a topic, a service or an action."""
         if name.startswith("~/"):
@@ -84,6 +105,8 @@ class RosNode(Closing):
 
     def spin(self) -> None:
         """Take what has come, and on a virtual clock all that comes of that at this moment."""
+        if self._pddl is not None:
+            self._pddl.step()
         if "graph" in self.__dict__:
             if not self.graph.settle():
                 self._log.error("messages answer each other without an end")
@@ -92,5 +115,7 @@ class RosNode(Closing):
 
     def close(self) -> None:
         """Leave."""
+        if self._pddl is not None:
+            self._pddl.close()
         if "node" in self.__dict__:
             self.node.close()

@@ -1,0 +1,315 @@
+"""The node ``pddl_manager``: 19 services, an action that plans, a topic with the names of changed problems.
+
+It joins the nodes of the process when an agent makes a client of one of its services on the virtual clock. In
+real time another node has that name: the original's.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError, PddlError
+from cxbridge.executive.planning import PlanningService
+from cxbridge.executive.planning.planner import PlanStatus
+from cxbridge.executive.planning.service import PlanRequest
+from cxbridge.ros2.actions import GoalHandler, GoalServer, GoalStatus, ServedGoal
+from cxbridge_ros2cx.cx.pddl.problem import ManagedProblem
+
+if TYPE_CHECKING:
+    from cxbridge.clock import Clock
+    from cxbridge.events import Logger
+    from cxbridge.executive.planning.planner import PlannedAction
+    from cxbridge.ros2.messages import Message
+    from cxbridge.ros2.node import Node
+
+NAME: Final = "/pddl_manager"
+_PACKAGE: Final = "cx_pddl_interfaces"
+_UNKNOWN: Final = "Unknown pddl instance"
+_GROUP_S: Final = 0.1
+"""Seconds within which actions begin that are of one class."""
+
+_MARKS: Final = ("{{", "{%", "{#")
+
+Fields = Mapping[str, Any]
+
+
+class PddlManager(GoalHandler, Closing):
+    """The node.
+
+    :param node: its part in ROS.
+    """
+
+    def __init__(self, node: Node, clock: Clock, log: Logger) -> None:
+        self._node, self._log = node, log
+        self._problems: dict[str, ManagedProblem] = {}
+        self._planning: PlanningService | None = None
+        self._waiting: deque[ServedGoal] = deque()
+        for service, (kind, answer) in self._services().items():
+            node.serve(f"{NAME}/{service}", f"{_PACKAGE}/srv/{kind}", self._reported(answer))
+        self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
+        action = f"{_PACKAGE}/action/PlanTemporal"
+        self._server = GoalServer(node, f"{NAME}/temp_plan", action, self, clock)
+
+    def _services(self) -> dict[str, tuple[str, Callable[[Message], Fields]]]:
+        return {
+            "add_pddl_instance": ("AddPddlInstance", self._add_instance),
+            "check_action_condition": ("CheckActionCondition", self._check_condition),
+            "get_action_effects": ("GetActionEffects", self._effects),
+            "get_action_names": ("GetActionNames", self._action_names),
+            "get_fluents": ("GetFluents", self._fluents),
+            "add_fluents": ("AddFluents", lambda request: self._set_fluents(request, value=True)),
+            "rm_fluents": ("RemoveFluents", lambda request: self._set_fluents(request, value=False)),
+            "add_objects": ("AddObjects", self._add_objects),
+            "rm_objects": ("RemoveObjects", self._remove_objects),
+            "set_functions": ("SetFunctions", self._set_functions),
+            "get_functions": ("GetFunctions", self._functions),
+            "set_goals": ("SetGoals", self._set_goals),
+            "clear_goals": ("ClearGoals", self._clear_goals),
+            "set_action_filter": ("SetActionFilter", lambda request: self._filter(request, "actions")),
+            "set_object_filter": ("SetObjectFilter", lambda request: self._filter(request, "objects")),
+            "set_fluent_filter": ("SetFluentFilter", lambda request: self._filter(request, "fluents")),
+            "create_goal_instance": ("CreateGoalInstance", self._create_goal),
+            "get_predicates": ("GetPredicates", self._predicates),
+            "get_type_objects": ("GetTypeObjects", self._type_objects),
+        }
+
+    def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a function whose errors are the response."""
+
+        def respond(request: Message) -> Fields:
+            try:
+                return {"success": True, **answer(request)}
+            except CxbridgeError as error:
+                if error.message != _UNKNOWN:
+                    self._log.error(str(error))
+                return {"success": False, "error": error.message}
+
+        return respond
+
+    def _problem(self, name: str) -> ManagedProblem:
+        if name not in self._problems:
+            raise PddlError(_UNKNOWN)
+        return self._problems[name]
+
+    # --- problems -----------------------------------------------------------------------------------------
+
+    def _add_instance(self, request: Message) -> Fields:
+        folder, name = Path(request["directory"]), request["name"]
+        if name in self._problems:
+            self._log.warn(f"Overriding problem {name}")
+        texts = [_render(folder, request[key]) for key in ("domain_file", "problem_file")]
+        domain, problem = texts
+        self._problems[name] = ManagedProblem(domain, problem, str(folder / request["domain_file"]))
+        return {}
+
+    def _all(self, items: Iterable[Message], change: Callable[[ManagedProblem, Message], None]) -> Fields:
+        """Change a problem for each item; those after a mistake count, too."""
+        errors, name = [], ""
+        for item in items:
+            name = item["pddl_instance"]
+            try:
+                change(self._problem(name), item)
+            except PddlError as error:
+                errors.append(error.message)
+        if name:
+            self._updates.publish({"data": name})
+        return {"success": not errors, "error": " ".join(errors)}
+
+    def _set_fluents(self, request: Message, *, value: bool) -> Fields:
+        return self._all(
+            request["fluents"],
+            lambda problem, item: problem.set_fluent(item["name"], item["args"], value=value),
+        )
+
+    def _set_functions(self, request: Message) -> Fields:
+        return self._all(
+            request["functions"],
+            lambda problem, item: problem.set_function(item["name"], item["args"], item["value"]),
+        )
+
+    def _add_objects(self, request: Message) -> Fields:
+        return self._all(
+            request["objects"], lambda problem, item: problem.add_object(item["name"], item["type"])
+        )
+
+    def _remove_objects(self, request: Message) -> Fields:
+        return self._all(request["objects"], lambda problem, item: problem.remove_object(item["name"]))
+
+    def _fluents(self, request: Message) -> Fields:
+        name = request["pddl_instance"]
+        return {"fluents": [_fluent(name, ground) for ground in self._problem(name).fluents]}
+
+    def _functions(self, request: Message) -> Fields:
+        name = request["pddl_instance"]
+        found = self._problem(name).functions.items()
+        return {"functions": [{**_fluent(name, ground), "value": value} for ground, value in found]}
+
+    def _predicates(self, request: Message) -> Fields:
+        name = request["pddl_instance"]
+        return {
+            "predicates": [
+                {
+                    "pddl_instance": name,
+                    "name": each.name,
+                    "param_types": [
+                        group.types[0] if group.types else "object"
+                        for group in each.parameters
+                        for _ in group.names
+                    ],
+                    "param_names": [text for group in each.parameters for text in group.names],
+                }
+                for each in self._problem(name).domain.predicates
+            ]
+        }
+
+    def _type_objects(self, request: Message) -> Fields:
+        problem = self._problem(request["pddl_instance"])
+        if not problem.has_type(request["type"]):
+            raise PddlError("Type not in instance")
+        return {"objects": problem.instances_of((request["type"],))}
+
+    # --- actions ------------------------------------------------------------------------------------------
+
+    def _action_names(self, request: Message) -> Fields:
+        return {
+            "action_names": [each.name for each in self._problem(request["pddl_instance"]).domain.actions]
+        }
+
+    def _check_condition(self, request: Message) -> Fields:
+        action = request["action"]
+        unsatisfied = self._problem(action["pddl_instance"]).unsatisfied(action["name"], action["args"])
+        return {"sat": not unsatisfied, "unsatisfied_conditions": unsatisfied}
+
+    def _effects(self, request: Message) -> Fields:
+        action = request["action"]
+        name = action["pddl_instance"]
+        fluents, functions = [], []
+        for each in self._problem(name).changes(action["name"], action["args"]):
+            what = _fluent(name, each.ground)
+            if each.sign:
+                functions.append(
+                    {
+                        "function": what,
+                        "time_point": each.time_point,
+                        "operator_type": each.sign,
+                        "value": each.value,
+                    }
+                )
+            else:
+                fluents.append({"fluent": what, "time_point": each.time_point, "value": bool(each.value)})
+        return {"fluent_effects": fluents, "function_effects": functions}
+
+    # --- goals --------------------------------------------------------------------------------------------
+
+    def _create_goal(self, request: Message) -> Fields:
+        problem = self._problem(request["pddl_instance"])
+        problem.goals[request["goal_instance"]] = type(problem.goal("base"))()
+        return {}
+
+    def _set_goals(self, request: Message) -> Fields:
+        goal = request["goal_instance"]
+        for item in request["fluents"]:
+            self._problem(item["pddl_instance"]).want_fluent(goal, item["name"], item["args"])
+        for item in request["functions"]:
+            problem = self._problem(item["pddl_instance"])
+            problem.want_function(goal, item["name"], item["args"], item["value"])
+        return {}
+
+    def _clear_goals(self, request: Message) -> Fields:
+        self._problem(request["pddl_instance"]).goal(request["goal_instance"]).formulas.clear()
+        return {}
+
+    def _filter(self, request: Message, what: str) -> Fields:
+        goal = self._problem(request["pddl_instance"]).goal(request["goal_instance"])
+        setattr(goal, what, tuple(request[what]))
+        return {}
+
+    # --- planning -----------------------------------------------------------------------------------------
+
+    def begin(self, served: ServedGoal) -> None:
+        """Plan for a goal at the next step: its sender does not know yet that it was accepted."""
+        self._waiting.append(served)
+
+    def step(self) -> None:
+        """Plan for the goals that wait. No time of the virtual clock passes."""
+        while self._waiting:
+            served = self._waiting.popleft()
+            served.finish(GoalStatus.SUCCEEDED, self._plan(served.goal))
+
+    def _plan(self, goal: Message) -> Fields:
+        name, instance = goal["pddl_instance"], goal["goal_instance"]
+        self._log.info("Start planning...")
+        if self._planning is None:
+            self._planning = PlanningService(at_once=1)
+        try:
+            domain, problem = self._problem(name).filtered(instance, f"{name}_{instance}")
+        except PddlError as error:
+            self._log.error(str(error))
+            return {"success": False}
+        result = self._planning.plan(PlanRequest(domain, problem))
+        if result.status is not PlanStatus.PLANNED:
+            self._log.warn(f"no plan: {result.message}")
+            return {"success": False}
+        self._log.info(f"Successfully planned, by {result.planner} in {result.seconds:.1f} s")
+        return {"success": True, "actions": list(_timed(result.actions, name, instance))}
+
+    def close(self) -> None:
+        """Leave."""
+        self._server.close()
+        if self._planning is not None:
+            self._planning.close()
+        self._node.close()
+
+
+def _fluent(instance: str, ground: tuple[str, tuple[str, ...]]) -> dict[str, Any]:
+    return {"pddl_instance": instance, "name": ground[0], "args": list(ground[1])}
+
+
+def _timed(actions: Iterable[PlannedAction], instance: str, goal: str) -> Iterable[Fields]:
+    """Yield the actions of a plan with times; those that begin at about the same time are of one class."""
+    group, begun = 0, 0.0
+    for number, action in enumerate(actions):
+        start = float(number) if action.start is None else action.start
+        if start - begun > _GROUP_S:
+            group, begun = group + 1, start
+        yield {
+            **_fluent(instance, (action.name, action.arguments)),
+            "goal_instance": goal,
+            "start_time": start,
+            "duration": action.duration or 0.0,
+            "equiv_class": group,
+        }
+
+
+def _render(folder: Path, name: str) -> str:
+    """Return the text of a file, which may be a template of jinja2; empty for no file.
+
+    :raises CxbridgeError: when there is no such file, or the template is wrong.
+    """
+    if not name:
+        return ""
+    file = folder / name
+    try:
+        text = file.read_text("utf-8", "replace")
+    except OSError as error:
+        raise PddlError(f"cannot read the file: {error.strerror}", file=file) from None
+    if not any(mark in text for mark in _MARKS):
+        return text
+    try:
+        from jinja2 import FileSystemLoader, TemplateError  # noqa: PLC0415 - few domains are templates
+        from jinja2.sandbox import SandboxedEnvironment  # noqa: PLC0415
+    except ModuleNotFoundError:
+        hint = "install it: pip install jinja2"
+        raise PddlError(
+            "the file is a template of jinja2, which is not there", file=file, hint=hint
+        ) from None
+    try:
+        environment = SandboxedEnvironment(loader=FileSystemLoader(folder))
+        return str(environment.get_template(name).render())
+    except TemplateError as error:
+        line = getattr(error, "lineno", None)
+        raise PddlError(f"the template is wrong: {error}", file=file, line=line) from None

@@ -1,0 +1,322 @@
+"""A problem of PDDL that changes: objects, fluents, functions, and several goals with filters.
+
+Names are those of unified-planning's reader, which the original has: in small letters. What a domain requires
+need not be declared.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Sequence
+from typing import Final
+
+from msgspec import Struct
+from msgspec.structs import replace
+
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
+from cxbridge.executive.pddl.ast import (
+    And,
+    Atom,
+    Constant,
+    Formula,
+    FunctionTerm,
+    Not,
+    NumericChange,
+    Term,
+    TermComparison,
+    Timed,
+    Variable,
+    names_of,
+    pairs_of,
+)
+from cxbridge.executive.pddl.problems import problem_of_facts
+from cxbridge.executive.problem.truth import Ground, Truth
+
+BASE: Final = "base"
+"""The goal that each problem has."""
+
+_REQUIREMENTS: Final = (
+    ":strips :typing :negative-preconditions :disjunctive-preconditions :equality :quantified-preconditions"
+    " :conditional-effects :fluents :numeric-fluents :durative-actions :adl"
+)
+_DECLARED: Final = re.compile(r"\(\s*:requirements[^()]*\)")
+_HEAD: Final = re.compile(r"\(\s*define\s*\(\s*domain\s+[^\s()]+\s*\)")
+_COMMENT: Final = re.compile(r";[^\n]*")
+_TIMES: Final = {"at start": "START", "at end": "END"}
+_SIGNS: Final = {"assign": "=", "increase": "+", "decrease": "-"}
+
+
+class Change(Struct, frozen=True):
+    """What an action changes.
+
+    :param time_point: START or END.
+    :param sign: of a function: ``=``, ``+`` or ``-``; empty: a fluent.
+    :param value: of a fluent 1.0 for true.
+    """
+
+    ground: Ground
+    time_point: str
+    sign: str
+    value: float
+
+
+class ManagedGoal(Struct):
+    """A goal, and what of the problem counts for it; an empty filter lets all through."""
+
+    formulas: list[Formula] = []
+    objects: tuple[str, ...] = ()
+    actions: tuple[str, ...] = ()
+    fluents: tuple[str, ...] = ()
+
+
+class ManagedProblem:
+    """A problem.
+
+    :param domain_text: the domain.
+    :param problem_text: the problem; empty: no objects, nothing is true.
+    :raises PddlError: when a text makes no sense.
+    """
+
+    def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
+        self.domain = domain = parse_domain(_lenient(domain_text), file)
+        self.objects: dict[str, str] = dict(pairs_of(domain.constants))
+        self.fluents: dict[Ground, None] = {}
+        self.functions: dict[Ground, float] = {}
+        self.goals: dict[str, ManagedGoal] = {BASE: ManagedGoal()}
+        self._parents = {name: parent or "object" for name, parent in pairs_of(domain.types)}
+        if problem_text:
+            problem = parse_problem(_COMMENT.sub("", problem_text).lower(), domain, file)
+            self.objects.update((name, kind or "object") for name, kind in pairs_of(problem.objects))
+            self.fluents = dict.fromkeys((each.predicate, _names(each.arguments)) for each in problem.init)
+            self.functions = {
+                (call.function, _names(call.arguments)): value for call, value in problem.numbers
+            }
+
+    # --- what there is ------------------------------------------------------------------------------------
+
+    def _ground(self, name: str, arguments: Sequence[str]) -> Ground:
+        for argument in arguments:
+            if argument not in self.objects:
+                raise PddlError(f"there is no object '{argument}'")
+        return name, tuple(arguments)
+
+    def set_fluent(self, name: str, arguments: Sequence[str], *, value: bool) -> None:
+        """Make a fluent true or false.
+
+        :raises PddlError: when there is no such predicate or object.
+        """
+        self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
+        ground = self._ground(name, arguments)
+        if value:
+            self.fluents[ground] = None
+        else:
+            self.fluents.pop(ground, None)
+
+    def set_function(self, name: str, arguments: Sequence[str], value: float) -> None:
+        """Give a function a value.
+
+        :raises PddlError: when there is no such function or object.
+        """
+        self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
+        self.functions[self._ground(name, arguments)] = value
+
+    @staticmethod
+    def _check(name: str, arguments: Sequence[str], declared: dict[str, object]) -> None:
+        if name not in declared:
+            raise PddlError(f"the domain has no '{name}'", hint=f"it has: {', '.join(declared)}")
+        count = len(names_of(declared[name]))  # type: ignore[arg-type]
+        if len(arguments) != count:
+            raise PddlError(f"'{name}' has {count} arguments, not {len(arguments)}")
+
+    def add_object(self, name: str, kind: str) -> None:
+        """Add an object.
+
+        :raises PddlError: when there is no such type, or there is such an object.
+        """
+        if kind not in self._parents and kind != "object":
+            raise PddlError(f"the domain has no type '{kind}'")
+        if name in self.objects:
+            raise PddlError(f"there is an object '{name}' already")
+        self.objects[name] = kind
+
+    def remove_object(self, name: str) -> None:
+        """Remove an object, and what is known of it."""
+        self.objects.pop(name, None)
+        for table in (self.fluents, self.functions):
+            for ground in [ground for ground in table if name in ground[1]]:
+                table.pop(ground)
+
+    def instances_of(self, kinds: Sequence[str]) -> list[str]:
+        """Return the objects of types and of their subtypes; of no types: all."""
+        return [name for name, kind in self.objects.items() if not kinds or self._is_one(kind, kinds)]
+
+    def _is_one(self, kind: str, kinds: Sequence[str]) -> bool:
+        seen: set[str] = set()
+        while kind not in kinds and kind in self._parents and kind not in seen:
+            seen.add(kind)
+            kind = self._parents[kind]
+        return kind in kinds
+
+    def has_type(self, kind: str) -> bool:
+        """Return whether the domain has a type."""
+        return kind == "object" or kind in self._parents
+
+    # --- actions ------------------------------------------------------------------------------------------
+
+    def _bound(
+        self, action: str, arguments: Sequence[str]
+    ) -> tuple[Formula | None, Formula | None, dict[str, str]]:
+        """Return condition and effect of an action, and what its variables stand for."""
+        found = next((each for each in self.domain.actions if each.name == action), None)
+        if found is None:
+            raise PddlError(f"the domain has no action '{action}'")
+        variables = names_of(found.parameters)
+        if len(variables) != len(arguments):
+            raise PddlError(f"'{action}' has {len(variables)} arguments, not {len(arguments)}")
+        return (
+            found.condition,
+            found.effect,
+            dict(zip(variables, self._ground(action, arguments)[1], strict=True)),
+        )
+
+    def unsatisfied(self, action: str, arguments: Sequence[str]) -> list[str]:
+        """Return the conditions for the start of an action that are not true.
+
+        :raises PddlError: when there is no such action or object.
+        """
+        condition, _, bound = self._bound(action, arguments)
+        truth = Truth(self.fluents, self.functions, self.instances_of)
+        return [
+            _text(part, bound)
+            for time, part in _parts(condition)
+            if time == "START" and not truth.of(part, bound)
+        ]
+
+    def changes(self, action: str, arguments: Sequence[str]) -> Iterator[Change]:
+        """Yield what an action changes.
+
+        :raises PddlError: when there is no such action or object, or the effect depends on something.
+        """
+        _, effect, bound = self._bound(action, arguments)
+        truth = Truth(self.fluents, self.functions, self.instances_of)
+        for time, part in _parts(effect):
+            match part:
+                case Atom(predicate=name, arguments=terms):
+                    yield Change((name, _names(terms, bound)), time, "", 1.0)
+                case Not(part=Atom(predicate=name, arguments=terms)):
+                    yield Change((name, _names(terms, bound)), time, "", 0.0)
+                case NumericChange(operator=sign, target=FunctionTerm() as target, amount=amount) if (
+                    sign in _SIGNS
+                ):
+                    value = truth.number(amount, bound)
+                    if value is None:
+                        raise PddlError(f"'{action}' changes {target.function} by what has no value")
+                    yield Change(
+                        (target.function, _names(target.arguments, bound)), time, _SIGNS[sign], value
+                    )
+                case _:
+                    raise PddlError(f"an effect of '{action}' is neither a fluent nor a function")
+
+    # --- goals --------------------------------------------------------------------------------------------
+
+    def goal(self, name: str) -> ManagedGoal:
+        """Return a goal.
+
+        :raises PddlError: when there is none of that name.
+        """
+        if name not in self.goals:
+            raise PddlError(f"there is no goal instance '{name}'", hint=f"there are: {', '.join(self.goals)}")
+        return self.goals[name]
+
+    def want_fluent(self, goal: str, name: str, arguments: Sequence[str]) -> None:
+        """Want a fluent to be true, too.
+
+        :raises PddlError: when there is no such goal, predicate or object.
+        """
+        self._check(name, arguments, {each.name: each.parameters for each in self.domain.predicates})
+        ground = self._ground(name, arguments)
+        self.goal(goal).formulas.append(Atom(name, tuple(map(Constant, ground[1]))))
+
+    def want_function(self, goal: str, name: str, arguments: Sequence[str], value: float) -> None:
+        """Want a function to have a value, too.
+
+        :raises PddlError: when there is no such goal, function or object.
+        """
+        self._check(name, arguments, {each.name: each.parameters for each in self.domain.functions})
+        ground = self._ground(name, arguments)
+        term = FunctionTerm(name, tuple(map(Constant, ground[1])))
+        self.goal(goal).formulas.append(TermComparison("=", term, Constant(f"{value:g}")))
+
+    def filtered(self, goal: str, name: str) -> tuple[Domain, Problem]:
+        """Return domain and problem of a goal, as far as its filters let them through.
+
+        :raises PddlError: when there is no such goal, or the goal needs what is filtered out.
+        """
+        wanted = self.goal(goal)
+        objects, fluents = _filter(wanted.objects), _filter(wanted.fluents)
+        actions = _filter(wanted.actions)
+        domain = replace(
+            self.domain, actions=tuple(each for each in self.domain.actions if actions(each.name))
+        )
+
+        def is_left(ground: Ground) -> bool:
+            return fluents(ground[0]) and all(map(objects, ground[1]))
+
+        problem = problem_of_facts(
+            domain,
+            [each for each in self.objects.items() if objects(each[0])],
+            [each for each in self.fluents if is_left(each)],
+            And(tuple(wanted.formulas)),
+            re.sub(r"\W", "_", name) or "problem",
+            [each for each in self.functions.items() if is_left(each[0])],
+        )
+        return domain, problem
+
+
+def _filter(names: tuple[str, ...]) -> Callable[[str], bool]:
+    return lambda name: not names or name in names
+
+
+def _lenient(text: str) -> str:
+    """Return a domain in small letters that requires all that can be required."""
+    plain = _DECLARED.sub("", _COMMENT.sub("", text).lower())
+    return _HEAD.sub(lambda head: f"{head[0]} (:requirements {_REQUIREMENTS})", plain, count=1)
+
+
+def _names(terms: Sequence[Term], bound: dict[str, str] | None = None) -> tuple[str, ...]:
+    found = []
+    for term in terms:
+        if isinstance(term, Variable) and bound is not None:
+            found.append(bound.get(term.name, term.name))
+        else:
+            found.append(getattr(term, "name", ""))
+    return tuple(found)
+
+
+def _parts(formula: Formula | None, time: str = "START") -> Iterator[tuple[str, Formula]]:
+    """Yield the parts of a conjunction, with the times that they are for."""
+    match formula:
+        case None:
+            return
+        case And(parts=parts):
+            for part in parts:
+                yield from _parts(part, time)
+        case Timed(when=when, part=part):
+            yield from _parts(part, _TIMES.get(when, "ALL"))
+        case _:
+            yield time, formula
+
+
+def _text(formula: Formula, bound: dict[str, str]) -> str:
+    """Return a condition as unified-planning writes it."""
+    match formula:
+        case Atom(predicate=name, arguments=terms):
+            arguments = ", ".join(_names(terms, bound))
+            return f"{name}({arguments})" if arguments else name
+        case Not(part=part):
+            return f"(not {_text(part, bound)})"
+        case _:
+            from cxbridge.executive.pddl.printer import format_formula  # noqa: PLC0415 - rare
+
+            return format_formula(formula)
