@@ -19,6 +19,7 @@ TERMINAL = "is what tests/ros2/experts/test_terminal.py does"
 HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/run/test_run_rcll.py does the same"
+TODAYS_CX = "needs a checkout of clips_executive; plugins/cxbridge-ros2cx/tests does the same"
 THESIS = "needs a checkout of ros2-clips-executive; plugins/cxbridge-ros2cx/tests does the same"
 WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
@@ -93,6 +94,9 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "replay.md": {
         "cxbridge trace replay logs/ --connect fawkes://robot:1910 -i 'Laser360Interface'": ROBOT,
         "cxbridge trace replay run.mcap -i 'Position3DInterface::*' --from 10 --to 20 --speed 0.5 --loop": OWN_FILES,
+    },
+    "from-ros2-cx.md": {
+        "cxbridge run my_agent/params/agent.yaml --ros2cx ~/clips_executive --timeout 60 --log-dir out": TODAYS_CX,
     },
     "ros2cx.md": {
         "cxbridge run --ros2cx ~/ros2-clips-executive --spec test-nav2": THESIS,

@@ -21,7 +21,7 @@ from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.ros2.topics import check_topic
 
 MOST_ROUNDS: Final = 10_000
-"""Turns of all nodes at one moment: two that answer each other for ever must not stop the clock."""
+"""Turns of all nodes at one moment: two that answer each other without an end must not stop the clock."""
 
 
 class _Reader(Struct, eq=False):

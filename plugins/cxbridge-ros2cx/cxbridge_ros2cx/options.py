@@ -15,12 +15,28 @@ if TYPE_CHECKING:
     from cxbridge.run.options import RunOptions
 
 _PARAMETERS: Final = (b"ros__parameters", b"environments")
+_NODE_PACKAGE: Final = "cx_clips_env_manager"
+_LEVELS: Final = ("", "*/", "*/*/", "share/", "install/share/", f"install/{_NODE_PACKAGE}/share/")
+"""Where the package of the node is in checkouts, workspaces and installations."""
+
 _SUFFIXES: Final = (".yaml", ".yml")
 
 
-def names_parameters(options: RunOptions) -> bool:
-    """Return whether the options name a file with parameters of a node that has environments."""
-    file = options.scenario
+def is_todays(options: RunOptions) -> bool:
+    """Return whether the options name an agent of today's executive.
+
+    That is a file with parameters of a node that has environments, or a checkout of today's executive.
+    """
+    return _names_parameters(options.scenario) or _has_todays_package(options.option("ros2cx"))
+
+
+def _has_todays_package(folder: Path | None) -> bool:
+    """Return whether a checkout or workspace has the node of today's executive, not that of 2021."""
+    patterns = (f"{level}{_NODE_PACKAGE}/package.xml" for level in _LEVELS)
+    return folder is not None and any(any(folder.glob(pattern)) for pattern in patterns)
+
+
+def _names_parameters(file: Path | None) -> bool:
     if file is None or file.suffix not in _SUFFIXES or not is_readable_file(str(file)):
         return False
     data = file.read_bytes()

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from cxbridge.plugins import Row
-from cxbridge_ros2cx.options import names_parameters
+from cxbridge_ros2cx.options import is_todays
 
 API = 1
 
 OPTIONS = (Row("ros2cx", "cxbridge_ros2cx.options:Ros2CxOptions"),)
 SOURCES = (
-    Row("clips-manager", "cxbridge_ros2cx.cx.source:CxSource", names_parameters),
+    Row("clips-manager", "cxbridge_ros2cx.cx.source:CxSource", is_todays),
     Row("ros2cx", "cxbridge_ros2cx.source:Ros2CxSource", lambda options: bool(options.option("ros2cx"))),
 )

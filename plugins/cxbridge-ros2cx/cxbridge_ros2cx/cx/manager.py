@@ -33,6 +33,8 @@ class CxManager(EnvironmentManager):
         self.plugins: dict[str, CxPlugin] = {}
         """The plug-ins that were made, by name."""
         self._loaded: dict[str, list[str]] = {}
+        self.is_strict = False
+        """Whether a plug-in that cannot be made is an error; else the environment goes without."""
 
     def create(self, name: str, log_component: str | None = None) -> ClipsEnvironment:
         """Create an environment, without its plug-ins.
@@ -82,10 +84,19 @@ class CxManager(EnvironmentManager):
     def request(self, name: str, feature_name: str) -> Value:
         """Load a plug-in into an environment; FALSE when the plug-in does not work there.
 
-        :raises CxbridgeError: when the plug-in is unknown, or its parameters are wrong.
+        :raises CxbridgeError: when the manager is strict, and the plug-in or its parameters are wrong.
         """
-        env, plugin = self.stock(name), self._plugin(feature_name)
+        env = self.stock(name)
+        try:
+            plugin = self._plugin(feature_name)
+        except CxbridgeError as error:
+            if self.is_strict:
+                raise
+            self.plugin_log.error(str(error))
+            return FALSE
         with env.lock:
+            if feature_name in self._loaded[name]:  # as in the original: it defines all again
+                env.udfs.revoke(self._entries[name].functions[feature_name], "")
             before = env.udfs.names
             try:
                 plugin.init_context(env)

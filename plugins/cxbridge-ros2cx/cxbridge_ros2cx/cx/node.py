@@ -12,7 +12,11 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.events import Event
     from cxbridge.executive.executive import ActionMapper, CoreFiles
+    from cxbridge_ros2cx.cx.ros.node_services import NodeServices
     from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+ACTIVATE, DEACTIVATE, SHUTDOWN = "activate", "deactivate", "shutdown"
+"""Transitions of a managed node."""
 
 
 class CxNode(Executive):
@@ -30,10 +34,12 @@ class CxNode(Executive):
         self.node = manager
         self._first_error = ""
         self._fired = 0
-        self._is_active = False
+        self._is_active = self._was_active = False
+        self._title = manager.context.parameters.name.strip("/")
+        self._services: NodeServices | None = None
         manager.context.run_environment = self._run_environment
         manager.bus.subscribe(self._note, LogLine)
-        manager.log.info(f"Configuring [{manager.context.parameters.name.strip('/')}]...")
+        manager.log.info(f"Configuring [{self._title}]...")
         super().__init__(manager, config, mapper, files, self.names[0])
         for name in self.names[1:]:
             manager.create(name)
@@ -49,12 +55,25 @@ class CxNode(Executive):
         return self._first_error
 
     def init(self) -> None:
-        """Load the plug-ins of each environment; then reset and run each environment.
+        """Activate the node, and let peers reach it.
 
-        :raises CxbridgeError: when a plug-in is unknown, or its parameters are wrong.
+        :raises CxbridgeError: when parameters are wrong.
         """
-        name = self.node.context.parameters.name.strip("/")
-        self.node.log.info(f"Activating [{name}]...")
+        self.activate()
+        ros = self.node.context.ros
+        if ros.has_peers:
+            from cxbridge_ros2cx.cx.ros.node_services import NodeServices  # noqa: PLC0415 - a start counts
+
+            work = {ACTIVATE: self.activate, DEACTIVATE: self.deactivate, SHUTDOWN: self._shut_down}
+            self._services = NodeServices(self.node, work)
+
+    def activate(self) -> bool:
+        """Load the plug-ins of each environment; then reset and run each environment."""
+        self.node.log.info(f"Activating [{self._title}]...")
+        if self._was_active:  # plug-ins define again what is there
+            for each in self.names:
+                self.node.stock(each).clear()
+        self._is_active = self._was_active = True
         for each in self.names:
             self.node.load_plugins(each)
         for each in self.names:
@@ -65,8 +84,12 @@ class CxNode(Executive):
                 self._run_environment(env)
             env.emit_settings()
         self._take()
-        self._is_active = True
-        self.node.log.info(f"Activated [{name}]...")
+        self.node.log.info(f"Activated [{self._title}]...")
+        return True
+
+    def _shut_down(self) -> bool:
+        self.env.quit_requested = True
+        return True
 
     def load_core(self) -> None:
         """Load the plug-ins of the environments: they load the agents' files."""
@@ -115,10 +138,9 @@ class CxNode(Executive):
     def follow_transitions(self) -> None:
         """Follow nothing: agents have their own templates."""
 
-    def finalize(self) -> None:
-        """Run the rules for the shutdown, and unload the plug-ins; environments stay until :meth:`close`."""
-        name = self.node.context.parameters.name.strip("/")
-        self.node.log.info(f"Deactivating [{name}]...")
+    def deactivate(self) -> bool:
+        """Run the rules for the shutdown, and unload the plug-ins; environments stay."""
+        self.node.log.info(f"Deactivating [{self._title}]...")
         self._is_active = False
         for env in map(self.node.stock, list(self.node.environments)):
             with env.lock:
@@ -132,5 +154,13 @@ class CxNode(Executive):
         for each in list(self.node.environments):
             self.node.unload_plugins(each)
         self.node.finalize_plugins()
-        self.node.log.info(f"Deactivated [{name}]...")
+        self.node.log.info(f"Deactivated [{self._title}]...")
+        return True
+
+    def finalize(self) -> None:
+        """Deactivate the node; environments stay until :meth:`close`."""
+        if self._is_active:
+            self.deactivate()
+        if self._services is not None:
+            self._services.close()
         self._time.dispose()

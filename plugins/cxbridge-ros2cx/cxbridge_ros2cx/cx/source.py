@@ -62,12 +62,23 @@ class CxSource(Source):
     def check(self) -> None:
         """Raise :class:`CxbridgeError` when another option does not go with a parameter file."""
         self.check_folders()
+        if self.options.scenario is None:
+            raise CxbridgeError(
+                "this is a checkout of today's CLIPS Executive: name the parameters of an agent, too",
+                file=self.folders[0],
+                hint=f"e.g. {self._parameter_file()}",
+            )
         for name, value in (("fawkes-dir", self.options.fawkes_dir), ("core", self.options.core)):
             if value is not None:
                 raise CxbridgeError(
                     f"--{name} cannot go with parameters of clips_manager",
                     hint="their environments have no core and no files of Fawkes",
                 )
+
+    def _parameter_file(self) -> str:
+        """Return a parameter file of the checkout, as an example."""
+        found = sorted(self.folders[0].rglob("params/hello_world.yaml"))
+        return str(found[0]) if found else "params/AGENT.yaml"
 
     @property
     def folders(self) -> tuple[Path, ...]:
@@ -134,7 +145,9 @@ class CxSource(Source):
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
         if context.clock.is_virtual:
             parts.connections = LocalNetwork().join
-        return CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
+        manager = CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
+        manager.is_strict = not self.is_lenient
+        return manager
 
     def make_executive(
         self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles

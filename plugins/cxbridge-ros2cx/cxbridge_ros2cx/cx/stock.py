@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
 from types import MappingProxyType
 from typing import ClassVar, Final
@@ -66,9 +67,15 @@ class StockEnvironment(ClipsEnvironment):
     def _apply_shims(self) -> None:
         self._by_index = FactsByIndex(self.env)
         self._old = OldFunctions(self.env, self.udfs, self.build_unrecorded)
-        for name, function, most in (("exit", self._exit, 1), ("clear", self._clear, 0)):
+        self._executing: list[Path] = []
+        for name, function, least, most, types in (
+            ("exit", self._exit, 0, 1, "*"),
+            ("clear", self._clear, 0, 0, "*"),
+            ("load*", self._load_star, 1, 1, "*;sy"),
+            ("batch*", self._batch_star, 1, 1, "*;sy"),
+        ):
             EXTRA.RemoveUDF(self.env, encode(name))
-            self.define(name, function, 0, most)
+            self.define(name, function, least, most, types)
         self.define("cx-shutdown", self._quit)
         EXTRA.UnwatchString(self.env, b"all")
 
@@ -92,21 +99,48 @@ class StockEnvironment(ClipsEnvironment):
         assert isinstance(self.output, StockOutput)
         self.output.stdout_level = Level.DEBUG
 
+    def clear(self) -> None:
+        """Do what ``(clear)`` does: no construct and no fact is left."""
+        self._clear()
+
     def reset(self) -> None:
         """Do what ``(reset)`` does."""
         lib.Reset(self.env)
 
     def load(self, path: Path) -> bool:
         """Load a file's constructs as ``load*`` does; whether the file could be opened."""
-        self._forget_templates()
-        self.loader.files.append(path)
-        return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
+        with self._within(path):
+            return bool(lib.Load(self.env, encode(str(path))) != lib.LE_OPEN_FILE_ERROR)
 
     def batch(self, path: Path) -> bool:
         """Execute a file's commands and constructs as ``batch*`` does; whether the file could be opened."""
+        with self._within(path):
+            return bool(lib.BatchStar(self.env, encode(str(path))))
+
+    @contextmanager
+    def _within(self, path: Path) -> Iterator[None]:
+        """Note a file that is read.
+
+        :raises ClipsError: when the file is being read already: CLIPS would use up the stack.
+        """
+        file = path.resolve()
+        if file in self._executing:
+            way = " -> ".join(each.name for each in (*self._executing, file))
+            raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {way}")
         self._forget_templates()
         self.loader.files.append(path)
-        return bool(lib.BatchStar(self.env, encode(str(path))))
+        self._executing.append(file)
+        try:
+            yield
+        finally:
+            self._executing.pop()
+
+    def _load_star(self, file: str) -> Value:
+        with self._within(Path(file)):
+            return bool(lib.Load(self.env, encode(file)) == lib.LE_NO_ERROR)
+
+    def _batch_star(self, file: str) -> Value:
+        return self.batch(Path(file))
 
     def eval(self, expression: str) -> Value:
         """Evaluate an expression and return its value.

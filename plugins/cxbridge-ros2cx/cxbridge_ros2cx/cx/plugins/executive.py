@@ -12,9 +12,11 @@ from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.ros2.node import Publisher
     from cxbridge_ros2cx.cx.parameters import NodeParameters
 
 CLASS: Final = "cx::ExecutivePlugin"
+_REFRESHED: Final = "clips_executive/refresh_agenda"
 _DEFAULT_HZ: Final = 10
 _MOST_HZ: Final = 10_000
 _SALIENCE: Final = "?*PRIORITY-TIME-RETRACT*"
@@ -32,6 +34,10 @@ class ExecutivePlugin(CxPlugin):
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
         self._timer = RefreshTimer(self.context.clock, period_us(self.name, self.parameters))
         self._times: dict[StockEnvironment, NumberFact] = {}
+        self._refreshed: Publisher | None = None
+        if self.parameters.get(self.parameter("publish_on_refresh"), default=False):
+            ros = self.context.ros
+            self._refreshed = ros.node.publisher(ros.whole(_REFRESHED), "std_msgs/msg/Empty")
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions for the time, and the rule that retracts its fact."""
@@ -57,6 +63,8 @@ class ExecutivePlugin(CxPlugin):
                 if self._asserts_time:
                     time.add(self._now())
                 self.context.run_environment(env)
+        if self._refreshed is not None:
+            self._refreshed.publish({})
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Run the rules of the environment no more."""

@@ -180,7 +180,7 @@ class MessageTable:
         return made
 
     def _is_alike(self, one: TypeName, other: TypeName) -> bool:
-        """Return whether two types have the same fields: the original checks nothing, and agents rely on it."""
+        """Return whether two types have the same fields: the original checks nothing, agents know."""
         fields = self.definitions.fields
         return one == other or list(fields(one)) == list(fields(other))
 

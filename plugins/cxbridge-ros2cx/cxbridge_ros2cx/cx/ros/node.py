@@ -103,6 +103,11 @@ class RosNode(Closing):
             return f"{self.name}/{name[2:]}"
         return name if name.startswith("/") else f"{self._namespace}/{name}"
 
+    @property
+    def has_peers(self) -> bool:
+        """Whether others may reach the node: on a virtual clock those of this process."""
+        return not self._clock.is_virtual or "graph" in self.__dict__
+
     def spin(self) -> None:
         """Take what has come, and on a virtual clock all that comes of that at this moment."""
         if self._pddl is not None:

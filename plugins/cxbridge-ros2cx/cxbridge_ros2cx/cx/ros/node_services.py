@@ -1,0 +1,156 @@
+"""What the node offers to others: services for environments and plug-ins, lifecycle, parameters, log."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from functools import partial
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge.closing import Closing
+from cxbridge.errors import CxbridgeError, Ros2Error
+from cxbridge.executive.host.values import FALSE
+from cxbridge.rights import Right
+from cxbridge.ros2.lifecycle import ACTIVATE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
+from cxbridge.ros2.parameters import Parameter, Parameters
+from cxbridge.ros2.rosout import Rosout
+
+if TYPE_CHECKING:
+    from cxbridge.ros2.messages import Message
+    from cxbridge_ros2cx.cx.manager import CxManager
+
+_PACKAGE: Final = "cx_msgs/srv"
+_KEPT: Final = ("list_envs",)
+"""The services that stay when the node is not active."""
+
+Fields = Mapping[str, Any]
+
+
+class NodeServices(Closing):
+    """The services of the node, from its activation on.
+
+    :param work: what its transitions do.
+    """
+
+    def __init__(self, manager: CxManager, work: Mapping[str, Callable[[], bool]]) -> None:
+        self._manager, context = manager, manager.context
+        self._node, self._name = context.ros.node, context.parameters.name.strip("/")
+        self._ends: dict[str, Callable[[], None]] = {}
+        self._rosout = Rosout(self._node, self._name)
+        context.bus.subscribe(self._rosout, *Rosout.events)
+        self._serve()
+        report, clock = manager.log.error, context.clock
+        done: dict[str, Callable[[], bool]] = {
+            ACTIVATE: partial(self._activate, work[ACTIVATE]),
+            DEACTIVATE: partial(self._deactivate, work[DEACTIVATE]),
+            SHUTDOWN: work[SHUTDOWN],
+        }
+        self._lifecycle = Lifecycle(self._node, self._name, done, clock, report, LifecycleState.ACTIVE)
+        declared = {
+            name: Parameter(_value(found.value), read_only=True) for name, found in context.parameters
+        }
+        self._parameters = Parameters(self._node, self._name, declared, clock)
+
+    def _serve(self) -> None:
+        services: tuple[tuple[str, str, Callable[[Message], Fields]], ...] = (
+            ("list_envs", "ListClipsEnvs", self._list_environments),
+            ("create_env", "CreateClipsEnv", self._create),
+            ("destroy_env", "DestroyClipsEnv", self._destroy),
+            ("load_plugin", "LoadClipsPlugin", self._load),
+            ("unload_plugin", "UnloadClipsPlugin", self._unload),
+            ("list_plugins", "ListClipsPlugins", self._list_plugins),
+        )
+        for name, kind, answer in services:
+            if name in self._ends:
+                continue
+            try:
+                place = f"/{self._name}/{name}"
+                self._ends[name] = self._node.serve(
+                    place, f"{_PACKAGE}/{kind}", self._reported(answer), needs=Right.CONTROL
+                )
+            except Ros2Error as error:
+                self._manager.log.warn(f"the service {name} is not there: {error}")
+
+    def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
+        """Return a function whose errors are the response, and the log has them."""
+
+        def respond(request: Message) -> Fields:
+            try:
+                return {"success": True, **answer(request)}
+            except CxbridgeError as error:
+                self._manager.log.error(str(error))
+                return {"success": False, "error": error.message}
+
+        return respond
+
+    # --- environments -------------------------------------------------------------------------------------
+
+    def _known(self, name: str, error: str) -> str:
+        if name not in self._manager.environments:
+            raise CxbridgeError(error)
+        return name
+
+    def _list_environments(self, _request: Message) -> Fields:
+        return {"envs": list(self._manager.environments)}
+
+    def _create(self, request: Message) -> Fields:
+        """Create an environment with its plug-ins; rules run when an executive plug-in ticks."""
+        self._manager.create(request["env_name"])
+        self._manager.load_plugins(request["env_name"])
+        return {}
+
+    def _destroy(self, request: Message) -> Fields:
+        name = self._known(request["env_name"], "unknown Environment name")
+        self._manager.log.warn(f"Deleting '{name}' --- Clips Environment...")
+        self._manager.destroy(name)
+        self._manager.log.warn(f"Deleted '{name}' --- Clips Environment!")
+        return {}
+
+    # --- plug-ins -----------------------------------------------------------------------------------------
+
+    def _load(self, request: Message) -> Fields:
+        name = self._known(request["env_name"], "unknown environment")
+        if self._manager.request(name, request["plugin_name"]) == FALSE:
+            raise CxbridgeError("error while loading plugin")
+        return {}
+
+    def _unload(self, request: Message) -> Fields:
+        name = self._known(request["env_name"], "unknown environment")
+        if request["plugin_name"] not in self._manager.loaded_features(name):
+            raise CxbridgeError("unknown plugin")
+        self._manager.destroy_context(name, request["plugin_name"])
+        return {}
+
+    def _list_plugins(self, request: Message) -> Fields:
+        if not request["env_name"]:
+            return {"plugins": []}
+        return {
+            "plugins": list(
+                self._manager.loaded_features(self._known(request["env_name"], "unknown environment"))
+            )
+        }
+
+    # --- transitions --------------------------------------------------------------------------------------
+
+    def _activate(self, activate: Callable[[], bool]) -> bool:
+        done = activate()
+        self._serve()
+        return done
+
+    def _deactivate(self, deactivate: Callable[[], bool]) -> bool:
+        done = deactivate()
+        for name in [name for name in self._ends if name not in _KEPT]:
+            self._ends.pop(name)()
+        return done
+
+    def close(self) -> None:
+        """Offer nothing more."""
+        self._manager.bus.unsubscribe(self._rosout)
+        while self._ends:
+            self._ends.popitem()[1]()
+        self._lifecycle.close()
+        self._parameters.close()
+        self._rosout.close()
+
+
+def _value(value: Any) -> Any:
+    return list(value) if isinstance(value, tuple) else value

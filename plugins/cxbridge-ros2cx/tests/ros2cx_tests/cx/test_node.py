@@ -1,0 +1,129 @@
+"""The node as its peers see it: services, lifecycle, parameters, over nodes of the process."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from cxbridge_ros2cx.cx.node import CxNode
+
+from cxbridge.mainloop import Hook
+from cxbridge.ros2.parameters import ParameterClient
+from cxbridge.run import run_scenario
+from cxbridge.run.program.run import make_options
+from tests.support import CX_DIR, needs_cx
+
+pytestmark = needs_cx
+
+PARAMETERS = """
+/**:
+  ros__parameters:
+    environments: ["one"]
+    one: {plugins: ["executive", "example", "files"], watch: ["facts", "rules"]}
+    other: {plugins: ["example"]}
+    executive: {plugin: "cx::ExecutivePlugin", publish_on_refresh: true}
+    example: {plugin: "cx::ExamplePlugin"}
+    files: {plugin: "cx::FileLoadPlugin", load: ["AGENT"]}
+"""
+AGENT = "(deftemplate thing (slot name)) (defrule hello => (printout t hello crlf) (assert (thing (name a))))"
+
+
+class Peer:
+    """Calls services one after the other, a loop each."""
+
+    def __init__(self, folder: Path, *calls):
+        agent = folder / "agent.clp"
+        agent.write_text(AGENT)
+        self.parameters = folder / "params.yaml"
+        self.parameters.write_text(PARAMETERS.replace("AGENT", str(agent)))
+        self.calls, self.refreshed, self.log = [*calls], 0, folder / "logs"
+        self.answers: list[dict[str, object]] = []
+        self.values: dict[str, object] = {}
+
+    def run(self, seconds=3.0):
+        options = make_options(self.parameters, ros2cx=CX_DIR, timeout=seconds, log_dir=self.log)
+        result = run_scenario(options, attach=self.attach)
+        return result, [line.split("[info] ")[1] for line in (self.log / "one.log").read_text().splitlines()]
+
+    def attach(self, assembly):
+        assert isinstance(assembly.executive, CxNode)
+        self.node = assembly.executive.node.context.ros.graph.join("peer")
+        self.node.subscribe("/clips_executive/refresh_agenda", "std_msgs/msg/Empty", self.count)
+        self.client = ParameterClient(self.node, "/clips_manager")
+        assembly.loop.add(Hook.PRE_LOOP, self.step)
+
+    def count(self, _message):
+        self.refreshed += 1
+
+    def step(self):
+        if self.calls:
+            service, kind, request = self.calls.pop(0)
+            self.node.client(f"/clips_manager/{service}", kind).call(request, self.answers.append)
+        elif not self.values:
+            self.client.get(["environments", "executive.publish_on_refresh"], self.values.update)
+
+
+def cx(name, kind, **request):
+    return (name, f"cx_msgs/srv/{kind}", request)
+
+
+def change(number):
+    return ("change_state", "lifecycle_msgs/srv/ChangeState", {"transition": {"id": number}})
+
+
+def test_services_for_environments_and_plugins(tmp_path):
+    peer = Peer(
+        tmp_path,
+        cx("list_envs", "ListClipsEnvs"),
+        cx("create_env", "CreateClipsEnv", env_name="other"),
+        cx("create_env", "CreateClipsEnv", env_name="other"),
+        cx("list_plugins", "ListClipsPlugins", env_name="other"),
+        cx("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="executive"),
+        cx("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
+        cx("unload_plugin", "UnloadClipsPlugin", env_name="other", plugin_name="example"),
+        cx("load_plugin", "LoadClipsPlugin", env_name="nope", plugin_name="example"),
+        cx("load_plugin", "LoadClipsPlugin", env_name="other", plugin_name="nope"),
+        cx("list_plugins", "ListClipsPlugins", env_name="other"),
+        cx("destroy_env", "DestroyClipsEnv", env_name="other"),
+        cx("destroy_env", "DestroyClipsEnv", env_name="other"),
+        cx("list_envs", "ListClipsEnvs"),
+    )
+    result, _ = peer.run()
+    answers = [
+        (each["success"], each.get("envs", each.get("plugins")), each["error"]) for each in peer.answers
+    ]
+    assert answers == [
+        (True, ["one"], ""),
+        (True, None, ""),
+        (False, None, "Enviroment other already exists!"),
+        (True, ["example"], ""),
+        (True, None, ""),
+        (True, None, ""),
+        (False, None, "unknown plugin"),
+        (False, None, "unknown environment"),
+        (False, None, "error while loading plugin"),
+        (True, ["executive"], ""),
+        (True, None, ""),
+        (False, None, "unknown Environment name"),
+        (True, ["one"], ""),
+    ]
+    assert result.status == 1  # errors were reported
+    assert peer.refreshed >= 28
+    assert peer.values == {"environments": ["one"], "executive.publish_on_refresh": True}
+
+
+def test_a_second_activation_begins_anew(tmp_path):
+    peer = Peer(tmp_path, change(4), cx("list_envs", "ListClipsEnvs"), change(3), change(4), change(3))
+    result, log = peer.run()
+    assert [each["success"] for each in peer.answers] == [True] * 5
+    assert log.count("hello") == 3
+    assert sum("(executive-finalize)" in line for line in log) == 3
+    assert result.status == 0
+
+
+@pytest.mark.parametrize(("number", "done"), [(1, False), (2, False), (7, True)])
+def test_other_transitions(tmp_path, number, done):
+    peer = Peer(tmp_path, change(number))
+    result, _ = peer.run()
+    assert [each["success"] for each in peer.answers] == [done]
+    assert (result.run_seconds < 1) == done
