@@ -33,20 +33,30 @@ class _PlannerOptions:
     ] = ()
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class _ResultOptions:
+    """How the plan is given."""
+
+    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None
+    html: Annotated[
+        Path | None, typer.Option("--html", metavar="FILE", help="Write a page about the plan.")
+    ] = None
+    verbose: Annotated[bool, typer.Option("--verbose", "-v", help="Say which planner planned, and why.")] = (
+        False
+    )
+    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False
+
+
 @option_groups
 def plan(
     asked: _PlannerOptions,
+    given: _ResultOptions,
     domain_file: Annotated[Path | None, typer.Argument(metavar="DOMAIN", help="PDDL domain.")] = None,
     problem_file: Annotated[Path | None, typer.Argument(metavar="PROBLEM", help="PDDL problem.")] = None,
     validate: Annotated[
         Path | None, typer.Option(metavar="PLAN", help="Make no plan: say whether this one holds.")
     ] = None,
-    output: Annotated[Path | None, typer.Option("--output", "-o", help="Write the plan here.")] = None,
-    verbose: Annotated[
-        bool, typer.Option("--verbose", "-v", help="Say which planner planned, and why.")
-    ] = False,
     list_planners: Annotated[bool, typer.Option("--list", help="List the planners and stop.")] = False,
-    as_json: Annotated[bool, typer.Option("--json", help="Print JSON.")] = False,
 ) -> int:
     """Make a plan for a PDDL problem, and print it a step a line.
 
@@ -56,29 +66,36 @@ def plan(
     Example: cxbridge plan domain.pddl problem.pddl --planner pyperplan
     """
     if list_planners:
-        _list(as_json=as_json)
+        _list(as_json=given.as_json)
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
     domain, problem = _read(domain_file, problem_file)
     if validate is not None:
-        return _validate(domain, problem, validate, as_json=as_json)
+        return _validate(domain, problem, validate, as_json=given.as_json)
     result = _plan(domain, problem, asked)
+    _give(result, given)
+    if given.html is not None:
+        from cxbridge.explain.plan_page.page import plan_page
+
+        plan_page(domain, problem, result).write(given.html)
+    return EXIT[result.status.value]
+
+
+def _give(result: PlanResult, given: _ResultOptions) -> None:
+    """Print a result, or write its plan to a file."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
-    if verbose:
-        say(
-            f"cxbridge: {result.planner} planned in {result.seconds:.2f} s; {result.why or 'as asked'}",
-            err=True,
-        )
+    if given.verbose:
+        why = result.why or "as asked"
+        say(f"cxbridge: {result.planner} planned in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
-    if output is not None and result.status.value == "PLANNED":
-        write_file(output, steps)
-    if as_json:
+    if given.output is not None and result.status.value == "PLANNED":
+        write_file(given.output, steps)
+    if given.as_json:
         say_json(_as_json(result), indent=2)
-    elif output is None:
+    elif given.output is None:
         say_text(steps, end="")
-    return EXIT[result.status.value]
 
 
 def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:

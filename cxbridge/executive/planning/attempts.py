@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.executive.planning.engines.registry import AUTO, NAMES, Choice
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 
-_SHARE: Final = 0.5
+_SHARE: Final = 0.6
 """How much of the time that is left a planner may take that is not the last one."""
 
 

@@ -16,6 +16,7 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.planning.compile.relaxed import why_none
 from cxbridge.executive.planning.engines.registry import make_planner
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.folder import PREFIX
@@ -48,7 +49,8 @@ def plan(job: Job) -> PlanResult:
         result = PlanResult(PlanStatus.FAILED, name, message=text)
     else:
         if actions is None:
-            result = PlanResult(PlanStatus.NO_PLAN, name, message=f"{name} says that there is no plan")
+            text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
+            result = PlanResult(PlanStatus.NO_PLAN, name, message=text)
         else:
             result = PlanResult(PlanStatus.PLANNED, name, actions)
     seconds = time.perf_counter() - start

@@ -50,6 +50,15 @@ def ground(domain: Domain, problem: Problem) -> StripsTask:
     return _Grounder(domain, problem).task()
 
 
+def reachable(domain: Domain, problem: Problem, most: int) -> frozenset[Fact]:
+    """Return the facts that can become true when nothing is ever deleted, those at the start included.
+
+    :param most: bound actions that are looked at.
+    :raises PlanningError: when there are more.
+    """
+    return _Grounder(domain, problem, most).reachable()
+
+
 def _plain_atoms(condition: Formula | None) -> Iterator[Atom]:
     """Yield the atoms that must be true whatever else."""
     if isinstance(condition, Atom):
@@ -60,7 +69,8 @@ def _plain_atoms(condition: Formula | None) -> Iterator[Atom]:
 
 
 class _Grounder:
-    def __init__(self, domain: Domain, problem: Problem) -> None:
+    def __init__(self, domain: Domain, problem: Problem, most: int | None = None) -> None:
+        self._most = MAX_OPERATORS if most is None else most
         self._goal = problem.goal
         self._initial = dict.fromkeys(fact_of(atom, {}) for atom in problem.init)
         self._changing = {
@@ -89,6 +99,14 @@ class _Grounder:
     # ---- what can be reached
 
     def task(self) -> StripsTask:
+        self._explore()
+        return self._strips()
+
+    def reachable(self) -> frozenset[Fact]:
+        self._explore()
+        return frozenset((*self._initial, *self._reached))
+
+    def _explore(self) -> None:
         for conjunction in self._evaluator.alternatives(self._goal, {}):
             self._add(_Bound(None, Case(conjunction, frozenset())))
         fluents = []
@@ -112,7 +130,6 @@ class _Grounder:
                 counter[1] -= 1
                 if counter[1] == 0:
                     self._use(self._bound[counter[0]])
-        return self._strips()
 
     def _users(self) -> dict[str, list[tuple[int, int]]]:
         """Return the plain atoms, as numbers of schema and atom, by predicate."""
@@ -143,9 +160,9 @@ class _Grounder:
 
     def _add(self, bound: _Bound) -> None:
         """Wait for the facts that must be true; those that must be false are not an obstacle here."""
-        if len(self._bound) >= MAX_OPERATORS:
+        if len(self._bound) >= self._most:
             raise PlanningError(
-                f"the problem has more than {MAX_OPERATORS} bound actions",
+                f"the problem has more than {self._most} bound actions",
                 hint="use another planner (fast-downward), or leave out objects that do not matter",
             )
         self._bound.append(bound)

@@ -99,7 +99,7 @@ PROGRAMS: Final = {
         ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
         (*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
         CLASSICAL | _NUMERIC,
-        re.compile("Problem unsolvable|Problem Detected as Unsolvable", re.IGNORECASE),
+        re.compile("Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE),
         improving=(
             *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),

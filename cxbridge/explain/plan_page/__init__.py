@@ -1,0 +1,1 @@
+"""A plan as a page: a timeline, the state after each step, why each step is there."""

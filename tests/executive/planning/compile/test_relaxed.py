@@ -1,0 +1,54 @@
+"""Why there is no plan: what no relaxed plan reaches."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningService, PlanRequest
+from cxbridge.executive.planning.compile.relaxed import unreached
+
+DOMAIN = parse_domain("""(define (domain cups) (:requirements :adl :durative-actions :fluents)
+  (:types cup place) (:predicates (at ?c - cup ?p - place) (way ?a ?b - place) (red ?c - cup) (lit))
+  (:functions (moved))
+  (:action carry :parameters (?c - cup ?a ?b - place) :precondition (and (at ?c ?a) (way ?a ?b))
+    :effect (and (at ?c ?b) (not (at ?c ?a)) (increase (moved) 1)))
+  (:durative-action light :parameters () :duration (= ?duration 1) :condition (over all (lit))
+    :effect (and (at start (lit)) (at end (not (lit))))))""")
+TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table tabel - place)
+  (:init (at c kitchen) (red d) (way kitchen table) (= (moved) 0)) (:goal {goal}))"""
+
+
+@pytest.mark.parametrize(
+    ("goal", "reasons"),
+    [
+        ("(at c table)", []),
+        ("(lit)", []),
+        ("(and (at c table) (not (at c kitchen)) (> (moved) 7))", []),
+        ("(at c tabel)", ["nothing achieves (at c tabel): what carry would need is never there"]),
+        (
+            "(and (at c tabel) (red c))",
+            [
+                "nothing achieves (at c tabel): what carry would need is never there",
+                "nothing achieves (red c): no action changes red",
+            ],
+        ),
+        ("(not (red d))", ["nothing deletes (red d)"]),
+        (
+            "(or (and (red c) (at c tabel)) (at d tabel))",
+            ["nothing achieves (at d tabel): what carry would need is never there"],
+        ),
+        ("(exists (?p - place) (and (at d ?p) (way ?p tabel)))", None),
+    ],
+)
+def test_parts_of_the_goal_that_no_relaxed_plan_reaches(goal, reasons):
+    found = unreached(DOMAIN, parse_problem(TASK.format(goal=goal), DOMAIN))
+    assert found == reasons if reasons is not None else found
+
+
+def test_a_planner_without_a_plan_says_so():
+    domain = parse_domain("(define (domain d) (:requirements :strips) (:predicates (p)))")
+    problem = parse_problem("(define (problem p) (:domain d) (:init) (:goal (p)))", domain)
+    with PlanningService() as service:
+        result = service.plan(PlanRequest(domain, problem, "pyperplan"))
+    assert result.message == "pyperplan says that there is no plan: nothing achieves (p): no action changes p"
