@@ -122,6 +122,8 @@ def _steps(actions: Sequence[PlannedAction], check: PlanCheck) -> str:
 
 
 def _changes(moment: PlanMoment) -> str:
+    if not moment.changes:
+        return ""
     part = f"{moment.part}: " if moment.part else ""
     added = "".join(
         f'<code class="added">{html(_fact(fact))}</code> ' for fact in sorted(moment.changes.adds)

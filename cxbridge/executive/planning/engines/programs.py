@@ -4,26 +4,27 @@ from __future__ import annotations
 
 import re
 import shutil
-import sys
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Final, NamedTuple
 
 from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
+from cxbridge.process.python import python_command
 
 _STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
 _FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
 _TIMED: Final = re.compile(
     r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
 )
+_PYTHON: Final = "python"
 _NEVER: Final = re.compile(r"(?!)")
 
 
 class PlannerProgram(NamedTuple):
     """How to call a program and read its answer.
 
-    :param words: its command, the program first; ``{folder}`` is the folder of its package, ``{python}`` this
-        Python.
+    :param words: its command, the program first; ``{folder}`` is the folder of its package, :data:`_PYTHON`
+        this Python.
     :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` begins the names of
         files with plans.
     :param understands: as of a planner; so are ``ignores`` and ``fails_with``.
@@ -72,7 +73,8 @@ class PlannerProgram(NamedTuple):
             return [own]
         spec = find_spec(self.module) if self.module else None
         folder = "" if spec is None or spec.origin is None else str(Path(spec.origin).parent)
-        return [word.format(folder=folder, python=sys.executable) for word in self.words]
+        words = [word.format(folder=folder) for word in self.words if word != _PYTHON]
+        return python_command(*words) if _PYTHON in self.words else words
 
 
 _POPF_NEEDS: Final = frozenset(
@@ -84,7 +86,7 @@ _TASK: Final = ("-o", "{domain}", "-f", "{problem}")
 
 PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
-        ("{python}", "{folder}/downward/fast-downward.py"),
+        (_PYTHON, "{folder}/downward/fast-downward.py"),
         ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),
         CLASSICAL | {Need.COSTS},
         re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
