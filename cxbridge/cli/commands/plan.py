@@ -102,7 +102,8 @@ def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
     from cxbridge.executive.pddl import load_domain, load_problem
 
     def warn(mistake: PddlError) -> None:
-        say(f"cxbridge: warning: {mistake}", err=True)
+        for line in f"cxbridge: warning: {mistake}".splitlines():
+            say(line, err=True)
 
     domain = load_domain(domain_file, warn=warn)
     return domain, load_problem(problem_file, domain, warn=warn)

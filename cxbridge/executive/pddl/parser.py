@@ -57,7 +57,7 @@ def parse_domain(
     else:
         domain = spell_domain(domain, source.kinds, words_of_numbers)
     DomainChecker(domain, fawkes_compat=fawkes_compat, warn=warn).check()
-    return replace(domain, text=text)
+    return domain if fawkes_compat else replace(domain, text=text)
 
 
 def parse_problem(text: str, domain: Domain, file: str | Path = "", *, warn: Warn | None = None) -> Problem:

@@ -5,17 +5,18 @@ from __future__ import annotations
 import shlex
 import subprocess
 import tempfile
+import time
 from collections.abc import Iterator
+from contextlib import suppress
 from math import isfinite
 from pathlib import Path
 from typing import Final
 
-from msgspec.structs import replace
-
-from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
+from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.engines.names import PlanNames
 from cxbridge.executive.planning.engines.needs import Need, needs_of
 from cxbridge.executive.planning.engines.programs import PROGRAMS, PlannerProgram
+from cxbridge.executive.planning.engines.texts import PddlTexts, named, original_texts, plain_texts
 from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
 from cxbridge.executive.planning.plan_text import load_plan
 from cxbridge.executive.planning.planner import PlannedAction, Planner
@@ -25,6 +26,8 @@ _TASK: Final = "task"
 _END_S: Final = 0.5
 """How long before the end of its time a program that looks for better plans ends."""
 
+_REFUSAL_S: Final = 2.0
+"""How long a program needs at most to refuse a text that it cannot read."""
 _WORDS: Final = 300
 
 
@@ -56,14 +59,29 @@ class CommandPlanner(Planner):
         return f"{self.name} is not installed: {missing}" if missing else ""
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        """Return a plan; None when the program says that there is none."""
+        """Return a plan; None when the program says that there is none.
+
+        The program reads the user's text. Where it refuses that at once, it gets the common forms of PDDL.
+        """
+        texts = original_texts(domain, problem)
+        start = time.monotonic()
+        try:
+            return self._solve(texts, domain, problem)
+        except PlanningError:
+            if time.monotonic() - start > _REFUSAL_S or not any(texts.files):
+                raise
+            with suppress(PlanningError):
+                return self._solve(plain_texts(domain, problem), domain, problem)
+            raise
+
+    def _solve(self, pddl: PddlTexts, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         improve = min(self._improve, max(0.0, self.seconds - _END_S))
         names = PlanNames(domain, problem)
         with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
-            files["domain"].write_text(format_domain(domain))
+            files["domain"].write_text(pddl.domain)
             # LPG takes no problem that is named problem
-            files["problem"].write_text(format_problem(replace(problem, name=_TASK)))
+            files["problem"].write_text(named(pddl.problem, _TASK))
             texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
             if self._program.improving and improve > 0 and Need.COSTS in needs_of(domain, problem):
                 texts["improve"] = str(max(1, round(improve)))
@@ -75,6 +93,8 @@ class CommandPlanner(Planner):
                 plan = self._plan_in(folder, names)
                 if plan is not None:
                     return plan
+        for key, file in zip(files, pddl.files, strict=True):
+            output = output.replace(texts[key], file or f"the {key}")
         return self._read(output, names)
 
     def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:

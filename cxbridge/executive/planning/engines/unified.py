@@ -9,10 +9,11 @@ from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, Final, NamedTuple
 
-from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem
+from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.engines.command import seconds_of
 from cxbridge.executive.planning.engines.names import PlanNames
 from cxbridge.executive.planning.engines.needs import Need
+from cxbridge.executive.planning.engines.texts import read_task
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
@@ -93,13 +94,10 @@ class UnifiedPlanner(Planner):
 
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         """Return a plan; None when the engine says that there is none."""
-        io, shortcuts = (importlib.import_module(f"unified_planning.{name}") for name in ("io", "shortcuts"))
+        shortcuts = importlib.import_module("unified_planning.shortcuts")
         shortcuts.get_environment().credits_stream = None
         names = PlanNames(domain, problem)
-        try:
-            task = io.PDDLReader().parse_problem_string(format_domain(domain), format_problem(problem))
-        except Exception as error:
-            raise PlanningError(f"unified-planning cannot read the problem: {_first_line(error)}") from error
+        task = read_task(domain, problem)
         if self._engine.integers:
             _count_in_integers(task)
         # engines leave files behind where they stand

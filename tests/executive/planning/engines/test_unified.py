@@ -7,9 +7,11 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
+from cxbridge.executive.planning.engines.texts import read_task
 from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner, _avoid_spaces
 from cxbridge.executive.planning.planner import PlannedAction
 from tests.executive.planning.compile.test_grounding import FETCH, START, problem
@@ -89,11 +91,27 @@ def test_a_temporal_plan(service, name):
 
 
 def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
-    domain = parse_domain(STRIPS)
-    task = parse_problem(ROOMS, domain)
-    monkeypatch.setattr("cxbridge.executive.planning.engines.unified.format_domain", lambda _: "(define")
-    with pytest.raises(PlanningError, match="cannot read the problem"):
-        UnifiedPlanner(INSTALLED[0]).solve(domain, task)
+    """The place is that of the user's text, though the common forms were tried, too."""
+    domain = parse_domain(STRIPS, "rooms.pddl")
+    task = parse_problem(ROOMS, domain, "x.pddl")
+    monkeypatch.setattr("cxbridge.executive.planning.engines.texts.format_domain", lambda _: "(define")
+    broken = replace(domain, text=STRIPS.replace(":action", ":acton"))
+    with pytest.raises(PlanningError, match="cannot read the problem") as caught:
+        UnifiedPlanner(INSTALLED[0]).solve(broken, task)
+    assert (caught.value.file, caught.value.line) == ("rooms.pddl", 3)
+    gaol = replace(task, text=ROOMS.replace(":goal", ":gaol"))
+    with pytest.raises(PlanningError, match="cannot read the problem") as caught:
+        UnifiedPlanner(INSTALLED[0]).solve(domain, gaol)
+    assert (caught.value.file, caught.value.line) == ("x.pddl", 2)
+
+
+def test_forms_that_unified_planning_does_not_read_are_read_in_common_forms():
+    domain = parse_domain("""(define (domain d) (:requirements :adl) (:types row - object column - object)
+      (:predicates (clean ?r - row ?c - column))
+      (:action mop :effect (forall (?r - row) (forall (?c - column) (clean ?r ?c)))))""")
+    text = "(define (problem p) (:domain d) (:objects a - row b - column) (:init) (:goal (clean a b)))"
+    (mop,) = read_task(domain, parse_problem(text, domain)).actions
+    assert len(mop.effects) == 1
 
 
 def test_an_engine_below_a_folder_with_a_blank(tmp_path, monkeypatch):

@@ -1,0 +1,111 @@
+"""The PDDL that engines read: the user's own text, where there is one. Their messages are then about it."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from contextlib import suppress
+from typing import Any, Final, NamedTuple
+
+from msgspec.structs import replace
+
+from cxbridge.executive.pddl import Domain, Problem, format_domain, format_problem, names_of
+from cxbridge.executive.pddl.ast import ActionSchema, Formula, Quantified
+from cxbridge.executive.planning.errors import PlanningError
+
+_NAME: Final = re.compile(r"(\(\s*problem\s+)[^\s()]+", re.IGNORECASE)
+_LINE: Final = re.compile(r"\bline:?\s*(\d+)", re.IGNORECASE)
+_WORDS: Final = 300
+_COMMENT: Final = re.compile(r";[^\n]*")
+
+
+class PddlTexts(NamedTuple):
+    """A domain and a problem as text.
+
+    :param files: the files that the texts are from; empty for a text that was made here.
+    """
+
+    domain: str
+    problem: str
+    files: tuple[str, str] = ("", "")
+
+
+def original_texts(domain: Domain, problem: Problem) -> PddlTexts:
+    """Return the texts that domain and problem were read from; for one that was not read, a text of it."""
+    return PddlTexts(
+        _without_comments(domain.text) or format_domain(domain),
+        _without_comments(problem.text) or format_problem(problem),
+        (domain.file if domain.text else "", problem.file if problem.text else ""),
+    )
+
+
+def plain_texts(domain: Domain, problem: Problem) -> PddlTexts:
+    """Return texts for engines that cannot read the original: the common forms of PDDL only."""
+    actions = tuple(map(_plain, domain.actions))
+    requirements = domain.requirements
+    if domain.is_typed and "typing" not in requirements:
+        requirements = (*requirements, "typing")
+    return PddlTexts(
+        format_domain(domain.changed(actions=actions, requirements=requirements)), format_problem(problem)
+    )
+
+
+def named(text: str, name: str) -> str:
+    """Return the text of a problem with another name."""
+    return _NAME.sub(rf"\g<1>{name}", text, count=1)
+
+
+def _without_comments(text: str) -> str:
+    """Return a text with blanks for comments: some engines want ASCII in them, too."""
+    return _COMMENT.sub(lambda match: " " * len(match[0]), text)
+
+
+def _plain(action: ActionSchema) -> ActionSchema:
+    condition, effect = action.condition, action.effect
+    return replace(
+        action,
+        condition=condition and condition.map(_joined),
+        effect=effect and effect.map(_joined),
+    )
+
+
+def _joined(formula: Formula) -> Formula:
+    """Return a quantifier in another one as one: unified-planning reads no nested ones in effects."""
+    if not isinstance(formula, Quantified) or not isinstance(formula.part, Quantified):
+        return formula
+    inner = formula.part
+    hidden = set(names_of(formula.variables)) & set(names_of(inner.variables))
+    if formula.quantifier != inner.quantifier or hidden:
+        return formula
+    return replace(formula, variables=formula.variables + inner.variables, part=inner.part)
+
+
+def read_task(domain: Domain, problem: Problem) -> Any:
+    """Return what unified-planning's reader makes of a problem.
+
+    :raises PlanningError: when it cannot read it, with the user's line.
+    """
+    module = importlib.import_module("unified_planning.io")
+    # PDDL lets a type, an object and a predicate have one name
+    importlib.import_module("unified_planning.shortcuts").get_environment().error_used_name = False
+    original = original_texts(domain, problem)
+    try:
+        return module.PDDLReader().parse_problem_string(original.domain, original.problem)
+    except Exception as error:  # noqa: BLE001  it raises what Python's parsers and its own classes raise
+        refused = error
+    plain = plain_texts(domain, problem)
+    with suppress(Exception):
+        return module.PDDLReader().parse_problem_string(plain.domain, plain.problem)
+    raise _refusal(module, original, refused) from refused
+
+
+def _refusal(module: Any, texts: PddlTexts, refused: Exception) -> PlanningError:
+    """Return the error for texts that unified-planning refuses; it does not say which of the two."""
+    file = texts.files[0]
+    with suppress(Exception):
+        module.PDDLReader().parse_problem_string(texts.domain)
+        file = texts.files[1]
+    text = " ".join(str(refused).split())[:_WORDS] or type(refused).__name__
+    line = getattr(refused, "lineno", None) or next(map(int, _LINE.findall(text)), None)
+    message = f"unified-planning cannot read the problem: {text}"
+    return PlanningError(message, file=file or None, line=line if file else None)

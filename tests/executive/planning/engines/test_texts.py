@@ -1,0 +1,60 @@
+"""The texts that engines read."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning.engines.command import CommandPlanner
+from cxbridge.executive.planning.engines.texts import named, original_texts, plain_texts
+from cxbridge.executive.planning.errors import PlanningError
+
+DOMAIN = """(define (domain yard) ; caf\u00e9
+  (:TYPES pot bed -object) (:predicates (wet ?x - pot))
+  (:action rain :effect (forall (?p - pot) (forall (?b - bed) (WET ?p)))))
+"""
+PROBLEM = "(define (problem problem) (:domain Yard)\n (:objects a -pot b -bed) (:init) (:goal (wet A)))"
+
+
+def test_an_engine_reads_the_text_of_the_user_line_by_line() -> None:
+    domain = parse_domain(DOMAIN, "yard.pddl")
+    texts = original_texts(domain, parse_problem(PROBLEM, domain, "p.pddl"))
+    assert texts.files == ("yard.pddl", "p.pddl")
+    assert texts.problem == PROBLEM
+    assert texts.domain.splitlines()[1:] == DOMAIN.splitlines()[1:]
+    assert texts.domain.isascii()
+
+
+def test_a_domain_that_has_changed_is_not_its_text_any_more() -> None:
+    domain = parse_domain(DOMAIN, "yard.pddl")
+    texts = original_texts(domain.changed(name="garden"), parse_problem(PROBLEM, domain, "p.pddl"))
+    assert "(domain garden)" in texts.domain
+    assert texts.files == ("", "p.pddl")
+
+
+def test_plain_texts_have_the_common_forms_only() -> None:
+    domain = parse_domain(DOMAIN)
+    texts = plain_texts(domain, parse_problem(PROBLEM, domain))
+    assert "(:requirements :typing)" in texts.domain
+    assert "(forall (?p - pot ?b - bed) (wet ?p))" in texts.domain
+    assert "(:domain yard)" in texts.problem
+    assert "(:goal (wet a))" in texts.problem
+
+
+def test_a_problem_gets_another_name_and_keeps_its_lines() -> None:
+    assert named(PROBLEM, "task") == PROBLEM.replace("problem problem", "problem task")
+
+
+def test_the_message_of_a_program_names_the_file_of_the_user(tmp_path: Path) -> None:
+    program = tmp_path / "refuses"
+    program.write_text(
+        f"#!{sys.executable}\nimport sys\nprint(sys.argv[1] + ':2: no such type')\nsys.exit(3)\n"
+    )
+    program.chmod(0o755)
+    domain = parse_domain(DOMAIN, "yard.pddl")
+    problem = parse_problem(PROBLEM, domain, "p.pddl")
+    with pytest.raises(PlanningError, match=r"yard\.pddl:2: no such type"):
+        CommandPlanner("popf", program=str(program)).solve(domain, problem)
