@@ -1,0 +1,1 @@
+"""The components of runs and daemons that ROS 2 brings."""

@@ -1,0 +1,1 @@
+"""Tools for authors of agents: check, format, lsp, dap, why, coverage and monitor."""

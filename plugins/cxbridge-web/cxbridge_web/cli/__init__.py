@@ -1,0 +1,1 @@
+"""The commands of the page, and the options of commands that serve it."""
