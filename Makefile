@@ -30,9 +30,9 @@ $(VENV)/bin/python:
 	  echo "python3 cannot make virtual environments here: on Debian and Ubuntu, apt install python3-venv" >&2; exit 1; }
 
 ifdef LOCKED
-$(RUN): pyproject.toml | $(VENV)/bin/python locked
+$(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
 	$(PIP) --require-hashes -r requirements/run.txt -r requirements/build.txt
-	$(PIP) --no-deps --no-build-isolation -e .
+	$(PIP) --no-deps --no-build-isolation -e . $(PLUGINS:%=-e %)
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
@@ -40,8 +40,8 @@ $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
 	$(PIP) --no-deps --no-build-isolation -e . $(PLUGINS:%=-e %)
 	@touch $@ $(RUN)
 else
-$(RUN): pyproject.toml | $(VENV)/bin/python
-	$(PIP) -e '.[test]'
+$(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python
+	$(PIP) -e '.[test]' $(PLUGINS:%=-e %)
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python
@@ -77,7 +77,7 @@ NPM_CI = npm ci --no-audit --no-fund --silent --prefer-offline --fetch-timeout=3
 
 # prettier and eslint, where there is npm; they are no part of what a user needs
 PAGE_BIN = .ci/page/node_modules/.bin
-PAGE = cxbridge/web/static
+PAGE = plugins/cxbridge-web/cxbridge_web/static
 page-lint:
 ifneq ($(shell command -v npm),)
 	@test -d .ci/page/node_modules || $(NPM_CI) --prefix .ci/page \

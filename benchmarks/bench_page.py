@@ -17,7 +17,7 @@ from typing import Any
 from playwright.sync_api import sync_playwright
 
 from tests.trace.html.browser import BROWSER
-from tests.web.page.fake import START_US, FakeDaemon, fact_model, goal_event, goal_model, served
+from web_tests.page.fake import START_US, FakeDaemon, fact_model, goal_event, goal_model, served
 
 GOALS, FACTS, EVENTS = 1_000, 10_000, 100_000
 LIMIT_MS = 100

@@ -9,10 +9,10 @@ import time
 from pathlib import Path
 
 from benchmarks.harness import report
-from cxbridge.executive.protobuf.inbox import Received
-from cxbridge.executive.protobuf.network import Network
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes, frame_of
+from cxbridge_protobuf.inbox import Received
+from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes, frame_of
 
 RATE = 1000
 SECONDS = 5

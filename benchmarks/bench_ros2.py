@@ -17,8 +17,8 @@ from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.actions import ActionClient
-    from cxbridge.ros2.node import Node
+    from cxbridge_ros2.actions import ActionClient
+    from cxbridge_ros2.node import Node
 
 COUNT = 300
 ROUNDS = 5
@@ -27,10 +27,10 @@ NEEDED = ("ROS2_SETUP",)
 
 def ours() -> dict[str, float]:
     """Return the medians of our round trips, in microseconds."""
-    from cxbridge.ros2.actions import ActionClient
-    from cxbridge.ros2.definitions import Definitions
-    from cxbridge.ros2.transports.dds import DdsNode
-    from tests.ros2.peer import PACKAGES
+    from cxbridge_ros2.actions import ActionClient
+    from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.transports.dds import DdsNode
+    from ros2_tests.peer import PACKAGES
 
     with DdsNode("bench", Definitions([PACKAGES], environment={})) as node:
         got: list[object] = []
@@ -73,7 +73,7 @@ def goals(node: Node, count: ActionClient) -> Iterator[float]:
 
 def theirs() -> dict[str, float]:
     """Return the medians of rclpy's round trips, in microseconds."""
-    from tests.ros2.conftest import HERE, with_ros
+    from ros2_tests.conftest import HERE, with_ros
 
     command = with_ros(str(HERE / "with_rclpy/user.py"), str(COUNT))
     found = json.loads(subprocess.run(command, capture_output=True, check=True, text=True).stdout)
@@ -85,7 +85,7 @@ def main() -> None:
     if any(not os.environ.get(name) for name in NEEDED):
         print("nothing is measured: ROS2_SETUP names no ROS 2")
         return
-    from tests.ros2.conftest import start
+    from ros2_tests.conftest import start
 
     os.environ.update(ROS_DOMAIN_ID=str(1 + os.getpid() % 100), ROS_AUTOMATIC_DISCOVERY_RANGE="LOCALHOST")
     peer = start("rclpy", "peer.py")

@@ -57,7 +57,7 @@ def tell(what: str, sent: int, came: Counter[Any]) -> None:
 
 def small(node: Any) -> None:
     """Send messages at 1 kHz to a node that echoes them."""
-    from cxbridge.ros2.qos import QosProfile
+    from cxbridge_ros2.qos import QosProfile
 
     deep = QosProfile(depth=DEEP)
     came: Counter[str] = Counter()
@@ -77,7 +77,7 @@ def small(node: Any) -> None:
 
 def big(node: Any) -> None:
     """Send messages of 1 MB to a node that echoes them."""
-    from cxbridge.ros2.qos import QosProfile
+    from cxbridge_ros2.qos import QosProfile
 
     deep, count = QosProfile(depth=100), BIG_HZ * BIG_S
     came: Counter[int] = Counter()
@@ -124,7 +124,7 @@ def _are_few(came: Counter[int], sent: int) -> bool:
 
 def goals(node: Any) -> None:
     """Send goals that succeed, and others that are rejected, aborted or cancelled."""
-    from cxbridge.ros2.actions import ActionClient, GoalStatus
+    from cxbridge_ros2.actions import ActionClient, GoalStatus
 
     draw = random.Random(1)
     wanted = {"succeed": 3, "reject": -1, "abort": ABORTED, "cancel": 1000}
@@ -197,7 +197,7 @@ def imports() -> None:
         subprocess.run([sys.executable, "-c", text], check=True)
         return time.perf_counter() - started
 
-    pairs = [(once("import cxbridge.ros2.transports.dds"), once("import cxbridge.clock")) for _ in range(9)]
+    pairs = [(once("import cxbridge_ros2.transports.dds"), once("import cxbridge.clock")) for _ in range(9)]
     report("seconds to import the extra", statistics.median(ours - bare for ours, bare in pairs), IMPORT_S)
 
 
@@ -209,10 +209,10 @@ def main() -> None:
         return
     os.environ.setdefault("ROS_DOMAIN_ID", "77")
     os.environ.setdefault("ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST")
-    from cxbridge.ros2.definitions import Definitions
-    from cxbridge.ros2.transports.dds import DdsNode
-    from tests.ros2.conftest import start, stop
-    from tests.ros2.peer import PACKAGES
+    from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.transports.dds import DdsNode
+    from ros2_tests.conftest import start, stop
+    from ros2_tests.peer import PACKAGES
 
     peer = start("rclpy", "load.py")
     try:

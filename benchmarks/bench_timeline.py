@@ -11,7 +11,7 @@ import random
 import sys
 
 from tests.trace.html.browser import BROWSER
-from tests.web.page.fake import START_US, FakeDaemon, goal_event, served
+from web_tests.page.fake import START_US, FakeDaemon, goal_event, served
 
 GOALS, LINES = 1000, 73
 START = """

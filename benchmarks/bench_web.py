@@ -26,7 +26,7 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.events import GoalTransition
 from cxbridge.mainloop import Hook
-from cxbridge.web.queue import RequestQueue
+from cxbridge_web.queue import RequestQueue
 from tests.support import ROOT
 
 CLIENTS = 50

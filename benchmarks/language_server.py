@@ -17,7 +17,7 @@ from pathlib import Path
 
 from lsprotocol import types as lsp
 
-from tests.lsp.conftest import Editor
+from studio_tests.lsp.conftest import Editor
 
 ROUNDS = 20
 FILE = "src/clips-specs/rcll/goal-production.clp"

@@ -13,8 +13,8 @@ import pytest
 if TYPE_CHECKING:
     from types import TracebackType
 
-    from cxbridge.explore.result import ExploreResult
     from cxbridge.testing.agent_run import AgentRun
+    from cxbridge_explore.result import ExploreResult
 
 _BENCH: pytest.StashKey[Bench] = pytest.StashKey()
 _FAILED: pytest.StashKey[bool] = pytest.StashKey()
@@ -130,12 +130,12 @@ class Bench:
         :raises AssertionError: when a property is violated.
         :raises CxbridgeError: when something is wrong.
         """
-        from cxbridge.explore.bounds import Bounds, Means  # noqa: PLC0415
-        from cxbridge.explore.explore import explore  # noqa: PLC0415
-        from cxbridge.explore.judging import properties_of  # noqa: PLC0415
         from cxbridge.process.forking import HAS_FORK  # noqa: PLC0415
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
-        from cxbridge.worldmodel.reading import read_world  # noqa: PLC0415
+        from cxbridge_explore.bounds import Bounds, Means  # noqa: PLC0415
+        from cxbridge_explore.explore import explore  # noqa: PLC0415
+        from cxbridge_explore.judging import properties_of  # noqa: PLC0415
+        from cxbridge_explore.worldmodel.reading import read_world  # noqa: PLC0415
 
         given = RunOptions(scenario=self.find(scenario), skiller="none", timeout=timeout, **options)
         result = explore(

@@ -7,9 +7,9 @@ from functools import cache
 from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import TypeName, parse_type
 
 TYPES: Final = (
     "std_msgs/msg/String",

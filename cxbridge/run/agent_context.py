@@ -23,7 +23,7 @@ from cxbridge.trace.sourcing import EarlySources
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.settings import Settings
     from cxbridge.executive.robmem.store import Store
-    from cxbridge.ros2.node import Node
+    from cxbridge_ros2.node import Node
 
 AGENTS = "/cxbridge/agents"
 """Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
@@ -67,8 +67,8 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     """
     if name != ROS2_CLOCK:
         return make_clock(name)
-    from cxbridge.ros2.sim_time import SimTimeClock  # noqa: PLC0415  an extra
-    from cxbridge.ros2.trees import node_settings  # noqa: PLC0415
+    from cxbridge_ros2.sim_time import SimTimeClock  # noqa: PLC0415  an extra
+    from cxbridge_ros2.trees import node_settings  # noqa: PLC0415
 
     _, settings = node_settings(config, _ROS2_CLOCK_TREE, (), folder, "the clock of ROS 2")
 

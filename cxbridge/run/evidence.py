@@ -9,15 +9,15 @@ from functools import partial
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
-from cxbridge.explain.rules.rewritten import as_written
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
+from cxbridge_studio.explain.evidence import STORY_TYPES, Evidence, History
+from cxbridge_studio.explain.rules.environment import fact_slots, rule_texts, rulebook, take
+from cxbridge_studio.explain.rules.rewritten import as_written
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class EnvironmentEvidence(Evidence):

@@ -69,8 +69,8 @@ def _planner(context: RunContext) -> Feature:
 
 
 def _protobuf(context: RunContext) -> Feature:
-    from cxbridge.executive.features.protobuf import ProtobufFeature  # noqa: PLC0415
-    from cxbridge.executive.protobuf.settings import ProtobufSettings  # noqa: PLC0415
+    from cxbridge_protobuf.feature import ProtobufFeature  # noqa: PLC0415
+    from cxbridge_protobuf.settings import ProtobufSettings  # noqa: PLC0415
 
     settings = ProtobufSettings.from_config(context.config, context.paths.expand)
     if context.is_look:

@@ -50,6 +50,6 @@ def data_may_be_programs(config: Configuration) -> bool:
 def _ros2_is_local(config: Configuration) -> bool:
     if not config.keys("/ros2"):
         return True
-    from cxbridge.ros2.trees import nodes_stay_here  # noqa: PLC0415 - for configurations with nodes of ROS 2
+    from cxbridge_ros2.trees import nodes_stay_here  # noqa: PLC0415 - for configurations with nodes of ROS 2
 
     return nodes_stay_here(config)

@@ -9,7 +9,6 @@ from contextlib import ExitStack, contextmanager
 from itertools import groupby
 from typing import Any, Final
 
-from cxbridge.check.broken import with_findings
 from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.errors import BrokenAgentError
@@ -21,7 +20,6 @@ from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree, goal
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
-from cxbridge.properties.monitor import Property
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
@@ -33,6 +31,8 @@ from cxbridge.testing.watching import violations_of
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_studio.check.broken import with_findings
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 
-from cxbridge.properties.monitor import Ending, Property, RunEnd, Violation
-from cxbridge.properties.reading import find_property
-from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.ending.stuck import StuckWatch
+from cxbridge_explore.properties.monitor import Ending, Property, RunEnd, Violation
+from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.properties.watch import PropertyWatch
 
 
 def violations_of(

@@ -20,11 +20,11 @@ from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge.executive.protobuf.network import Network
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes
-from cxbridge.web.http.serving import HttpThread
-from cxbridge.web.settings import WebSettings
+from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes
+from cxbridge_web.http.serving import HttpThread
+from cxbridge_web.settings import WebSettings
 from tests.support import ROOT
 
 LOOPS = re.compile(r"new_event_loop|asyncio\.run\(|Runner\(|run_until_complete|run_forever")
@@ -93,8 +93,8 @@ def close_a_web_server() -> None:
 
 def close_the_door_of_foxglove() -> None:
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
-    from cxbridge.trace.foxglove.door import FoxgloveDoor
-    from cxbridge.trace.foxglove.settings import FoxgloveSettings
+    from cxbridge_web.foxglove.door import FoxgloveDoor
+    from cxbridge_web.foxglove.settings import FoxgloveSettings
 
     door = FoxgloveDoor(FoxgloveSettings(port=0), ("127.0.0.1", 1), lambda _text: None)
     door.close()

@@ -15,10 +15,10 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from websockets.sync.server import ServerConnection, serve
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.ros2.bags import unpacking
-from cxbridge.ros2.transports.rosbridge import connection
-from cxbridge.ros2.transports.rosbridge.connection import RosbridgeConnection
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_ros2.bags import unpacking
+from cxbridge_ros2.transports.rosbridge import connection
+from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
 
 MEBIBYTE = 1024 * 1024
 WAIT_S = 30.0

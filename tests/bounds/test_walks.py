@@ -7,8 +7,8 @@ import pytest
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.pddl import parse_formula
 from cxbridge.executive.problem.truth import holds
-from cxbridge.explain.preconditions import Preconditions
-from cxbridge.web.fawkes import formulas
+from cxbridge_studio.explain.preconditions import Preconditions
+from cxbridge_web.fawkes import formulas
 
 LEVELS = 40
 
@@ -53,7 +53,7 @@ def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch:
 
 def test_a_goal_tree_of_plansys2_whose_nodes_share_children_is_refused():
     pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
-    from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind
+    from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind
 
     empty = {"expression_type": 0, "modifier_type": 0, "name": "", "parameters": [], "value": 0.0}
     nodes = [

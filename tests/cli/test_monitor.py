@@ -10,7 +10,7 @@ from cxbridge.cli.main import invoke
 
 
 def test_without_textual_it_is_said(monkeypatch, capsys):
-    monkeypatch.delitem(sys.modules, "cxbridge.monitor.screen", raising=False)
+    monkeypatch.delitem(sys.modules, "cxbridge_studio.monitor.screen", raising=False)
     monkeypatch.setitem(sys.modules, "textual", None)
     assert invoke(["monitor"]) == 2
     assert "[monitor]" in capsys.readouterr().err

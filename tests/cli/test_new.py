@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.dap.launching import make_target
+from cxbridge_studio.dap.launching import make_target
 from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
 from tests.forked import IGNORED, nursery

@@ -12,12 +12,12 @@ from contextlib import contextmanager
 
 import pytest
 
-from cxbridge.cli import web_options
 from cxbridge.cli.main import invoke
 from cxbridge.cli.styling import _filled
-from cxbridge.cli.web_options import WebOptions
 from cxbridge.errors import CxbridgeError
-from tests.executive.protobuf.conftest import free_port
+from cxbridge_web.cli import options as web_options
+from cxbridge_web.cli.options import WebOptions
+from protobuf_tests.conftest import free_port
 from tests.programs import Started
 from tests.run.mini import write_scenario
 
@@ -86,7 +86,7 @@ def test_the_page_of_a_run_asks_the_same_table_of_rights(tmp_path):
 
 def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
-    from tests.trace.foxglove.client import connected
+    from web_tests.foxglove.client import connected
 
     scenario = write_scenario(tmp_path)
     command = ("run", scenario, "--foxglove", "0", "--web", "0", "--no-browser")

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnose import diagnose
 from tests.run.mini import write_scenario
 from tests.support import FAWKES_DIR, ROOT, SHARED, many, needs_fawkes, needs_shared
 
@@ -178,10 +178,10 @@ def test_rules_of_a_log_match_in_as_many_ways_as_fired(capsys):
 def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
     """Every fourth rule of a scenario during its run: each is explained, and as CLIPS counts."""
     # in this process: that there are many is the matter here
-    monkeypatch.setattr("cxbridge.explain.rules.report.diagnose_in_sandbox", diagnose)
-    from cxbridge.explain.rules.report import explain_rule, lines, plain
+    monkeypatch.setattr("cxbridge_studio.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.run import RunOptions
     from cxbridge.run.evidence import scenario_evidence
+    from cxbridge_studio.explain.rules.report import explain_rule, lines, plain
 
     with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
         rules = sorted(evidence.rulebook().rules)[::4]

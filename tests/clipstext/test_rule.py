@@ -13,9 +13,9 @@ from cxbridge.clipstext.condition import GroupCE, PatternCE
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.constructs import Constructs, TextFile
-from cxbridge.explain.rules.diagnose import diagnose
-from cxbridge.explain.rules.matcher import Matcher
+from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
+from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.matcher import Matcher
 
 
 def first(text: str) -> PatternCE:

@@ -13,7 +13,7 @@ from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
 from cxbridge.operations.table import verbs
-from cxbridge.web.catalogue import directory
+from cxbridge_web.catalogue import directory
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.daemon.test_rights import rest
 from tests.run.mini import write_scenario

@@ -32,8 +32,8 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.interfaces.registry import default_registry
 from cxbridge.operations.table import verbs
 from cxbridge.rights import FRAMES, MESSAGES, Right, Rights, right_of_message
-from cxbridge.web.catalogue import directory
-from cxbridge.web.endpoint import Directory, Endpoint
+from cxbridge_web.catalogue import directory
+from cxbridge_web.endpoint import Directory, Endpoint
 from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import WAIT_S, running, settings
 from tests.run.mini import write_scenario

@@ -14,8 +14,8 @@ from cxbridge.errors import ConfigError
 from cxbridge.listening import is_loopback, is_named, is_own_page, is_private
 from cxbridge.rights import FRAMES, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
-from cxbridge.web.settings import WebSettings
+from cxbridge_web.foxglove.settings import FoxgloveSettings
+from cxbridge_web.settings import WebSettings
 from tests.support import ROOT
 
 WAYS = {
@@ -44,22 +44,22 @@ LISTENS = {
     "cxbridge.blackboard.zmq.client.receiving": "inproc: within the process",
     "cxbridge.blackboard.zmq.server.server": "security.check_endpoint",
     "cxbridge.blackboard.zmq.wire.sockets": "security.check_endpoint, in the server",
-    "cxbridge.cli.web_options": "tries whether a port of the loopback is free",
-    "cxbridge.executive.protobuf.network": "clips-protobuf/server-address",
-    "cxbridge.executive.protobuf.peer": "the address that the agent's rules name",
-    "cxbridge.explore.coordinator": "a file in a folder of this user",
-    "cxbridge.trace.foxglove.door": "FoxgloveSettings.check",
-    "cxbridge.trace.foxglove.live": "a random address of the loopback, behind the door",
-    "cxbridge.web.http.serving": "WebSettings.check",
+    "cxbridge_web.cli.options": "tries whether a port of the loopback is free",
+    "cxbridge_protobuf.network": "clips-protobuf/server-address",
+    "cxbridge_protobuf.peer": "the address that the agent's rules name",
+    "cxbridge_explore.coordinator": "a file in a folder of this user",
+    "cxbridge_web.foxglove.door": "FoxgloveSettings.check",
+    "cxbridge_web.foxglove.live": "a random address of the loopback, behind the door",
+    "cxbridge_web.http.serving": "WebSettings.check",
 }
 """The modules that bind a socket, and what decides where."""
 
 SENDS_SKILL_STRINGS = {
     "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
-    "cxbridge.run.components.ros2_skiller": "Rights.of_message",
+    "cxbridge_ros2.components.skiller": "Rights.of_message",
     "cxbridge.services.skiller_executor": "parse_skill_string: only data is sent",
     "cxbridge.skiller.client.calls": "its callers, which are above",
-    "cxbridge.web.fawkes.skiller": "Endpoint.is_skill",
+    "cxbridge_web.fawkes.skiller": "Endpoint.is_skill",
 }
 """The modules that send skill strings to a Skiller, and what keeps clients from sending programs."""
 

@@ -15,7 +15,7 @@ MONGODB = "needs a MongoDB"
 ROOT_RIGHTS = "needs root or systemd"
 DOCKER = "needs docker"
 INDEX = "installs from a package index; tests/test_packaging.py does the same with a wheel"
-TERMINAL = "is what tests/ros2/experts/test_terminal.py does"
+TERMINAL = "is what plugins/cxbridge-ros2/tests/ros2_tests/experts/test_terminal.py does"
 HOME = "writes into the user's home"
 OWN_FILES = "needs files of the reader's own robot"
 RCLL = "needs the RCLL agent's checkout; tests/run/test_run_rcll.py does the same"
@@ -24,8 +24,8 @@ THESIS = "needs a checkout of ros2-clips-executive; plugins/cxbridge-ros2cx/test
 WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
-DASK = "needs a cluster; tests/sweep/test_engines.py does the same with one on this machine"
-SWEEP = "is what tests/sweep/test_command.py does with fewer runs"
+DASK = "needs a cluster; plugins/cxbridge-explore/tests/explore_tests/sweep/test_engines.py does the same with one on this machine"
+SWEEP = "is what plugins/cxbridge-explore/tests/explore_tests/sweep/test_command.py does with fewer runs"
 
 NOT_RUN: dict[str, dict[str, str]] = {
     "README.md": {
@@ -39,8 +39,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "dependencies.md": {"make lock": INDEX},
     "explore.md": {
-        "cxbridge explore test-scenario --faults 2": "is what tests/explore/test_explore.py does",
-        "cxbridge explore two-robots --faults 2 --html out/explore/map.html": "tests/explore/test_map.py writes a map",
+        "cxbridge explore test-scenario --faults 2": "is what plugins/cxbridge-explore/tests/explore_tests/test_explore.py does",
+        "cxbridge explore two-robots --faults 2 --html out/explore/map.html": "plugins/cxbridge-explore/tests/explore_tests/test_map.py writes a map",
     },
     "features.md": {
         "cxbridge run ~/fawkes-robotino/cfg --fawkes-dir ~/fawkes --spec rcll-central --config mine.yaml "
@@ -139,24 +139,24 @@ NOT_RUN: dict[str, dict[str, str]] = {
     },
     "games.md": {
         "cp -r scenarios/workshop mine": "the agent is then changed by hand",
-        "cxbridge game workshop --against mine --games 20": "is what tests/game/test_game.py does with fewer games",
+        "cxbridge game workshop --against mine --games 20": "is what plugins/cxbridge-explore/tests/explore_tests/game/test_game.py does with fewer games",
     },
     "rcll.md": {
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--referee localhost:4444 --spec rcll-central --json": "needs a referee box; tests/rcll/test_remote.py has one",
+        "--referee localhost:4444 --spec rcll-central --json": "needs a referee box; plugins/cxbridge-rcll/tests/rcll_tests/test_remote.py has one",
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "tests/rcll/test_league.py does it",
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --simtest FULL": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
         "cxbridge game --fawkes-dir fawkes --overlay fawkes-robotino --refbox-dir rcll-refbox --spec rcll --seed 1 "
-        "--json": "tests/rcll/test_league.py does it",
+        "--json": "plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does it",
         "cxbridge game --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
-        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what tests/rcll/test_league.py does",
+        "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --json": "is what plugins/cxbridge-rcll/tests/rcll_tests/test_league.py does",
         "cxbridge explore --fawkes-dir fawkes --overlay corrections --overlay fawkes-robotino "
         "--refbox-dir rcll-refbox --spec rcll-central --seed 1 --minutes 4 --faults 1 --depth 30": "takes ten minutes",
     },
     "ros2.md": {
         "pip install 'cxbridge[ros2]'": INDEX,
         "pip install 'cxbridge[ros2-zenoh]'": INDEX,
-        "cxbridge trace convert run.mcap run-bag --to rosbag": "is what tests/ros2/bags does",
+        "cxbridge trace convert run.mcap run-bag --to rosbag": "is what plugins/cxbridge-ros2/tests/ros2_tests/bags does",
         "cxbridge ros2 terminal": TERMINAL,
         "cxbridge ros2 terminal get problem predicates": TERMINAL,
         "cxbridge ros2 terminal < commands.txt": TERMINAL,

@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Self
 
 from cxbridge.cli.main import invoke
-from tests.executive.protobuf.conftest import free_port
+from protobuf_tests.conftest import free_port
 from tests.forked import IGNORED, nursery
 from tests.programs import Started
 

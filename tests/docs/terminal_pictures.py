@@ -21,9 +21,9 @@ from rich.text import Text
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.clock import RealClock
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.monitor.live import DaemonSource
-from cxbridge.monitor.recorded import RecordedSource
-from cxbridge.monitor.screen import MonitorApp, monitor_app
+from cxbridge_studio.monitor.live import DaemonSource
+from cxbridge_studio.monitor.recorded import RecordedSource
+from cxbridge_studio.monitor.screen import MonitorApp, monitor_app
 from tests.support import ROOT
 
 CXBRIDGE = [sys.executable, "-m", "cxbridge"]

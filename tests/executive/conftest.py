@@ -10,7 +10,7 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.protobuf import compiler
+from cxbridge_protobuf import compiler
 from tests.executive.core.core_bench import Bench
 
 
@@ -55,7 +55,7 @@ _compile = compiler._run
 
 
 def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
-    """What :mod:`cxbridge.executive.protobuf.compiler` does, a process each time, once for the same files."""
+    """What :mod:`cxbridge_protobuf.compiler` does, a process each time, once for the same files."""
     texts = tuple(
         (file.relative_to(folder), file.read_bytes())
         for folder in path

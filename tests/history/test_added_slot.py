@@ -21,8 +21,8 @@ ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (mult
 REST = """
 import json
 from cxbridge.run.program.additions import NOTHING
-from cxbridge.web.fawkes.executive import _goal
-from cxbridge.web.models import SCHEMAS
+from cxbridge_web.fawkes.executive import _goal
+from cxbridge_web.models import SCHEMAS
 from cxbridge.executive.host.values import Symbol
 values = {"id": Symbol("g"), "priority": 0.0, "message": "", "deadline": 7}
 for name in ("type", "sub-type", "class", "mode", "outcome", "parent"):
@@ -107,11 +107,11 @@ def test_rest_has_it(package: Path):
 
 @pytest.mark.skipif(NODE is None, reason="needs node")
 def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
-    (package / "cxbridge" / "web" / "static" / "package.json").write_text('{"type": "module"}')
+    (package / "cxbridge_web" / "static" / "package.json").write_text('{"type": "module"}')
     assert NODE is not None
-    script = ROOT / "tests" / "web" / "page" / "model_of_run.mjs"
+    script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
     done = subprocess.run(
-        [NODE, str(script), str(package / "cxbridge" / "web" / "static" / "js")],
+        [NODE, str(script), str(package / "cxbridge_web" / "static" / "js")],
         input="\n".join(map(json.dumps, events)),
         capture_output=True,
         text=True,

@@ -9,12 +9,12 @@ import pytest
 from msgspec.structs import replace
 
 from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
-from cxbridge.explain.goal_story import GoalReporter
-from cxbridge.explain.goals import Goals
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
-from tests.explain.runs import ENV, ListRun, action, fact, goal, us
+from cxbridge_studio.explain.goal_story import GoalReporter
+from cxbridge_studio.explain.goals import Goals
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from studio_tests.explain.runs import ENV, ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 REASONS = ("door closed", "battery low", "")

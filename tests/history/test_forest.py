@@ -10,18 +10,18 @@ from typing import Any
 import pytest
 
 from cxbridge.events import GoalTransition
-from cxbridge.explain.answer import explain
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.model import goal_forest, goal_tree
-from cxbridge.monitor.choosing import choose_goals
-from cxbridge.monitor.snapshot import GoalRow
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.timeline.export import write_timeline
-from tests.explain.runs import ListRun, goal
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from cxbridge_studio.monitor.choosing import choose_goals
+from cxbridge_studio.monitor.snapshot import GoalRow
+from studio_tests.explain.runs import ListRun, goal
 from tests.support import many
 from tests.trace.runs import MemoryRun
 

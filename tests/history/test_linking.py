@@ -10,8 +10,6 @@ from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, InterfaceWrite, PlanActionTransition, PlannerCall, SkillStatus
-from cxbridge.explain.goals import Goals
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.resources import shipped_dir
@@ -19,7 +17,9 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from tests.explain.runs import ENV, ListRun, action, fact, goal, us
+from cxbridge_studio.explain.goals import Goals
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from studio_tests.explain.runs import ENV, ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 PLACES = ("hall", "hall-2", "office")

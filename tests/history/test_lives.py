@@ -7,13 +7,13 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.answer import explain
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.history.model import goals_named
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.finished import open_run
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.convert import convert
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.recorded import RecordedEvidence
 from tests.history.test_views_agree import NODE, in_page, page_modules
 
 __all__ = ["page_modules"]

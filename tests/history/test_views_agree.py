@@ -15,10 +15,6 @@ from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
-from cxbridge.explain.goals import Goals
-from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.explore.counterexample import write_counterexample
-from cxbridge.explore.counterexample_playing import play
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.resources import shipped_dir
@@ -27,19 +23,23 @@ from cxbridge.run.run import run_scenario
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.report.page import page_data
-from cxbridge.trace.report.reading import read
 from cxbridge.trace.timeline.export import trace_events
-from cxbridge.worlds.points import RandomChooser
-from tests.explain.runs import ListRun
-from tests.explore.defects.seeded import DEFECTS, runs
+from cxbridge_explore.counterexample import write_counterexample
+from cxbridge_explore.counterexample_playing import play
+from cxbridge_explore.worlds.points import RandomChooser
+from cxbridge_studio.explain.goals import Goals
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from cxbridge_web.report.page import page_data
+from cxbridge_web.report.reading import read
+from explore_tests.defects.seeded import DEFECTS, runs
+from studio_tests.explain.runs import ListRun
 from tests.support import ROOT, many
 
 SHIPPED = sorted(
     folder.name for folder in shipped_dir("scenarios").iterdir() if (folder / "scenario.yaml").exists()
 )
 NODE = shutil.which("node")
-PAGE = ROOT / "cxbridge" / "web" / "static" / "js"
+PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
 
 Action = tuple[str, str, str, str]
 """Environment, goal, plan and id of a plan-action."""
@@ -140,7 +140,7 @@ def in_page(run: Run, modules: Path) -> dict[str, list[dict[str, Any]]]:
     """Return the model that the page makes of a run."""
     assert NODE is not None
     lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
-    script = ROOT / "tests" / "web" / "page" / "model_of_run.mjs"
+    script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
     done = subprocess.run([NODE, str(script), str(modules)], input=lines, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     model: dict[str, list[dict[str, Any]]] = json.loads(done.stdout)

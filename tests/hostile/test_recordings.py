@@ -12,11 +12,11 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, FactChange, GoalTransition, SourceRead
-from cxbridge.explain.answer import explain
-from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.explain.rules import sandbox
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from cxbridge_studio.explain.rules import sandbox
 from tests.support import share
 
 ENV = "executive"
@@ -182,8 +182,8 @@ def test_a_look_has_no_rights_that_it_does_not_need(tmp_path):
     """What the process of a look could do if CLIPS itself were broken into: not even this."""
     program = f"""
 import os
-from cxbridge.explain.rules.sandbox import MEMORY
-from cxbridge.explain.rules.sandbox_process import _drop_rights
+from cxbridge_studio.explain.rules.sandbox import MEMORY
+from cxbridge_studio.explain.rules.sandbox_process import _drop_rights
 _drop_rights(MEMORY)
 def tries(act):
     try:

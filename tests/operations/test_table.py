@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-import cxbridge.web.fawkes
+import cxbridge_web.fawkes
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
 from cxbridge.operations.operation import Operation, OperationContext, ParameterError
@@ -20,7 +20,7 @@ from tests.cli.test_run_break import _folder, _run  # noqa: F401 - fixtures
 from tests.daemon.test_daemon import WAIT_S, connected
 from tests.plugins import example, forget, install
 from tests.run.mini import write_scenario
-from tests.web.support import Client, serving
+from web_tests.support import Client, serving
 
 
 @pytest.fixture(name="added")
@@ -67,7 +67,7 @@ def test_a_new_operation_is_one_row(tmp_path: Path) -> None:
 
 VIEW = '''
 """The endpoint that greets."""
-from cxbridge.web.endpoint import Endpoint, Text
+from cxbridge_web.endpoint import Endpoint, Text
 
 ENDPOINTS = (
     Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), about="Greet."),
@@ -78,11 +78,11 @@ ENDPOINTS = (
 def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "greeting.py").write_text(VIEW)
     with monkeypatch.context() as patch:
-        patch.setattr(cxbridge.web.fawkes, "__path__", [*cxbridge.web.fawkes.__path__, str(tmp_path)])
+        patch.setattr(cxbridge_web.fawkes, "__path__", [*cxbridge_web.fawkes.__path__, str(tmp_path)])
         with serving() as (_, client, _):
             assert client.get("/api/greeting").text == "hello"
             assert client.get("/api/openapi.json").json["paths"]["/greeting"]["get"]["summary"] == "Greet."
-    sys.modules.pop("cxbridge.web.fawkes.greeting")
+    sys.modules.pop("cxbridge_web.fawkes.greeting")
     with serving() as (_, client, _):
         assert client.get("/api/greeting").status == 404
 

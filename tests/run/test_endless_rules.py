@@ -16,10 +16,10 @@ from cxbridge.run import watchdog
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import FAULT
 from cxbridge.run.run import run_scenario
-from cxbridge.sweep.playing import play
-from cxbridge.sweep.rows import SweepJob
 from cxbridge.testing.agent_run import AgentRun
-from cxbridge.worlds.points import UsualChooser
+from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.rows import SweepJob
+from cxbridge_explore.worlds.points import UsualChooser
 from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
 

@@ -6,16 +6,16 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.explore.playing import ExploredRun
-from cxbridge.properties.reading import find_property
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import COMPLETED, TIMED_OUT, UNSUCCESSFUL
 from cxbridge.run.run import run_scenario
-from cxbridge.sweep.playing import play
-from cxbridge.sweep.rows import SweepJob
 from cxbridge.testing.agent_run import AgentRun
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.worlds.points import UsualChooser
+from cxbridge_explore.playing import ExploredRun
+from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.rows import SweepJob
+from cxbridge_explore.worlds.points import UsualChooser
 from tests.run.mini import write_scenario
 
 TIMEOUT_S = 5.0

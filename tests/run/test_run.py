@@ -585,7 +585,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "bson",
         "cxbridge.executive.features.robot_memory",
         "cxbridge.executive.planning",
-        "cxbridge.executive.protobuf",
+        "cxbridge_protobuf",
         "cxbridge.gateway",
         "google.protobuf",
         "pymongo",

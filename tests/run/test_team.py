@@ -9,17 +9,17 @@ from typing import Any
 
 import pytest
 
-from cxbridge.check.sources import scenario_rules
 from cxbridge.config import Configuration
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, SkillStatus
-from cxbridge.explain.answer import explain
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import agent_names, choose_agent
 from cxbridge.run.evidence import scenario_evidence
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_studio.check.sources import scenario_rules
+from cxbridge_studio.explain.answer import explain
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 

@@ -76,7 +76,7 @@ def plan(
     result = _plan(domain, problem, asked)
     _give(result, given)
     if given.html is not None:
-        from cxbridge.explain.plan_page.page import plan_page
+        from cxbridge_studio.explain.plan_page.page import plan_page
 
         plan_page(domain, problem, result).write(given.html)
     return EXIT[result.status.value]

@@ -13,9 +13,9 @@ from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
-from cxbridge.cli.web_options import WebOptions
 from cxbridge.run.options import RunOptions
-from cxbridge.trace.foxglove.options import FoxgloveOptions
+from cxbridge_web.cli.options import WebOptions
+from cxbridge_web.foxglove.options import FoxgloveOptions
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -68,7 +68,7 @@ def run(
     prompt = None
     if breaks:
         from cxbridge.cli.command_lines import CommandLines
-        from cxbridge.cli.debug_prompt import DebugPrompt
+        from cxbridge_studio.cli.debug_prompt import DebugPrompt
 
         prompt = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout)
         followers.append(prompt.attach)
@@ -91,7 +91,7 @@ def run(
 
     with in_words_of_check(options):
         if web.web is not None or foxglove.foxglove is not None:
-            from cxbridge.cli.web_options import run_watched
+            from cxbridge_web.cli.options import run_watched
 
             return run_watched(options, web, foxglove, shown, attach, show)
         result = run_scenario(options, shown, attach, interactive=bool(breaks))

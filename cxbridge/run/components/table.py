@@ -6,11 +6,11 @@ from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.plugins import Row, Table, configured, two_of_a_name
-from cxbridge.ros2.fawkes_keys import has_ours
 from cxbridge.run.components.component import is_component
 from cxbridge.run.context import init_mentions
 from cxbridge.run.remote_skiller import is_url
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
+from cxbridge_ros2.fawkes_keys import has_ours
 
 if TYPE_CHECKING:
     from cxbridge.run.context import RunContext

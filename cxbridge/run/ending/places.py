@@ -13,9 +13,9 @@ from cxbridge.suggestions import did_you_mean, nearest
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cxbridge.agent.model import AgentModel, Found
     from cxbridge.executive.executive import Executive
     from cxbridge.run.context import RunContext
+    from cxbridge_studio.agent.model import AgentModel, Found
 
 _NOT_EXECUTED: Final = "No action executor"
 """How the error of an action begins that the core fails because no rule took it."""
@@ -36,7 +36,7 @@ class AgentPlaces:
     @cached_property
     def model(self) -> AgentModel:
         """The names in the files."""
-        from cxbridge.agent.model import AgentModel  # noqa: PLC0415 - a good run needs none
+        from cxbridge_studio.agent.model import AgentModel  # noqa: PLC0415 - a good run needs none
 
         paths, model = self._context.paths, AgentModel()
         core = (paths.cx, paths.library, *paths.before)
@@ -47,13 +47,13 @@ class AgentPlaces:
 
     def of_action(self, action: str) -> str:
         """Return where plans get an action."""
-        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
+        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
         return _first(self.model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
     def of_goal(self, goal_class: str, mode: str) -> str:
         """Return where a rule of the agent has brought goals of a class into a mode, or has made them."""
-        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
+        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
         of_class = Name(NameKind.GOAL_CLASS, goal_class)
         changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
@@ -71,7 +71,7 @@ class AgentPlaces:
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return where rules open an interface."""
-        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
+        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
         for found in self.model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             line = found.file.text[found.mention.end :].partition("\n")[0]
@@ -86,7 +86,7 @@ class AgentPlaces:
 
     def of_similar_fact(self, template: str) -> str:
         """Return where a fact is asserted whose name may be a misspelt one: ``NAME, which PLACE asserts``."""
-        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
+        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
         names = self.model.names(NameKind.TEMPLATE, Use.ASSERTED) - self.model.names(
             NameKind.TEMPLATE, Use.MATCHED
@@ -98,7 +98,7 @@ class AgentPlaces:
 
     def rules_that_make_goals(self) -> list[str]:
         """Return the names of the rules that assert goals."""
-        from cxbridge.agent.names import Name, NameKind, Use  # noqa: PLC0415
+        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
 
         wanted = Name(NameKind.TEMPLATE, "goal")
         return [

@@ -14,7 +14,7 @@ from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
-from cxbridge.explain.rules.environment import rule_texts
+from cxbridge_studio.explain.rules.environment import rule_texts
 
 TIME: Final = "time"
 _TICKS: Final = frozenset({"time-retract", "blackboard-read"})

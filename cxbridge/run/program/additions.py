@@ -10,9 +10,9 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.feature import Feature
     from cxbridge.executive.planning.service import PlanningService
-    from cxbridge.executive.protobuf.connections import MakeConnections
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.trace.formats.base import RunWriter
+    from cxbridge_protobuf.connections import MakeConnections
 
 
 @dataclass(frozen=True, slots=True)

@@ -105,8 +105,8 @@ class Run:
         :param name: a goal's id, a class of goals, or a rule.
         :raises CxbridgeError: when there is nothing of that name, or the recording cannot tell.
         """
-        from cxbridge.explain.answer import explain  # noqa: PLC0415 - a run that nobody asks needs none
-        from cxbridge.explain.recorded import RecordedEvidence  # noqa: PLC0415
+        from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - a run that nobody asks needs none
+        from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
 
         return "\n".join(explain(RecordedEvidence(self.source, None, None), name).lines)
 
@@ -128,7 +128,7 @@ class Run:
 
         :raises TraceError: when it cannot be written.
         """
-        from cxbridge.trace.report.page import write_report  # noqa: PLC0415
+        from cxbridge_web.report.page import write_report  # noqa: PLC0415
 
         write_report(self.source, Path(path))
         return Path(path)
@@ -142,7 +142,7 @@ class Run:
 
     def _repr_html_(self) -> str:
         """Return the page about the run for a notebook: goals, timeline, skills, log."""
-        from cxbridge.trace.report.page import report  # noqa: PLC0415
+        from cxbridge_web.report.page import report  # noqa: PLC0415
 
         page = escape(report(self.source), quote=True)
         return (

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from cxbridge.run.shared.experts import SharedExperts
 from cxbridge.run.shared.navgraph import SharedNavGraph
 from cxbridge.run.shared.skill_board import SharedSkillBoard
+from cxbridge_ros2.shared_experts import SharedExperts
 
 __all__ = ["SharedExperts", "SharedNavGraph", "SharedSkillBoard"]

@@ -14,13 +14,13 @@ from msgspec.msgpack import Decoder, encode
 
 from cxbridge import __version__
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.bounds import Bounds
-from cxbridge.explore.graph import Graph, SavedGraph
 from cxbridge.file_access import write_file
-from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.run import MakeAssembly
+from cxbridge_explore.bounds import Bounds
+from cxbridge_explore.graph import Graph, SavedGraph
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.run import MakeAssembly
 
 
 class _Checkpoint(Struct, frozen=True):

@@ -19,9 +19,10 @@ from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.bounds import Means
-from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
-from cxbridge.explore.wire import (
+from cxbridge.process import forking
+from cxbridge_explore.bounds import Means
+from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Edge, Graph, Leaf
+from cxbridge_explore.wire import (
     Ended,
     Fork,
     GoOn,
@@ -35,8 +36,7 @@ from cxbridge.explore.wire import (
     Reports,
     frame,
 )
-from cxbridge.process import forking
-from cxbridge.worlds.points import DivergedError
+from cxbridge_explore.worlds.points import DivergedError
 
 _LOOK_S: Final = 0.25
 _ATTEMPTS: Final = 3

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.counterexample_playing import Played, Wanted, WantedChooser, play, wanted
-from cxbridge.explore.counterexample_pytest import identifier, pytest_text
-from cxbridge.explore.counterexample_shrinking import shrunk
-from cxbridge.explore.counterexample_words import in_words
 from cxbridge.file_access import write_file
-from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.points import USUAL, Choice, ChoicePath, PathChooser
-from cxbridge.worlds.run import MakeAssembly, make_scenario
+from cxbridge_explore.counterexample_playing import Played, Wanted, WantedChooser, play, wanted
+from cxbridge_explore.counterexample_pytest import identifier, pytest_text
+from cxbridge_explore.counterexample_shrinking import shrunk
+from cxbridge_explore.counterexample_words import in_words
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePath, PathChooser
+from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 
 @dataclass(frozen=True, slots=True)

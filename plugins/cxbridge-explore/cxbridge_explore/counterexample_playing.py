@@ -7,16 +7,16 @@ from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from cxbridge.explore.playing import ExploredRun
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.properties.monitor import Property, Violation
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.points import USUAL, Choice, ChoicePoint, Chooser
-from cxbridge.worlds.run import MakeAssembly, make_scenario
-from cxbridge.worlds.skills import SkillAnswer
+from cxbridge_explore.playing import ExploredRun
+from cxbridge_explore.properties.monitor import Property, Violation
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import USUAL, Choice, ChoicePoint, Chooser
+from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
+from cxbridge_explore.worlds.skills import SkillAnswer
 
 
 @dataclass(frozen=True, slots=True)

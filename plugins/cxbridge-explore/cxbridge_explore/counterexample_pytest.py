@@ -10,13 +10,13 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.counterexample_playing import Played
-from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.estimators import Outcome
 from cxbridge.skiller.status import Status
 from cxbridge.testing.skills import FOREVER
-from cxbridge.worlds.points import USUAL, ChoiceKind
+from cxbridge_explore.counterexample_playing import Played
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.worlds.points import USUAL, ChoiceKind
 
 _OPTIONS: Final = (
     "spec",

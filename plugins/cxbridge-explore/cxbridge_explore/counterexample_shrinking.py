@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from itertools import combinations
 from typing import Final
 
-from cxbridge.explore.counterexample_playing import Played, Wanted, wanted
+from cxbridge_explore.counterexample_playing import Played, Wanted, wanted
 
 _ALL_SUBSETS: Final = 6
 """So many choices, and fewer, are tried in all combinations."""

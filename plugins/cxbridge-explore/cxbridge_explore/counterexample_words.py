@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.explore.counterexample_playing import Played
-from cxbridge.properties.monitor import Violation
-from cxbridge.worlds.points import USUAL, Choice, ChoiceKind
+from cxbridge_explore.counterexample_playing import Played
+from cxbridge_explore.properties.monitor import Violation
+from cxbridge_explore.worlds.points import USUAL, Choice, ChoiceKind
 
 _CALL: Final = re.compile(r"(?P<who>[^:]*): (?P<skill>[\w.]+)\{(?P<args>.*)\}\Z", re.DOTALL)
 _ORDINALS: Final = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth", "ninth")

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING, Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine, RuleFired
-from cxbridge.explore.graph import ROOT, Edge, Graph
-from cxbridge.explore.playing import MakeRun
 from cxbridge.file_access import file_errors
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.process.python import spawning
-from cxbridge.worlds.points import USUAL, ChoicePoint, DivergedError
+from cxbridge_explore.graph import ROOT, Edge, Graph
+from cxbridge_explore.playing import MakeRun
+from cxbridge_explore.worlds.points import USUAL, ChoicePoint, DivergedError
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection

@@ -11,22 +11,22 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-from cxbridge.explore.bounds import Bounds, Means
-from cxbridge.explore.checkpoint import about, read_checkpoint
-from cxbridge.explore.coordinator import Coordinator
-from cxbridge.explore.determinism import UsualRun, explain_difference, usual_moments
-from cxbridge.explore.graph import Graph
-from cxbridge.explore.judging import properties_of
-from cxbridge.explore.playing import ExploredRun
-from cxbridge.explore.progress import ProgressReporter
-from cxbridge.explore.replaying import explore_by_replay
-from cxbridge.explore.result import ExploreResult
-from cxbridge.explore.worker import serve
-from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.points import DivergedError
-from cxbridge.worlds.run import MakeAssembly, make_scenario
+from cxbridge_explore.bounds import Bounds, Means
+from cxbridge_explore.checkpoint import about, read_checkpoint
+from cxbridge_explore.coordinator import Coordinator
+from cxbridge_explore.determinism import UsualRun, explain_difference, usual_moments
+from cxbridge_explore.graph import Graph
+from cxbridge_explore.judging import properties_of
+from cxbridge_explore.playing import ExploredRun
+from cxbridge_explore.progress import ProgressReporter
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.replaying import explore_by_replay
+from cxbridge_explore.result import ExploreResult
+from cxbridge_explore.worker import serve
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import DivergedError
+from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 
 def explore(

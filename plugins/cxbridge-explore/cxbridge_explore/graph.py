@@ -12,9 +12,9 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.explore.use import Used
-from cxbridge.properties.monitor import Violation
-from cxbridge.worlds.points import USUAL, ChoicePath, Step
+from cxbridge_explore.properties.monitor import Violation
+from cxbridge_explore.use import Used
+from cxbridge_explore.worlds.points import USUAL, ChoicePath, Step
 
 ROOT: Final = (-1, USUAL)
 """The edge on which each run begins."""

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from cxbridge.properties.builtin.table import RUN_ENDS, builtin_properties
-from cxbridge.properties.monitor import Property
-from cxbridge.properties.reading import beside, find_property, joined
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
+from cxbridge_explore.properties.builtin.table import RUN_ENDS, builtin_properties
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.properties.reading import beside, find_property, joined
 
 
 def properties_of(

@@ -5,16 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.graph import BAD_INPUT, DIVERGED, Leaf
-from cxbridge.explore.use import Used, UseWatch
-from cxbridge.properties.monitor import Ending, Property, RunEnd
-from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import COMPLETED, UNSUCCESSFUL, RunResult
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.points import Chooser, DivergedError
-from cxbridge.worlds.run import MakeAssembly, WorldResult, make_scenario
+from cxbridge_explore.graph import BAD_INPUT, DIVERGED, Leaf
+from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
+from cxbridge_explore.properties.watch import PropertyWatch
+from cxbridge_explore.use import Used, UseWatch
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.judged import JudgedRun
+from cxbridge_explore.worlds.points import Chooser, DivergedError
+from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, make_scenario
 
 
 class ExploredRun(JudgedRun):

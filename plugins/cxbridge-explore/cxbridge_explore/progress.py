@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 from typing import Final
 
-from cxbridge.explore.graph import Graph
+from cxbridge_explore.graph import Graph
 
 _PERIOD_S: Final = 0.2
 _LEAST_SHARE: Final = 1e-3

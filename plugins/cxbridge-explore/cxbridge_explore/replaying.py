@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.graph import Edge, Graph, Leaf
-from cxbridge.explore.playing import ExploredRun, MakeRun, failure
-from cxbridge.explore.state import Digest, state_digest
-from cxbridge.explore.worker import as_point
-from cxbridge.worlds.points import USUAL, ChoicePoint, PathChooser
+from cxbridge_explore.graph import Edge, Graph, Leaf
+from cxbridge_explore.playing import ExploredRun, MakeRun, failure
+from cxbridge_explore.state import Digest, state_digest
+from cxbridge_explore.worker import as_point
+from cxbridge_explore.worlds.points import USUAL, ChoicePoint, PathChooser
 
 
 class _MergedError(BaseException):

@@ -7,10 +7,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from cxbridge.explore.counterexample import Counterexample
-from cxbridge.explore.graph import Edge, Graph, Leaf
-from cxbridge.properties.builtin.table import RUN_ENDS
-from cxbridge.properties.monitor import Property
+from cxbridge_explore.counterexample import Counterexample
+from cxbridge_explore.graph import Edge, Graph, Leaf
+from cxbridge_explore.properties.builtin.table import RUN_ENDS
+from cxbridge_explore.properties.monitor import Property
 
 CLEAN, VIOLATED, BAD_INPUT, INCOMPLETE = range(4)
 """The exit statuses of ``cxbridge explore``."""

@@ -16,15 +16,15 @@ from clips._clips import lib
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US, split_us
 from cxbridge.executive.host.capi import NULL, decode
 from cxbridge.executive.host.values import Symbol
-from cxbridge.explain.rules.environment import rule_texts
+from cxbridge_studio.explain.rules.environment import rule_texts
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.local import LocalBlackBoard
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.explore.playing import ExploredRun
     from cxbridge.run.assembly import Assembly
-    from cxbridge.worlds.points import ChoicePoint
+    from cxbridge_explore.playing import ExploredRun
+    from cxbridge_explore.worlds.points import ChoicePoint
 
 _SEEN_FEATURES: Final = frozenset(
     {"blackboard", "config", "redefine-warning", "pddl-parser", "navgraph", "motor-switch"}

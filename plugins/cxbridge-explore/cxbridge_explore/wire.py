@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from msgspec import Struct
 from msgspec.msgpack import Decoder, Encoder
 
-from cxbridge.explore.graph import Leaf, Point
-from cxbridge.explore.use import Used
 from cxbridge.process.forking import local_socket
+from cxbridge_explore.graph import Leaf, Point
+from cxbridge_explore.use import Used
 
 _LENGTH = struct.Struct("!I")
 

@@ -11,14 +11,14 @@ from collections.abc import Callable
 from typing import NoReturn
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explore.graph import Edge, Point, Way
-from cxbridge.explore.playing import ExploredRun, MakeRun, failure
-from cxbridge.explore.state import Digest, state_digest
-from cxbridge.explore.use import Used
-from cxbridge.explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
 from cxbridge.file_access import file_errors
 from cxbridge.process import forking
-from cxbridge.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
+from cxbridge_explore.graph import Edge, Point, Way
+from cxbridge_explore.playing import ExploredRun, MakeRun, failure
+from cxbridge_explore.state import Digest, state_digest
+from cxbridge_explore.use import Used
+from cxbridge_explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, Reached, Refused
+from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
 """Objects between two collections of a copy: each one touches pages that it shares with others."""

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Protocol, TypeAlias
 
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.inbox import Event
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.inbox import Event
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes
 
 
 class Connections(Protocol):

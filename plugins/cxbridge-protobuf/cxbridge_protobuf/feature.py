@@ -12,11 +12,11 @@ from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
 from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge.executive.protobuf.settings import NetworkSettings, ProtobufSettings
+from cxbridge_protobuf.settings import NetworkSettings, ProtobufSettings
 
 if TYPE_CHECKING:
-    from cxbridge.executive.protobuf.connections import Connections, MakeConnections
-    from cxbridge.executive.protobuf.inbox import Presence, Received
+    from cxbridge_protobuf.connections import Connections, MakeConnections
+    from cxbridge_protobuf.inbox import Presence, Received
 
 _FILE = CORE_DIR / "features" / "protobuf.clp"
 _LOG = "CLIPS-Protobuf"
@@ -87,8 +87,8 @@ class ProtobufUser:
         self, env: ClipsEnvironment, settings: ProtobufSettings, connections: MakeConnections | None
     ) -> None:
         # only agents that ask for the feature pay for it
-        from cxbridge.executive.protobuf import fields, types  # noqa: PLC0415
-        from cxbridge.executive.protobuf.network import Network  # noqa: PLC0415
+        from cxbridge_protobuf import fields, types  # noqa: PLC0415
+        from cxbridge_protobuf.network import Network  # noqa: PLC0415
 
         self._env = env
         self._fields = fields
@@ -325,7 +325,7 @@ class ProtobufUser:
 
     def before_run(self) -> None:
         """Make facts of what came in."""
-        from cxbridge.executive.protobuf.inbox import Presence, Received  # noqa: PLC0415
+        from cxbridge_protobuf.inbox import Presence, Received  # noqa: PLC0415
 
         for event in self.network.drain():
             if isinstance(event, Received):

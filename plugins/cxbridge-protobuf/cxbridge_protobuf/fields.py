@@ -12,7 +12,7 @@ from msgspec import Struct
 
 from cxbridge.errors import ProtobufError
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.protobuf.types import Message
+from cxbridge_protobuf.types import Message
 
 _TYPE_NAMES: Final = {
     value: Symbol(name.removeprefix("TYPE_"))

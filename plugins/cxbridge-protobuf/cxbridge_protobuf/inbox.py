@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from typing import Final, TypeAlias
 
-from cxbridge.executive.protobuf.types import Message
+from cxbridge_protobuf.types import Message
 
 _MOST_BYTES: Final = 64 << 20
 """Bytes of messages that wait, however few they are."""

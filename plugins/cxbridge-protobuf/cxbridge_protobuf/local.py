@@ -12,10 +12,10 @@ from itertools import count
 from typing import Final
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.inbox import Event, Origin, Presence, Received, Warned
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.inbox import Event, Origin, Presence, Received, Warned
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes
 
 HOST: Final = "127.0.0.1"
 """Where everything seems to come from."""

@@ -16,14 +16,14 @@ from typing import Any, Final, TypeVar
 from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf import frames
-from cxbridge.executive.protobuf.crypto import Crypter
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.inbox import Event, Inbox, Origin, Presence, Received
-from cxbridge.executive.protobuf.peer import LONGEST, Peer
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.stream import StreamLink
-from cxbridge.executive.protobuf.types import MessageTypes
+from cxbridge_protobuf import frames
+from cxbridge_protobuf.crypto import Crypter
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.inbox import Event, Inbox, Origin, Presence, Received
+from cxbridge_protobuf.peer import LONGEST, Peer
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.stream import StreamLink
+from cxbridge_protobuf.types import MessageTypes
 
 T = TypeVar("T")
 

@@ -10,11 +10,11 @@ from contextlib import ExitStack
 from typing import Final
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf import frames
-from cxbridge.executive.protobuf.crypto import Crypter
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.inbox import Inbox, Origin
 from cxbridge.listening import LOOPBACK, is_loopback
+from cxbridge_protobuf import frames
+from cxbridge_protobuf.crypto import Crypter
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.inbox import Inbox, Origin
 
 LONGEST: Final = 1024
 """Bytes of a message that a peer sends: protobuf_comm's peers receive no longer one."""

@@ -7,9 +7,9 @@ from contextlib import suppress
 from typing import Final, Protocol
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.frames import Frame, StreamDecoder
-from cxbridge.executive.protobuf.inbox import Inbox, Origin
-from cxbridge.executive.protobuf.settings import NetworkSettings
+from cxbridge_protobuf.frames import Frame, StreamDecoder
+from cxbridge_protobuf.inbox import Inbox, Origin
+from cxbridge_protobuf.settings import NetworkSettings
 
 _MAPPED = "::ffff:"
 _HEADER = 4

@@ -14,8 +14,8 @@ from google.protobuf import (
 )
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.compiler import compile_folder
-from cxbridge.executive.protobuf.frames import Frame
+from cxbridge_protobuf.compiler import compile_folder
+from cxbridge_protobuf.frames import Frame
 
 Message: TypeAlias = Any
 """A protobuf message: its classes are made when the program runs."""

@@ -6,33 +6,33 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.config import Configuration
-from cxbridge.game.judge import Standing
-from cxbridge.game.score import Score
-from cxbridge.rcll.controller import Script
-from cxbridge.rcll.field import Field
-from cxbridge.rcll.local import LocalReferee
-from cxbridge.rcll.refbox import Refbox, find_messages
-from cxbridge.rcll.remote import RemoteReferee
-from cxbridge.rcll.robots import RobotInterfaces, RobotWorld, robot_executor
-from cxbridge.rcll.settings import LeagueSettings
-from cxbridge.rcll.simtest import turn_on
-from cxbridge.rcll.stations import StationNodes
 from cxbridge.run.agent_context import AGENT_NAME, AGENTS, make_agent_context
 from cxbridge.run.assembly import Assembly, MakeComponent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
+from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.score import Score
+from cxbridge_rcll.controller import Script
+from cxbridge_rcll.field import Field
+from cxbridge_rcll.local import LocalReferee
+from cxbridge_rcll.refbox import Refbox, find_messages
+from cxbridge_rcll.remote import RemoteReferee
+from cxbridge_rcll.robots import RobotInterfaces, RobotWorld, robot_executor
+from cxbridge_rcll.settings import LeagueSettings
+from cxbridge_rcll.simtest import turn_on
+from cxbridge_rcll.stations import StationNodes
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cxbridge.executive.host.values import Value
-    from cxbridge.executive.protobuf.connections import MakeConnections
     from cxbridge.navgraph import NavGraph
-    from cxbridge.rcll.machines import Workplace
     from cxbridge.run.components.component import Component
     from cxbridge.run.context import RunContext
+    from cxbridge_protobuf.connections import MakeConnections
+    from cxbridge_rcll.machines import Workplace
 
 _ROBOTS: Final = "/fawkes/bbsync/peers"
 _SPEC: Final = "/clips-executive/spec"

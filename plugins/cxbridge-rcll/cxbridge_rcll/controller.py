@@ -9,10 +9,10 @@ from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.types import Message, MessageTypes
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_protobuf.types import Message, MessageTypes
 
 
 class Phase(StrEnum):

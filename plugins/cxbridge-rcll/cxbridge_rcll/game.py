@@ -7,18 +7,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
-from cxbridge.game.judge import Standing
-from cxbridge.game.playing import play_game
-from cxbridge.game.score import GameResult, Score
-from cxbridge.rcll.assembly import GameParts, GameReferee, LeagueAssembly, LeagueTeam
-from cxbridge.rcll.controller import BEGIN_S, SETUP_S
-from cxbridge.rcll.settings import LeagueSettings
-from cxbridge.rcll.simtest import Verdict
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.skiller.simulation.estimators import SkillPattern
-from cxbridge.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
-from cxbridge.worldmodel.reading import read_world
+from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.playing import play_game
+from cxbridge_explore.game.score import GameResult, Score
+from cxbridge_explore.worldmodel.model import NOTHING_FAILS, SkillFailure, SkillModel, WorldModel
+from cxbridge_explore.worldmodel.reading import read_world
+from cxbridge_rcll.assembly import GameParts, GameReferee, LeagueAssembly, LeagueTeam
+from cxbridge_rcll.controller import BEGIN_S, SETUP_S
+from cxbridge_rcll.settings import LeagueSettings
+from cxbridge_rcll.simtest import Verdict
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

@@ -10,9 +10,9 @@ from cxbridge.config import Configuration
 from cxbridge.executive.features.config import confvals
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.rcll.machines import Machine, MachinePlace
-from cxbridge.rcll.placing import NAMES, Placed, place
-from cxbridge.rcll.refbox import Refbox
+from cxbridge_rcll.machines import Machine, MachinePlace
+from cxbridge_rcll.placing import NAMES, Placed, place
+from cxbridge_rcll.refbox import Refbox
 
 _TEXT: Final = "*;sy"
 _NO_FIELD: Final = (Symbol("INVALID-GENERATION"),)

@@ -7,19 +7,19 @@ from pathlib import Path
 
 from cxbridge.config import Configuration
 from cxbridge.executive.host.values import Value
-from cxbridge.executive.protobuf.connections import MakeConnections
-from cxbridge.executive.protobuf.local import HOST, LocalNetwork
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
-from cxbridge.game.judge import Standing
-from cxbridge.game.score import POST_GAME, Score
-from cxbridge.rcll.controller import Controller, Script
-from cxbridge.rcll.machines import Machine
-from cxbridge.rcll.refbox import Refbox
-from cxbridge.rcll.referee import SERVER_PORT, STATION, Referee, RefereeSettings, referee_maker
-from cxbridge.rcll.score import phase_of, score_of, states_of
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.score import POST_GAME, Score
+from cxbridge_protobuf.connections import MakeConnections
+from cxbridge_protobuf.local import HOST, LocalNetwork
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from cxbridge_rcll.controller import Controller, Script
+from cxbridge_rcll.machines import Machine
+from cxbridge_rcll.refbox import Refbox
+from cxbridge_rcll.referee import SERVER_PORT, STATION, Referee, RefereeSettings, referee_maker
+from cxbridge_rcll.score import phase_of, score_of, states_of
 
 
 class LocalReferee:

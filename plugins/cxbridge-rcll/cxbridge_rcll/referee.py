@@ -10,18 +10,18 @@ from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ExecutiveError
-from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
-from cxbridge.executive.protobuf.local import LocalNetwork
-from cxbridge.executive.protobuf.settings import ProtobufSettings
 from cxbridge.mainloop import Hook
-from cxbridge.rcll.hostfunctions import ConfigFunctions, FieldFunctions, MachineFunctions
-from cxbridge.rcll.machines import Machine
-from cxbridge.rcll.refbox import Refbox
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_protobuf.feature import ProtobufFeature
+from cxbridge_protobuf.local import LocalNetwork
+from cxbridge_protobuf.settings import ProtobufSettings
+from cxbridge_rcll.hostfunctions import ConfigFunctions, FieldFunctions, MachineFunctions
+from cxbridge_rcll.machines import Machine
+from cxbridge_rcll.refbox import Refbox
 
 ENVIRONMENT: Final = "referee"
 """The name of its CLIPS environment, in logs and recordings."""

@@ -11,18 +11,18 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, ProtobufError
 from cxbridge.executive.host.values import Value
-from cxbridge.executive.protobuf.inbox import Event, Presence, Received, Warned
-from cxbridge.executive.protobuf.network import Network
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
-from cxbridge.game.judge import Standing
-from cxbridge.game.score import Score
 from cxbridge.listening import is_loopback
 from cxbridge.mainloop import Hook
-from cxbridge.rcll.controller import PACKAGE, Controller, Phase, Script
-from cxbridge.rcll.reported import ReportedGame, ReportedMachine
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.score import Score
+from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
+from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from cxbridge_rcll.controller import PACKAGE, Controller, Phase, Script
+from cxbridge_rcll.reported import ReportedGame, ReportedMachine
 
 _PATIENCE_S: Final = 5.0
 """Seconds in which a referee has to say how its game stands; it does several times a second."""

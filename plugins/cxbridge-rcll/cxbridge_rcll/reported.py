@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from cxbridge.executive.host.values import Value
-from cxbridge.executive.protobuf.types import Message
-from cxbridge.game.judge import Standing
-from cxbridge.game.score import POST_GAME, Award, Delivery, ProductOrder, Score
-from cxbridge.rcll.machines import MachinePlace, Workpiece
-from cxbridge.rcll.score import TEAMS
+from cxbridge_explore.game.judge import Standing
+from cxbridge_explore.game.score import POST_GAME, Award, Delivery, ProductOrder, Score
+from cxbridge_protobuf.types import Message
+from cxbridge_rcll.machines import MachinePlace, Workpiece
+from cxbridge_rcll.score import TEAMS
 
 _READY: Final = "READY-AT-OUTPUT"
 _DELIVERED: Final = {team: f"quantity_delivered_{team.lower()}" for team in TEAMS}

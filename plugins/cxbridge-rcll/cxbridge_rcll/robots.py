@@ -9,13 +9,13 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
-from cxbridge.rcll.field import Field, Pose, entry
-from cxbridge.rcll.machines import MachinePlace, Workpiece, Workplace
-from cxbridge.rcll.stations import StationNodes
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge_rcll.field import Field, Pose, entry
+from cxbridge_rcll.machines import MachinePlace, Workpiece, Workplace
+from cxbridge_rcll.stations import StationNodes
 
 SPEED: Final = 0.5
 """Metres a second."""

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 from typing import Final
 
 from cxbridge.executive.host.values import Value
-from cxbridge.game.score import Award, Delivery, ProductOrder, Score
-from cxbridge.rcll.referee import Referee
+from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
+from cxbridge_rcll.referee import Referee
 
 TEAMS: Final = ("CYAN", "MAGENTA")
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
-    from cxbridge.rcll.remote import Address
     from cxbridge.run.options import RunOptions
+    from cxbridge_rcll.remote import Address
 
 MINUTES: Final = 20.0
 """How long the league's production takes."""

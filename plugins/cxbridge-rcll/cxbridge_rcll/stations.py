@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from typing import Any, Final
 
 from cxbridge.navgraph import NavGraph, NavGraphNode
-from cxbridge.rcll.field import Field, Pose
+from cxbridge_rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")
 _COLUMNS, _ROWS = 7, 8

@@ -10,11 +10,11 @@ from typing import Any, Final
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
-from cxbridge.ros2.builtin import CANCEL_GOAL
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.names import parse_type
-from cxbridge.ros2.node import Client, Node
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.builtin import CANCEL_GOAL
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.node import Client, Node
+from cxbridge_ros2.qos import PROFILES
 
 _STATUS_TYPE: Final = "action_msgs/msg/GoalStatusArray"
 

@@ -1,7 +1,7 @@
 """Definitions that are known without their packages: rosbags lacks them, and users need not have them.
 
 Constants are no part of what goes over the wire, nor of type hashes: those of the hubs are enums in
-:mod:`cxbridge.ros2.hub.words`.
+:mod:`cxbridge_ros2.hub.words`.
 """
 
 from __future__ import annotations

@@ -23,9 +23,9 @@ from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_
 from rosbags.typesys.base import TypesysError
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.builtin import BUILT_IN
-from cxbridge.ros2.names import KINDS, TypeName, parse_type
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.builtin import BUILT_IN
+from cxbridge_ros2.names import KINDS, TypeName, parse_type
 
 FieldType = tuple[Any, ...]
 """A field's type as rosbags has it: a kind of node, and what that kind needs."""

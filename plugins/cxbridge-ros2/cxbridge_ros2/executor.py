@@ -15,13 +15,13 @@ from msgspec import Struct
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError
 from cxbridge.rights import EVERYTHING, Rights
-from cxbridge.ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
-from cxbridge.ros2.node import Node, Report
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports import TRANSPORTS, has_rclpy
-from cxbridge.ros2.transports.environment import default_reach
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, SkillFailedError
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.definitions import DEFAULT_DISTRIBUTION, DISTRIBUTIONS, Definitions
+from cxbridge_ros2.node import Node, Report
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.transports import TRANSPORTS, has_rclpy
+from cxbridge_ros2.transports.environment import default_reach
 
 OF_NODE: Final = ("packages", "distribution", "transport", "url", "domain", "reach", "namespace")
 """The settings of a node."""

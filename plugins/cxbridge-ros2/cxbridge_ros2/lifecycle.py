@@ -9,9 +9,9 @@ from typing import Any, Final
 from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.qos import PROFILES
 
 _PACKAGE: Final = "lifecycle_msgs"
 _NANOSECONDS: Final = 1000

@@ -15,9 +15,9 @@ import numpy as np
 from rosbags.interfaces import Nodetype
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions, FieldType
-from cxbridge.ros2.names import TypeName, parse_type
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.names import TypeName, parse_type
 
 Message = dict[str, Any]
 """A message as plain values."""

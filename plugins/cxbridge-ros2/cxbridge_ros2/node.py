@@ -1,4 +1,4 @@
-"""A node of ROS 2: what every transport offers. Actions are built on it (:mod:`cxbridge.ros2.actions`).
+"""A node of ROS 2: what every transport offers. Actions are built on it (:mod:`cxbridge_ros2.actions`).
 
 A node does nothing by itself. :meth:`Node.poll` takes what has come, and calls those who asked for it, in the
 thread that polls.
@@ -15,8 +15,8 @@ from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import EVERYTHING, Right, Rights
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.qos import PROFILES, QosProfile
 
 Receive = Callable[[Message], None]
 """Gets a message."""

@@ -12,9 +12,9 @@ from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.closing import Closing
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Client, Node
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Client, Node
+from cxbridge_ros2.qos import PROFILES
 
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
 """What a parameter can be; None: it has no value yet."""

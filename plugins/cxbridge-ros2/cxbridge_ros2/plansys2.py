@@ -10,9 +10,9 @@ from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.ros2.hub.caller import HubSkills
-from cxbridge.ros2.hub.words import HubProtocol, Key, Sign, Word
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.hub.caller import HubSkills
+from cxbridge_ros2.hub.words import HubProtocol, Key, Sign, Word
+from cxbridge_ros2.messages import Message
 
 _NANOSECONDS = 1000
 

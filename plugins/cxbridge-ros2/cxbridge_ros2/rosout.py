@@ -9,9 +9,9 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.closing import Closing
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.rights import Right
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.qos import PROFILES
 
 TOPIC: Final = "/rosout"
 _TYPE: Final = "rcl_interfaces/msg/Log"

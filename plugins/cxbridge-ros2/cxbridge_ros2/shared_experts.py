@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Final
 
 if TYPE_CHECKING:
     from cxbridge.executive.features.planning_base import DomainOf
-    from cxbridge.executive.features.problem_expert import ProblemExpertFeature
+    from cxbridge_ros2.problem_expert import ProblemExpertFeature
 
 
 class SharedExperts:
@@ -27,7 +27,7 @@ class SharedExperts:
         :param domain_of: returns the domain that an environment parsed last.
         """
         if self._feature is None:
-            from cxbridge.executive.features.problem_expert import ProblemExpertFeature  # noqa: PLC0415
+            from cxbridge_ros2.problem_expert import ProblemExpertFeature  # noqa: PLC0415
 
             self._feature = ProblemExpertFeature(domain_of)
         return self._feature

@@ -14,9 +14,9 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS, Clock, Wakeup
 from cxbridge.errors import Ros2Error
 from cxbridge.rights import Right
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.qos import PROFILES
 
 TOPIC: Final = "/clock"
 FIRST_S: Final = 10.0

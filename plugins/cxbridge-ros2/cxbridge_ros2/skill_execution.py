@@ -11,9 +11,9 @@ from typing import Any, ClassVar
 
 from msgspec.structs import replace
 
-from cxbridge.ros2.hub.caller import HubSkills
-from cxbridge.ros2.hub.words import HubProtocol, Key, Sign, Word
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.hub.caller import HubSkills
+from cxbridge_ros2.hub.words import HubProtocol, Key, Sign, Word
+from cxbridge_ros2.messages import Message
 
 
 class SkillExecutionProtocol(HubProtocol):

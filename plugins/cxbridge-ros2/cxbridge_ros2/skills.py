@@ -12,15 +12,15 @@ from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, Ros2Error, SkillError
-from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.executor import TIMEOUT_S, NodeSettings, RosExecutor, nested, seconds_of
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.names import parse_type
-from cxbridge.ros2.node import Client
-from cxbridge.ros2.topics import check_topic
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge_ros2.executor import TIMEOUT_S, NodeSettings, RosExecutor, nested, seconds_of
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.node import Client
+from cxbridge_ros2.topics import check_topic
 
 PATIENCE_S: Final = 5.0
 """Seconds that nobody may serve an action or a service before a skill fails."""

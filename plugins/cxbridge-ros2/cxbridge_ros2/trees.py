@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.ros2.executor import OF_NODE, NodeSettings
-from cxbridge.ros2.fawkes_keys import has_ours, is_ours
 from cxbridge.skiller.board.settings import value_of
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.executor import OF_NODE, NodeSettings
+from cxbridge_ros2.fawkes_keys import has_ours, is_ours
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration

@@ -12,18 +12,18 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
-from cxbridge.explain.evidence import History
-from cxbridge.explain.goal_rules import makers
-from cxbridge.explain.goal_story import FACT_TEMPLATES
-from cxbridge.explain.live import CopiedEvidence
-from cxbridge.explain.rules.environment import fact_slots, rule_texts, rulebook, take
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge_studio.explain.evidence import History
+from cxbridge_studio.explain.goal_rules import makers
+from cxbridge_studio.explain.goal_story import FACT_TEMPLATES
+from cxbridge_studio.explain.live import CopiedEvidence
+from cxbridge_studio.explain.rules.environment import fact_slots, rule_texts, rulebook, take
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.explain.evidence import Evidence
-    from cxbridge.explain.rules.snapshot import Snapshot
+    from cxbridge_studio.explain.evidence import Evidence
+    from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_QUESTIONS: Final = 4
 """Questions that may wait."""
@@ -188,7 +188,7 @@ def _answer(evidence: Evidence, name: str, kind: str, rules: int) -> str:
 
     :raises CxbridgeError: when there is none, or it is too long.
     """
-    from cxbridge.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - not in the loop, and only when asked
 
     answer = explain(evidence, name, kind, rules)
     text = json.dumps({"lines": answer.lines, "data": answer.plain})

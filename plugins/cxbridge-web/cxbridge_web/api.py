@@ -15,11 +15,11 @@ from starlette.responses import Response
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import RefusedError
-from cxbridge.web import openapi
-from cxbridge.web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, Where, to_json
-from cxbridge.web.host import WebHost
-from cxbridge.web.paging import ListPart, PagingError
-from cxbridge.web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
+from cxbridge_web import openapi
+from cxbridge_web.endpoint import ApiCall, ApiError, Directory, Endpoint, Handler, Text, Where, to_json
+from cxbridge_web.host import WebHost
+from cxbridge_web.paging import ListPart, PagingError
+from cxbridge_web.queue import QueueClosedError, RequestQueue, RequestQueueFullError
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Final
 from clips._clips import lib
 
 from cxbridge.executive.host.capi import NULL, CData, decode
-from cxbridge.web.paging import ListPart, Window, has_text, matches
+from cxbridge_web.paging import ListPart, Window, has_text, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -1,4 +1,4 @@
-"""A daemon as its web server sees it; :class:`cxbridge.web.host.WebHost`."""
+"""A daemon as its web server sees it; :class:`cxbridge_web.host.WebHost`."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.daemon.components import component_row
 from cxbridge.daemon.lifecycle import State
-from cxbridge.daemon.servers.web_host import ProcessWebHost
+from cxbridge_web.servers.web_host import ProcessWebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

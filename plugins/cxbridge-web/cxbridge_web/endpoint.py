@@ -12,8 +12,8 @@ from typing import Any, Final
 
 from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge.rights import Right, Rights
-from cxbridge.web.host import WebHost
-from cxbridge.web.paging import Window
+from cxbridge_web.host import WebHost
+from cxbridge_web.paging import Window
 
 API_VERSION: Final = "v1beta1"
 """Of all models."""
@@ -118,7 +118,7 @@ class Endpoint:
     :param reply: name of the model that it replies with; empty: a text.
     :param many: it replies with a list of them.
     :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
-        :class:`~cxbridge.web.paging.Part`.
+        :class:`~cxbridge_web.paging.Part`.
     :param body: name of the model of the body; empty: none.
     :param errors: what else may result, by status.
     :param right: what clients need; None: for a GET to look, for all else to run programs.

@@ -11,18 +11,18 @@ from typing import TYPE_CHECKING, Final
 
 from cxbridge.event_kinds import EVENT_TYPES, RecordLevel
 from cxbridge.events import Event, RuleFired, Sink
-from cxbridge.web.event_buffer import GROUPS, group_of
+from cxbridge_web.event_buffer import GROUPS, group_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.watching import WatchItems
-    from cxbridge.web.host import WebHost
+    from cxbridge_web.host import WebHost
 
 WATCHED: Final = ("fact", "rule")
 """Kinds that CLIPS reports only while it watches for them."""
 
 MOST_PENDING: Final = 10_000
-"""Events of each group (:data:`~cxbridge.web.event_buffer.GROUPS`) that wait for the server's thread."""
+"""Events of each group (:data:`~cxbridge_web.event_buffer.GROUPS`) that wait for the server's thread."""
 
 
 def default_kinds() -> frozenset[str]:

@@ -12,14 +12,14 @@ from starlette.requests import Request
 from starlette.responses import PlainTextResponse
 
 from cxbridge.event_kinds import EVENT_TYPES
-from cxbridge.web.endpoint import to_json
-from cxbridge.web.event_buffer import GROUPS, EventBuffer, EventSelection, StreamPosition
-from cxbridge.web.event_collector import EventCollector, default_kinds
+from cxbridge_web.endpoint import to_json
+from cxbridge_web.event_buffer import GROUPS, EventBuffer, EventSelection, StreamPosition
+from cxbridge_web.event_collector import EventCollector, default_kinds
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from cxbridge.web.host import WebHost
+    from cxbridge_web.host import WebHost
 
 PERIOD_S: Final = 0.05
 """Seconds between bunches."""

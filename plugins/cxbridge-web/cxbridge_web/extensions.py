@@ -6,21 +6,21 @@ from collections.abc import Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.explain.rules.written import WrittenConstructs
 from cxbridge.interfaces.assignments import put
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge.web.clips_views import RuleRow, activations, census, rules
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
-from cxbridge.web.fawkes.blackboard import data_models, find
-from cxbridge.web.fawkes.slots import ENVIRONMENT, environment
-from cxbridge.web.paging import ListPart, matches
+from cxbridge_studio.explain.rules.written import WrittenConstructs
+from cxbridge_web.clips_views import RuleRow, activations, census, rules
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
+from cxbridge_web.fawkes.blackboard import data_models, find
+from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
+from cxbridge_web.paging import ListPart, matches
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.navgraph.keeping import NavGraphs
-    from cxbridge.web.event_collector import EventCollector
-    from cxbridge.web.event_streams import EventStreams
+    from cxbridge_web.event_collector import EventCollector
+    from cxbridge_web.event_streams import EventStreams
 
 
 ANSWER_S: Final = 10.0

@@ -12,7 +12,7 @@ from starlette.datastructures import Headers
 from starlette.responses import PlainTextResponse, Response
 
 from cxbridge.listening import LOCAL_NAMES, is_allowed, is_named, is_own_page
-from cxbridge.web.settings import WebSettings
+from cxbridge_web.settings import WebSettings
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp, Receive, Scope, Send

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 from typing import Any, Final
 
 from cxbridge import __version__
-from cxbridge.web.endpoint import Endpoint
-from cxbridge.web.models import INTEGER, SCHEMAS, STRING
-from cxbridge.web.operations import body_schemas
-from cxbridge.web.paging import PARAMETERS
+from cxbridge_web.endpoint import Endpoint
+from cxbridge_web.models import INTEGER, SCHEMAS, STRING
+from cxbridge_web.operations import body_schemas
+from cxbridge_web.paging import PARAMETERS
 
 EVENTS_PATH: Final = "/cxbridge/events"
 PATH: Final = "/openapi.json"

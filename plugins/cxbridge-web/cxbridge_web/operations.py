@@ -17,7 +17,7 @@ from cxbridge.operations.operation import (
     plain,
 )
 from cxbridge.operations.table import operations
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
 
 _WANTED: Final = {str: "a text", bool: "true or false", int: "a whole number", list: "a list of texts"}
 

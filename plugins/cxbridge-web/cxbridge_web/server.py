@@ -5,22 +5,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.navgraph.keeping import NavGraphs
-from cxbridge.web.api import Api
-from cxbridge.web.catalogue import directory
-from cxbridge.web.event_collector import EventCollector
-from cxbridge.web.event_streams import EventStreams
-from cxbridge.web.extensions import Figures
-from cxbridge.web.guard import Guard
-from cxbridge.web.http.connections import MOST_SOCKETS
-from cxbridge.web.http.serving import HttpThread
-from cxbridge.web.pages import Pages
-from cxbridge.web.queue import RequestQueue
+from cxbridge_web.api import Api
+from cxbridge_web.catalogue import directory
+from cxbridge_web.event_collector import EventCollector
+from cxbridge_web.event_streams import EventStreams
+from cxbridge_web.extensions import Figures
+from cxbridge_web.guard import Guard
+from cxbridge_web.http.connections import MOST_SOCKETS
+from cxbridge_web.http.serving import HttpThread
+from cxbridge_web.pages import Pages
+from cxbridge_web.queue import RequestQueue
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
-    from cxbridge.web.host import WebHost
-    from cxbridge.web.settings import WebSettings
+    from cxbridge_web.host import WebHost
+    from cxbridge_web.settings import WebSettings
 
 EVENTS_PATH: Final = "/api/cxbridge/events"
 COMPONENT: Final = "Web"
@@ -31,7 +31,7 @@ class WebServer:
     """Serves in a thread of its own, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
 
     :param host: the process around it.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.http.connections.MOST_SOCKETS`.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
     """
 
     def __init__(self, host: WebHost, settings: WebSettings, most_sockets: int = MOST_SOCKETS) -> None:

@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, check_place, is_loopback
-from cxbridge.web.tls import check_pair
+from cxbridge_web.tls import check_pair
 
 DEFAULT_PORT: Final = 8088
 """That of Fawkes' webview."""

@@ -11,7 +11,6 @@ from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
@@ -19,6 +18,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.navgraph import NavGraph
+from cxbridge_protobuf.feature import ProtobufFeature
 from tests.executive.conftest import Log
 
 CONFIG = """

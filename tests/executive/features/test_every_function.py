@@ -23,13 +23,11 @@ from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.features.pddl_parser import PddlParserFeature
-from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.features.robot_memory import RobotMemoryFeature
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.protobuf.settings import ProtobufSettings
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory
@@ -37,10 +35,12 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge_protobuf.feature import ProtobufFeature
+from cxbridge_protobuf.settings import ProtobufSettings
+from protobuf_tests.conftest import PROTOS, WAIT, free_port
 from tests.executive.features.conftest import CONFIG
 from tests.executive.features.function_rows import BLACKBOARD, ENDS, HOST, OTHERS, PROTOBUF, TF, TOO_MANY, Row
 from tests.executive.features.robmem_rows import ROBOT_MEMORY
-from tests.executive.protobuf.conftest import PROTOS, WAIT, free_port
 from tests.support import SHARED, needs_shared
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")

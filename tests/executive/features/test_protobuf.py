@@ -12,13 +12,13 @@ from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
 from cxbridge.errors import ClipsError, ConfigError
 from cxbridge.events import Level
-from cxbridge.executive.features.protobuf import ProtobufFeature
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import ExternalAddress, Symbol
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.executive.protobuf.frames import Frame, encode
-from cxbridge.executive.protobuf.settings import ProtobufSettings
-from tests.executive.protobuf.conftest import PROTOS, WAIT, free_port
+from cxbridge_protobuf.feature import ProtobufFeature
+from cxbridge_protobuf.frames import Frame, encode
+from cxbridge_protobuf.settings import ProtobufSettings
+from protobuf_tests.conftest import PROTOS, WAIT, free_port
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

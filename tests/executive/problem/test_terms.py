@@ -9,8 +9,8 @@ from cxbridge.executive.features.pddl_parser import _assert_rows
 from cxbridge.executive.host.environment import CORE_DIR
 from cxbridge.executive.pddl import domain_facts, format_domain, parse_domain
 from cxbridge.executive.problem.domain import domain_of_facts
-from cxbridge.explain.preconditions import ground
-from cxbridge.web.fawkes.formulas import Known, tree
+from cxbridge_studio.explain.preconditions import ground
+from cxbridge_web.fawkes.formulas import Known, tree
 
 _NAMES = ["FALSE", "TRUE", "missing", "UNKNOWN", "c", "Nil"]
 

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.trace.html import modules
 from cxbridge.trace.html.modules import ModuleFormError, bundle
-from cxbridge.trace.report.page import SHARED_SCRIPT
+from cxbridge_web.report.page import SHARED_SCRIPT
 
 
 @pytest.fixture

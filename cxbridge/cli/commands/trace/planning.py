@@ -21,8 +21,8 @@ def planning(
 
     Example: cxbridge trace planning out/run.mcap plan
     """
-    from cxbridge.explain.planning import PARTS, choose_answer
     from cxbridge.trace.formats.registry import open_run
+    from cxbridge_studio.explain.planning import PARTS, choose_answer
 
     if part and part not in PARTS:
         raise typer.BadParameter(f"'{part}' is none of {', '.join(PARTS)}", param_hint="PART")

@@ -9,8 +9,8 @@ from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import dump
 from cxbridge.trace.formats.mcap.writer import McapWriter
-from cxbridge.trace.foxglove.messages import foxglove_messages
-from cxbridge.trace.foxglove.schemas import json_schema, schema_name
+from cxbridge_web.foxglove.messages import foxglove_messages
+from cxbridge_web.foxglove.schemas import json_schema, schema_name
 
 
 class FoxgloveWriter(McapWriter):

@@ -16,16 +16,16 @@ from cxbridge.cli.console import check_folders, complain, say, say_json
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
-from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
+from cxbridge_rcll.options import RefboxOptions
 
 if TYPE_CHECKING:
-    from cxbridge.explain.coverage.model import Coverage
-    from cxbridge.explore.checkpoint import About
-    from cxbridge.explore.result import ExploreResult
-    from cxbridge.rcll.game import LeagueGame
-    from cxbridge.worldmodel.model import WorldModel
-    from cxbridge.worlds.run import MakeAssembly
+    from cxbridge_explore.checkpoint import About
+    from cxbridge_explore.result import ExploreResult
+    from cxbridge_explore.worldmodel.model import WorldModel
+    from cxbridge_explore.worlds.run import MakeAssembly
+    from cxbridge_rcll.game import LeagueGame
+    from cxbridge_studio.explain.coverage.model import Coverage
 
 RESUME: Final = "explore.resume"
 """Where an exploration goes that was interrupted."""
@@ -134,7 +134,7 @@ class _League(RefboxOptions):
 
     def game(self, options: RunOptions) -> LeagueGame:
         """Return the game."""
-        from cxbridge.rcll.game import LeagueGame
+        from cxbridge_rcll.game import LeagueGame
 
         assert self.refbox_dir is not None
         return LeagueGame(
@@ -170,11 +170,11 @@ def explore(
 
     Example: cxbridge explore test-scenario --faults 2
     """
-    from cxbridge.explore.bounds import Bounds, Means
-    from cxbridge.explore.explore import explore as explore_scenario
-    from cxbridge.explore.judging import properties_of
-    from cxbridge.worldmodel.reading import read_world
-    from cxbridge.worlds.run import make_scenario
+    from cxbridge_explore.bounds import Bounds, Means
+    from cxbridge_explore.explore import explore as explore_scenario
+    from cxbridge_explore.judging import properties_of
+    from cxbridge_explore.worldmodel.reading import read_world
+    from cxbridge_explore.worlds.run import make_scenario
 
     if league.refbox_dir is None:
         league.refuse()
@@ -196,12 +196,12 @@ def explore(
         _show_line("")
     result = _with_counterexamples(result, options, world, make, judging.out)
     if not result.is_complete:
-        from cxbridge.explore.checkpoint import about
+        from cxbridge_explore.checkpoint import about
 
         _keep(result, about(options, limits, properties, world, make), resume or Path(RESUME))
     coverage = _coverage(result, options) if how.coverage else None
     if coverage is not None and judging.html is not None:
-        from cxbridge.explore.map.page import write_page
+        from cxbridge_explore.map.page import write_page
 
         write_page(result, coverage, judging.html, shlex.join(["cxbridge", *sys.argv[1:]]))
     _say(result, coverage, as_json=as_json)
@@ -210,14 +210,14 @@ def explore(
 
 def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
     """Return what the runs have used of the agent."""
-    from cxbridge.explore.map.coverage import explored_coverage
+    from cxbridge_explore.map.coverage import explored_coverage
 
     return explored_coverage(options, result.graph.used)
 
 
 def _say(result: ExploreResult, coverage: Coverage | None, *, as_json: bool) -> None:
     """Print the result."""
-    from cxbridge.explore.map.coverage import as_dict, never_reached
+    from cxbridge_explore.map.coverage import as_dict, never_reached
 
     if as_json:
         more = {} if coverage is None else {"coverage": as_dict(coverage)}
@@ -234,8 +234,8 @@ def _with_counterexamples(
     result: ExploreResult, options: RunOptions, world: WorldModel | None, make: MakeAssembly, folder: Path
 ) -> ExploreResult:
     """Write what people can use of each violation; return the result with it."""
-    from cxbridge.explore.counterexample import write_counterexample
-    from cxbridge.worlds.points import read_path
+    from cxbridge_explore.counterexample import write_counterexample
+    from cxbridge_explore.worlds.points import read_path
 
     found = {}
     for each in result.violations:
@@ -260,7 +260,7 @@ def _show_line(text: str) -> None:
 
 def _keep(result: ExploreResult, known: About, file: Path) -> None:
     """Write what was explored, so that it can go on; that it cannot be written costs nothing else."""
-    from cxbridge.explore.checkpoint import write_checkpoint
+    from cxbridge_explore.checkpoint import write_checkpoint
 
     try:
         write_checkpoint(file, result.graph, known)

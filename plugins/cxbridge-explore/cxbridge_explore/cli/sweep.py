@@ -24,10 +24,10 @@ from cxbridge.run.options import ScenarioOptions, SourceOptions
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from cxbridge.sweep.engine import Engine
-    from cxbridge.sweep.kept import KeptRows
-    from cxbridge.sweep.rows import RunRow, SweepJob
-    from cxbridge.sweep.summary import AgentComparison
+    from cxbridge_explore.sweep.engine import Engine
+    from cxbridge_explore.sweep.kept import KeptRows
+    from cxbridge_explore.sweep.rows import RunRow, SweepJob
+    from cxbridge_explore.sweep.summary import AgentComparison
 
 _LOCAL = "local"
 _DASK = "dask://"
@@ -100,7 +100,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
     Example: cxbridge sweep scenarios/courier --runs 10000 --html out/sweep.html
     """
-    from cxbridge.sweep.summary import AgentComparison, SweepSummary
+    from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
     check_folders(outputs.csv, outputs.parquet, outputs.page)
     jobs = _jobs(agent, play)
@@ -135,7 +135,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
     """Return what is played, by the agent's name."""
     from cxbridge.run.options import RunOptions
-    from cxbridge.sweep.rows import SweepJob
+    from cxbridge_explore.sweep.rows import SweepJob
 
     options = RunOptions(**vars(agent), skiller="none", timeout=play.timeout)
     jobs = {str(agent.scenario or agent.spec or "agent"): SweepJob(options, play.world)}
@@ -150,14 +150,14 @@ def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
 
 @contextmanager
 def _engine(play: _SweepOptions) -> Iterator[Engine]:
-    from cxbridge.sweep.engine import LocalEngine
+    from cxbridge_explore.sweep.engine import LocalEngine
 
     if play.engine == _LOCAL:
         with LocalEngine(play.jobs or os.cpu_count() or 1) as engine:
             yield engine
         return
     if play.engine.startswith(_DASK):
-        from cxbridge.sweep.dask_engine import DaskEngine
+        from cxbridge_explore.sweep.dask_engine import DaskEngine
 
         with DaskEngine(play.engine.removeprefix(_DASK)) as cluster:
             yield cluster
@@ -167,7 +167,7 @@ def _engine(play: _SweepOptions) -> Iterator[Engine]:
 
 @contextmanager
 def _kept(play: _SweepOptions) -> Iterator[KeptRows | None]:
-    from cxbridge.sweep.kept import KeptRows
+    from cxbridge_explore.sweep.kept import KeptRows
 
     if play.resume is None:
         yield None
@@ -196,8 +196,8 @@ def _play(
 
 
 def _write(sweeps: dict[str, list[RunRow]], outputs: _SweepOutputs) -> None:
-    from cxbridge.sweep.page import write_page
-    from cxbridge.sweep.tables import write_csv, write_parquet
+    from cxbridge_explore.sweep.page import write_page
+    from cxbridge_explore.sweep.tables import write_csv, write_parquet
 
     tables: dict[str, Sequence[RunRow]] = {**sweeps}
     if outputs.csv is not None:

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Final, NamedTuple, Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.game.score import POST_GAME, Score
-from cxbridge.game.timeline import Span, within
+from cxbridge_explore.game.score import POST_GAME, Score
+from cxbridge_explore.game.timeline import Span, within
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

@@ -9,9 +9,9 @@ from dataclasses import dataclass
 from typing import Any, Final, Protocol
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.game.score import GameResult
 from cxbridge.process.python import spawned_pool
-from cxbridge.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
+from cxbridge_explore.game.score import GameResult
+from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
 
 _SHOWN_SEEDS: Final = 10
 

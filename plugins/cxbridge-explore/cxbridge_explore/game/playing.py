@@ -9,19 +9,19 @@ from contextlib import ExitStack
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.events import LogLine, Sink
-from cxbridge.game.judge import GameWatch, Judge
-from cxbridge.game.score import POST_GAME, GameResult
-from cxbridge.game.timeline import Timeline
-from cxbridge.game.work import WorkCount, robots_of, work_of
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import FAULT
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.points import RandomChooser
-from cxbridge.worlds.run import MakeAssembly, make_scenario
+from cxbridge_explore.game.judge import GameWatch, Judge
+from cxbridge_explore.game.score import POST_GAME, GameResult
+from cxbridge_explore.game.timeline import Timeline
+from cxbridge_explore.game.work import WorkCount, robots_of, work_of
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.judged import JudgedRun
+from cxbridge_explore.worlds.points import RandomChooser
+from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceWrite
-from cxbridge.game.judge import PRODUCTION, Standing
-from cxbridge.game.score import Award, Delivery, ProductOrder, Score
+from cxbridge_explore.game.judge import PRODUCTION, Standing
+from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

@@ -12,13 +12,13 @@ import yaml
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
-from cxbridge.game.playing import play_game
-from cxbridge.game.published import PublishedGame
-from cxbridge.game.score import GameResult
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
-from cxbridge.worldmodel.model import NOTHING_FAILS
-from cxbridge.worldmodel.reading import find_world, read_world
+from cxbridge_explore.game.playing import play_game
+from cxbridge_explore.game.published import PublishedGame
+from cxbridge_explore.game.score import GameResult
+from cxbridge_explore.worldmodel.model import NOTHING_FAILS
+from cxbridge_explore.worldmodel.reading import find_world, read_world
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, field
 from typing import Any, Final
 
-from cxbridge.game.timeline import Timeline
+from cxbridge_explore.game.timeline import Timeline
 
 POST_GAME: Final = "POST_GAME"
 """The phase of a game that has come to its end."""

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING
 
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SkillStatus
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.game.score import RobotWork
-from cxbridge.game.timeline import Span, Timeline, covered
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import SkillExecution
 from cxbridge.skiller.backend import DEFAULT_SKILLER
 from cxbridge.skiller.status import Status
+from cxbridge_explore.game.score import RobotWork
+from cxbridge_explore.game.timeline import Span, Timeline, covered
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

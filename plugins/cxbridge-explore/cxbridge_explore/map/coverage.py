@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Iterable
 from typing import Any
 
-from cxbridge.check.sources import scenario_sources
-from cxbridge.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
-from cxbridge.explain.coverage.report import short_names
-from cxbridge.explore.use import ACTION, MODE, OUTCOME, RULE, SKILL, Used
 from cxbridge.run.options import RunOptions
+from cxbridge_explore.use import ACTION, MODE, OUTCOME, RULE, SKILL, Used
+from cxbridge_studio.check.sources import scenario_sources
+from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse, coverage_of
+from cxbridge_studio.explain.coverage.report import short_names
 
 
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Final
 
-from cxbridge.explore.map.rows import MapRow
 from cxbridge.trace.html.chart import Axis
 from cxbridge.trace.html.text import html
+from cxbridge_explore.map.rows import MapRow
 
 _ROW, _BAR, _HEAD = 18, 8, 22
 _CHART, _WIDTH = 560, 1100

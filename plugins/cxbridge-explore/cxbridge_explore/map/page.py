@@ -7,16 +7,16 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
-from cxbridge.explain.coverage.model import Coverage
-from cxbridge.explore.map.coverage import never_fired
-from cxbridge.explore.map.drawing import STYLE, draw
-from cxbridge.explore.map.rows import MapRow, run_rows
-from cxbridge.explore.result import ExploreResult
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
 from cxbridge.trace.html.look import MODES as MODE_LOOKS
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
 from cxbridge.trace.html.text import html
+from cxbridge_explore.map.coverage import never_fired
+from cxbridge_explore.map.drawing import STYLE, draw
+from cxbridge_explore.map.rows import MapRow, run_rows
+from cxbridge_explore.result import ExploreResult
+from cxbridge_studio.explain.coverage.model import Coverage
 
 MOST_DRAWN: Final = 400
 """Rows; of more, those with the fewest faults and those that violate a property are drawn."""

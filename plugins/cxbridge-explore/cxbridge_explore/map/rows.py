@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from cxbridge.explore.graph import ROOT, Edge, Graph, Leaf
-from cxbridge.worlds.points import USUAL
+from cxbridge_explore.graph import ROOT, Edge, Graph, Leaf
+from cxbridge_explore.worlds.points import USUAL
 
 MERGED, OPEN = "merged", "open"
 

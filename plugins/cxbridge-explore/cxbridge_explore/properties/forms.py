@@ -10,10 +10,10 @@ from typing import Final
 
 from cxbridge.clipstext.syntax import SyntaxNode, one_line, read
 from cxbridge.config.documents import Mark
-from cxbridge.properties.monitor import Monitor, Property, Scene
-from cxbridge.properties.patterns import ConditionPattern
-from cxbridge.properties.temporal import After, Always, Eventually, Never
 from cxbridge.suggestions import did_you_mean
+from cxbridge_explore.properties.monitor import Monitor, Property, Scene
+from cxbridge_explore.properties.patterns import ConditionPattern
+from cxbridge_explore.properties.temporal import After, Always, Eventually, Never
 
 FORMS: Final = (
     "never (PATTERN)",

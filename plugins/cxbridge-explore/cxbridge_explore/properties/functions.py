@@ -7,7 +7,7 @@ from functools import partial
 
 from cxbridge.events import Event, LogLine
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.properties.monitor import Monitor, Property, RunEnd, Scene
+from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
 EventFunction = Callable[[Sequence[Event]], str | None]
 """Gets the events of a run when it is over; returns what is wrong in a sentence, or None."""

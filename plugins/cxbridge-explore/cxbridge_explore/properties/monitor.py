@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol
 from cxbridge.events import Event
 
 if TYPE_CHECKING:
-    from cxbridge.properties.tables import FactTables
+    from cxbridge_explore.properties.tables import FactTables
 
 NOTHING: Final[tuple[Hashable, ...]] = ()
 """The state of a monitor whose verdict depends on the facts that are there, and on nothing before."""

@@ -8,10 +8,10 @@ from typing import Final
 
 from cxbridge.config.documents import YamlList, YamlMap, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
-from cxbridge.properties.builtin.table import builtin_properties
-from cxbridge.properties.forms import FORMS, read_property
-from cxbridge.properties.monitor import Property
 from cxbridge.suggestions import did_you_mean
+from cxbridge_explore.properties.builtin.table import builtin_properties
+from cxbridge_explore.properties.forms import FORMS, read_property
+from cxbridge_explore.properties.monitor import Property
 
 FILE: Final = "properties.yaml"
 """The name of the file beside a scenario."""

@@ -6,9 +6,9 @@ from abc import abstractmethod
 from collections.abc import Hashable
 from functools import partial
 
-from cxbridge.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge.properties.patterns import ConditionPattern, Probe, Values, check_names
-from cxbridge.properties.tables import Changes, FactTables
+from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
+from cxbridge_explore.properties.patterns import ConditionPattern, Probe, Values, check_names
+from cxbridge_explore.properties.tables import Changes, FactTables
 
 
 class PatternMonitor(Monitor):

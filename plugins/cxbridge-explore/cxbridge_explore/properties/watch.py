@@ -7,8 +7,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Protocol
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.properties.monitor import Monitor, Property, RunEnd, Violation
-from cxbridge.properties.tables import FactTables
+from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Violation
+from cxbridge_explore.properties.tables import FactTables
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock

@@ -10,10 +10,10 @@ from typing import Any, Final
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
-from cxbridge.sweep.engine import MOST_DEATHS
-from cxbridge.sweep.parcel import pack
-from cxbridge.sweep.remote import modules, play_remotely
-from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
+from cxbridge_explore.sweep.engine import MOST_DEATHS
+from cxbridge_explore.sweep.parcel import pack
+from cxbridge_explore.sweep.remote import modules, play_remotely
+from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 _CHUNK: Final = 32
 _TIMEOUT_S: Final = 30
@@ -46,7 +46,7 @@ class DaskEngine(Closing):
             ) from error
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed as it comes; see :class:`~cxbridge.sweep.engine.Engine`."""
+        """Yield the row of each seed as it comes; see :class:`~cxbridge_explore.sweep.engine.Engine`."""
         parcel = self._client.scatter(pack(job), broadcast=True)
         chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
         waiting = {self._submit(parcel, chunk): chunk for chunk in chunks}

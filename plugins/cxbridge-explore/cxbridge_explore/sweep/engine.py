@@ -14,8 +14,8 @@ from typing import Final, Protocol
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.python import python_command
-from cxbridge.sweep.frames import read_frame, write_frame
-from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
+from cxbridge_explore.sweep.frames import read_frame, write_frame
+from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 MOST_DEATHS: Final = 3
 """A seed with which so many workers died has crashed."""
@@ -49,14 +49,16 @@ class NotLoadedError(WorkerDiedError):
 
 
 class WorkerProcess(Closing):
-    """A process that plays the runs of a job, see :mod:`cxbridge.sweep.worker`. For one thread.
+    """A process that plays the runs of a job, see :mod:`cxbridge_explore.sweep.worker`. For one thread.
 
     :param job: what all its runs have in common.
     """
 
     def __init__(self, job: SweepJob) -> None:
         self._process = subprocess.Popen(  # noqa: S603 - ourselves
-            python_command("-m", "cxbridge.sweep.worker"), stdin=subprocess.PIPE, stdout=subprocess.PIPE
+            python_command("-m", "cxbridge_explore.sweep.worker"),
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
         )
         self._is_loaded = False
         self._send(job)

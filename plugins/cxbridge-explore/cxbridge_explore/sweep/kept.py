@@ -10,7 +10,7 @@ import msgspec
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.sweep.rows import RunRow
+from cxbridge_explore.sweep.rows import RunRow
 
 
 class _Line(msgspec.Struct, frozen=True):

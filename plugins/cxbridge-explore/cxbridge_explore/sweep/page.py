@@ -7,12 +7,12 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Final
 
-from cxbridge.sweep.rows import RunRow
-from cxbridge.sweep.statistics import Interval
-from cxbridge.sweep.summary import AgentComparison, SweepSummary
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import notes, table
 from cxbridge.trace.html.text import html
+from cxbridge_explore.sweep.rows import RunRow
+from cxbridge_explore.sweep.statistics import Interval
+from cxbridge_explore.sweep.summary import AgentComparison, SweepSummary
 
 _BINS: Final = 40
 _WIDTH, _HEIGHT, _FOOT = 720, 180, 18

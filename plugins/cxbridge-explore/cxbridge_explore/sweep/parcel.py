@@ -13,8 +13,8 @@ from typing import Any, Final
 import cxbridge
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.source import source_of
-from cxbridge.sweep.remote import AGENT, CODE, JOB
-from cxbridge.sweep.rows import SweepJob
+from cxbridge_explore.sweep.remote import AGENT, CODE, JOB
+from cxbridge_explore.sweep.rows import SweepJob
 
 MOST_BYTES: Final = 64 * 1024 * 1024
 """Of the files of an agent, before they are packed."""
@@ -26,7 +26,7 @@ _ELSEWHERE: Final = frozenset({"fawkes_dir", "overlays"})
 
 
 def pack(job: SweepJob) -> bytes:
-    """Return a job with its agent and our code, as :func:`~cxbridge.sweep.remote.play_remotely` takes it.
+    """Return a job with its agent and our code, as ``play_remotely`` takes it.
 
     :raises CxbridgeError: when the agent is too large, or a file cannot be read.
     """

@@ -7,13 +7,13 @@ from collections import Counter
 from typing import TYPE_CHECKING
 
 from cxbridge.events import Event, GoalTransition
-from cxbridge.sweep.rows import RunRow, SweepJob
-from cxbridge.worldmodel.reading import read_world
-from cxbridge.worlds.judged import JudgedRun
-from cxbridge.worlds.points import ChoiceKind, Chooser
+from cxbridge_explore.sweep.rows import RunRow, SweepJob
+from cxbridge_explore.worldmodel.reading import read_world
+from cxbridge_explore.worlds.judged import JudgedRun
+from cxbridge_explore.worlds.points import ChoiceKind, Chooser
 
 if TYPE_CHECKING:
-    from cxbridge.worlds.points import Choice
+    from cxbridge_explore.worlds.points import Choice
 
 
 class GoalTally:

@@ -20,7 +20,7 @@ import zipfile
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.sweep import frames
+from cxbridge_explore.sweep import frames
 
 CODE: Final = "code"
 """The folder of a parcel that has the package."""
@@ -29,7 +29,7 @@ AGENT: Final = "agent"
 """The folder of a parcel that has the files of the agent; the work folder of who plays it."""
 
 JOB: Final = "job"
-"""The file of a parcel that has the job, as :mod:`cxbridge.sweep.worker` wants it."""
+"""The file of a parcel that has the job, as :mod:`cxbridge_explore.sweep.worker` wants it."""
 
 _LOADED: Final = pickle.dumps(None)
 _CACHE: dict[tuple[str, int], subprocess.Popen[bytes]] = {}
@@ -72,7 +72,7 @@ def _worker(parcel: bytes, digest: str) -> subprocess.Popen[bytes]:
         folder = _unpacked(parcel, digest)
         environment = {**os.environ, "PYTHONPATH": str(folder / CODE)}
         worker = _CACHE[key] = subprocess.Popen(
-            [sys.executable, "-P", "-m", "cxbridge.sweep.worker"],
+            [sys.executable, "-P", "-m", "cxbridge_explore.sweep.worker"],
             cwd=folder / AGENT,
             env=environment,
             stdin=subprocess.PIPE,

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Final
 
-from cxbridge.sweep.rows import RunRow, outcomes_of
-from cxbridge.sweep.statistics import Interval, Quantiles, mean_interval, proportion
+from cxbridge_explore.sweep.rows import RunRow, outcomes_of
+from cxbridge_explore.sweep.statistics import Interval, Quantiles, mean_interval, proportion
 
 _SHOWN_SEEDS: Final = 10
 

@@ -11,7 +11,7 @@ from typing import Any, Final
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
 from cxbridge.file_access import replacing
-from cxbridge.sweep.rows import RunRow
+from cxbridge_explore.sweep.rows import RunRow
 
 COLUMNS: Final = (
     "agent",

@@ -1,7 +1,7 @@
 """A process that plays runs: it loads the scenario once, and forks for each seed.
 
 It talks with its parent by frames of pickled objects on standard input and output. It gets a
-:class:`~cxbridge.sweep.rows.SweepJob`, then lists of seeds. It answers with None when the scenario is loaded,
+SweepJob, then lists of seeds. It answers with None when the scenario is loaded,
 then with a row for each seed, in order; or with a :class:`~cxbridge.errors.CxbridgeError`, and ends.
 """
 
@@ -19,10 +19,10 @@ from typing import IO
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import file_errors
 from cxbridge.process import forking
-from cxbridge.sweep.frames import read_frame, write_frame
-from cxbridge.sweep.playing import play
-from cxbridge.sweep.rows import CRASHED, RunRow, SweepJob
-from cxbridge.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
+from cxbridge_explore.sweep.frames import read_frame, write_frame
+from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
+from cxbridge_explore.worlds.points import ChoicePoint, Chooser, Option, RandomChooser, UsualChooser
 
 
 class WorkerChannel:

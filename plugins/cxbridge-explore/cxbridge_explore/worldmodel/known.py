@@ -13,7 +13,7 @@ from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
-from cxbridge.worldmodel.model import SensedValue, WorldModel, WorldPlace
+from cxbridge_explore.worldmodel.model import SensedValue, WorldModel, WorldPlace
 
 _SKILL: Final = re.compile(r"\w+")
 

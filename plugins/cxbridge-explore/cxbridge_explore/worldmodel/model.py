@@ -8,7 +8,7 @@ from typing import Final
 
 from cxbridge.skiller.simulation.estimators import SkillPattern
 from cxbridge.skiller.skillstring import SkillStringCall
-from cxbridge.worldmodel.distributions import Distribution
+from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
 """The name of the file beside the scenario."""

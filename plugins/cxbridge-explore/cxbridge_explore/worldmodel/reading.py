@@ -7,7 +7,7 @@ from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.skiller.simulation.estimators import SkillPattern, read_pattern
-from cxbridge.worldmodel.model import (
+from cxbridge_explore.worldmodel.model import (
     LIKELY,
     WORLD_FILE,
     Absence,
@@ -20,7 +20,7 @@ from cxbridge.worldmodel.model import (
     Times,
     WorldModel,
 )
-from cxbridge.worldmodel.values import (
+from cxbridge_explore.worldmodel.values import (
     distribution,
     items,
     place_of,

@@ -10,8 +10,8 @@ from typing import Final
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.suggestions import did_you_mean
-from cxbridge.worldmodel.distributions import PARAMETERS, Distribution, Shape
-from cxbridge.worldmodel.model import LIKELY, Times, WorldPlace
+from cxbridge_explore.worldmodel.distributions import PARAMETERS, Distribution, Shape
+from cxbridge_explore.worldmodel.model import LIKELY, Times, WorldPlace
 
 LONGEST_S: Final = 1e9
 _NAMED: Final = ("median", "min", "max")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from typing import Protocol
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.worldmodel.model import Times
-from cxbridge.worlds.points import ChoiceKind, ChoicePoint, Draw, NotedChooser, Option
+from cxbridge_explore.worldmodel.model import Times
+from cxbridge_explore.worlds.points import ChoiceKind, ChoicePoint, Draw, NotedChooser, Option
 
 
 class Ask(Protocol):

@@ -10,9 +10,9 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
 from cxbridge.run.watchdog import end_spins
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worlds.points import Chooser
-from cxbridge.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worlds.points import Chooser
+from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
 
 
 class JudgedRun(Closing):

@@ -6,9 +6,9 @@ from collections.abc import Callable
 
 from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
 from cxbridge.executive.planning.planner import PlanStatus
-from cxbridge.worldmodel.model import PlannerModel
-from cxbridge.worlds.asking import Asking, fault, unless
-from cxbridge.worlds.points import ChoiceKind
+from cxbridge_explore.worldmodel.model import PlannerModel
+from cxbridge_explore.worlds.asking import Asking, fault, unless
+from cxbridge_explore.worlds.points import ChoiceKind
 
 _NO_PLAN, _FAILS, _LATE = "no plan", "fails", "late"
 

@@ -17,14 +17,14 @@ from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
-from cxbridge.worldmodel.known import check_world
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worldmodel.reading import find_world, read_world
-from cxbridge.worlds.asking import Asking
-from cxbridge.worlds.points import Choice, Chooser, NotedChooser
-from cxbridge.worlds.sensing import OWNER, MessageChoices, SensedChoices
-from cxbridge.worlds.skills import SkillAnswer, SkillChoices
-from cxbridge.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
+from cxbridge_explore.worldmodel.known import check_world
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worldmodel.reading import find_world, read_world
+from cxbridge_explore.worlds.asking import Asking
+from cxbridge_explore.worlds.points import Choice, Chooser, NotedChooser
+from cxbridge_explore.worlds.sensing import OWNER, MessageChoices, SensedChoices
+from cxbridge_explore.worlds.skills import SkillAnswer, SkillChoices
+from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -111,7 +111,7 @@ class WorldRun(Closing):
         planner = self._world.planner
         if planner is None:
             return NOTHING
-        from cxbridge.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only agents that plan pay
+        from cxbridge_explore.worlds.planning import ChosenPlanning  # noqa: PLC0415 - only agents that plan pay
 
         return Additions(planning=partial(ChosenPlanning, planner, lambda: self._ask))
 

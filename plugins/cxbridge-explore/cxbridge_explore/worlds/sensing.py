@@ -16,9 +16,9 @@ from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
 from cxbridge.run.assembly import Assembly
-from cxbridge.worldmodel.model import MessageFault, SensedValue
-from cxbridge.worlds.asking import Asking, fault, unless
-from cxbridge.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worldmodel.model import MessageFault, SensedValue
+from cxbridge_explore.worlds.asking import Asking, fault, unless
+from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 _SKILL: Final = re.compile(r"\w+")
 OWNER: Final = "world"

@@ -16,10 +16,10 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.skills import FOREVER, Call
-from cxbridge.worldmodel.distributions import Distribution, text_of
-from cxbridge.worldmodel.model import SkillFailure, SkillModel, WorldModel
-from cxbridge.worlds.asking import Ask, fault, unless
-from cxbridge.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worldmodel.distributions import Distribution, text_of
+from cxbridge_explore.worldmodel.model import SkillFailure, SkillModel, WorldModel
+from cxbridge_explore.worlds.asking import Ask, fault, unless
+from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 _BEGIN, _END = "takes(", ")"
 

@@ -9,9 +9,9 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
-from cxbridge.worldmodel.model import Absence, Kill, Times
-from cxbridge.worlds.asking import Asking, Schedule, fault, unless
-from cxbridge.worlds.points import ChoiceKind, Option
+from cxbridge_explore.worldmodel.model import Absence, Kill, Times
+from cxbridge_explore.worlds.asking import Asking, Schedule, fault, unless
+from cxbridge_explore.worlds.points import ChoiceKind, Option
 
 
 class AbsenceChoices:

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.explore.retrying import write_retrying
+from explore_tests.retrying import write_retrying
 from tests.forked import nursery
 from tests.support import ROOT
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.explore.test_explore import explored
+from explore_tests.test_explore import explored
 from tests.run.mini import AGENT, write_scenario
 
 PATIENCE = "0.4"

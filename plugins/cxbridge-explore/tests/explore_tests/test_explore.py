@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.points import USUAL, ChoicePath, PathChooser, Step
-from cxbridge.worlds.run import WorldRun
+from cxbridge_explore.worlds.points import USUAL, ChoicePath, PathChooser, Step
+from cxbridge_explore.worlds.run import WorldRun
 from tests.forked import nursery
 from tests.run.mini import write_scenario
 from tests.support import ROOT

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from tests.explore.test_explore import explored
+from explore_tests.test_explore import explored
 
 
 def killed(folder: Path, begin: float, end: float, back: float | None = None) -> Path:

@@ -6,15 +6,15 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.explore.bounds import Bounds, Means
-from cxbridge.explore.explore import explore
-from cxbridge.explore.graph import Graph
-from cxbridge.explore.map.coverage import as_dict, explored_coverage
-from cxbridge.explore.map.page import MOST_DRAWN, write_page
-from cxbridge.explore.map.rows import OPEN, MapRow, run_rows
-from cxbridge.explore.result import ExploreResult
 from cxbridge.run.options import RunOptions
-from tests.explore.test_explore import SCENARIO, explored
+from cxbridge_explore.bounds import Bounds, Means
+from cxbridge_explore.explore import explore
+from cxbridge_explore.graph import Graph
+from cxbridge_explore.map.coverage import as_dict, explored_coverage
+from cxbridge_explore.map.page import MOST_DRAWN, write_page
+from cxbridge_explore.map.rows import OPEN, MapRow, run_rows
+from cxbridge_explore.result import ExploreResult
+from explore_tests.test_explore import SCENARIO, explored
 
 OPTIONS = RunOptions(scenario=SCENARIO, skiller="none")
 
@@ -73,7 +73,7 @@ def test_of_very_many_runs_those_with_few_faults_are_drawn(
     rows += [MapRow(f"a{n}: fails", 1.0, 1, 0, (f"a{n}",), 9.0, "completed") for n in range(1, 3)]
     rows += [MapRow(f"b{n}: fails", 2.0, 2, 1, ("a1", f"b{n}"), 9.0, "stuck") for n in range(MOST_DRAWN * 2)]
     rows[-1].violations = ("run-ends: it does not",)
-    monkeypatch.setattr("cxbridge.explore.map.page.run_rows", lambda _graph: rows)
+    monkeypatch.setattr("cxbridge_explore.map.page.run_rows", lambda _graph: rows)
     file = tmp_path / "map.html"
     write_page(result, explored_coverage(OPTIONS, ()), file, "x")
     text = file.read_text()

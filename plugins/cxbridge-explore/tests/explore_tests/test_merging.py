@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from tests.explore.retrying import write_retrying
-from tests.explore.test_explore import counts, explored
+from explore_tests.retrying import write_retrying
+from explore_tests.test_explore import counts, explored
 from tests.support import ROOT
 
 SCENARIOS = ("test-scenario", "test-scenario-pddl", "waypoints")

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pytest
 
-from tests.explore.retrying import write_retrying
-from tests.explore.sessions import assert_ended, others_of_session
-from tests.explore.test_explore import SCENARIO, counts, explored
+from explore_tests.retrying import write_retrying
+from explore_tests.sessions import assert_ended, others_of_session
+from explore_tests.test_explore import SCENARIO, counts, explored
 from tests.forked import nursery
 
 FAULTS = ("--faults", "3")

@@ -9,11 +9,11 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.explore.counterexample_playing import Wanted, WantedChooser, play
-from cxbridge.properties.reading import find_property
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.formats.registry import open_run
-from tests.explore.pytest_files import pytest_of
+from cxbridge_explore.counterexample_playing import Wanted, WantedChooser, play
+from cxbridge_explore.properties.reading import find_property
+from explore_tests.pytest_files import pytest_of
 from tests.forked import nursery
 from tests.support import ROOT
 

@@ -12,10 +12,10 @@ from typing import Any, TypeVar
 
 import pytest
 
-from cxbridge.executive.protobuf.inbox import Event, Presence, Received, Warned
-from cxbridge.executive.protobuf.network import Network
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes
+from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
+from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes
 
 PROTOS = Path(__file__).parent / "protos"
 WAIT = 30

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.crypto import CIPHERS, Crypter, derive_key
+from cxbridge_protobuf.crypto import CIPHERS, Crypter, derive_key
 
 pytest.importorskip("cryptography", reason="the extra 'protobuf' (cryptography) is not installed")
 

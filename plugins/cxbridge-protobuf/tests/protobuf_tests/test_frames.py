@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.frames import (
+from cxbridge_protobuf.frames import (
     VERSIONS,
     Frame,
     StreamDecoder,

@@ -5,12 +5,12 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.inbox import Origin, Presence, Received, Warned
-from cxbridge.executive.protobuf.local import HOST, LocalNetwork
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import MessageTypes, frame_of
-from tests.executive.protobuf.conftest import PROTOS
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.inbox import Origin, Presence, Received, Warned
+from cxbridge_protobuf.local import HOST, LocalNetwork
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import MessageTypes, frame_of
+from protobuf_tests.conftest import PROTOS
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

@@ -9,12 +9,12 @@ from contextlib import suppress
 import pytest
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf import network as network_module
-from cxbridge.executive.protobuf.crypto import CIPHERS
-from cxbridge.executive.protobuf.frames import Frame, encode, seal
-from cxbridge.executive.protobuf.inbox import Origin, Presence, Received, Warned
-from cxbridge.executive.protobuf.types import frame_of
-from tests.executive.protobuf.conftest import WAIT, free_port
+from cxbridge_protobuf import network as network_module
+from cxbridge_protobuf.crypto import CIPHERS
+from cxbridge_protobuf.frames import Frame, encode, seal
+from cxbridge_protobuf.inbox import Origin, Presence, Received, Warned
+from cxbridge_protobuf.types import frame_of
+from protobuf_tests.conftest import WAIT, free_port
 
 ORDER = Frame(3000, 2, b"\x08\x05")
 """An Order with id 5."""
@@ -315,7 +315,7 @@ def test_a_host_that_is_not_found_is_told_and_messages_wait(nets, monkeypatch):
             raise socket.gaierror("no such host")
         return real("127.0.0.1", *args, **kwargs)
 
-    monkeypatch.setattr("cxbridge.executive.protobuf.peer._RETRY_SECONDS", 0)
+    monkeypatch.setattr("cxbridge_protobuf.peer._RETRY_SECONDS", 0)
     monkeypatch.setattr(socket, "getaddrinfo", resolve)
     net, port = nets(), free_port(socket.SOCK_DGRAM)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:

@@ -9,10 +9,10 @@ import pytest
 from google.protobuf import descriptor_pb2
 
 from cxbridge.errors import ProtobufError
-from cxbridge.executive.protobuf import compiler
-from cxbridge.executive.protobuf.frames import Frame
-from cxbridge.executive.protobuf.types import MessageTypes, frame_of, numbers_of
-from tests.executive.protobuf.conftest import PROTOS
+from cxbridge_protobuf import compiler
+from cxbridge_protobuf.frames import Frame
+from cxbridge_protobuf.types import MessageTypes, frame_of, numbers_of
+from protobuf_tests.conftest import PROTOS
 from tests.support import ROBOTINO_DIR
 
 

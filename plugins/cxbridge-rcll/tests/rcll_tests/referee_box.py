@@ -8,11 +8,11 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from cxbridge.executive.protobuf.inbox import Presence, Received
-from cxbridge.executive.protobuf.network import Network
-from cxbridge.executive.protobuf.settings import NetworkSettings
-from cxbridge.executive.protobuf.types import Message, MessageTypes, frame_of
-from tests.executive.protobuf.conftest import free_port
+from cxbridge_protobuf.inbox import Presence, Received
+from cxbridge_protobuf.network import Network
+from cxbridge_protobuf.settings import NetworkSettings
+from cxbridge_protobuf.types import Message, MessageTypes, frame_of
+from protobuf_tests.conftest import free_port
 
 MESSAGES = """
 syntax = "proto2";

@@ -7,7 +7,7 @@ import json
 import pytest
 
 from cxbridge.cli.main import invoke
-from tests.rcll.league import write_refbox, write_team
+from rcll_tests.league import write_refbox, write_team
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

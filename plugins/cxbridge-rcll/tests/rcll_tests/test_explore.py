@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from tests.explore.test_explore import explored
-from tests.rcll.league import write_refbox, write_team
+from explore_tests.test_explore import explored
+from rcll_tests.league import write_refbox, write_team
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

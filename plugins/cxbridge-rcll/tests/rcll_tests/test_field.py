@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from cxbridge.rcll.field import Field, Pose, entry
+from cxbridge_rcll.field import Field, Pose, entry
 
 MACHINES = [
     {"name": "C-BS", "zone": "C_Z47", "rotation": 90},

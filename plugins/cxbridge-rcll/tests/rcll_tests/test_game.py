@@ -11,10 +11,10 @@ from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.mainloop import Hook
-from cxbridge.rcll.game import LeagueGame
-from cxbridge.rcll.score import category_of
 from cxbridge.run.options import RunOptions
-from tests.rcll.league import MESSAGES, write_refbox, write_team
+from cxbridge_rcll.game import LeagueGame
+from cxbridge_rcll.score import category_of
+from rcll_tests.league import MESSAGES, write_refbox, write_team
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

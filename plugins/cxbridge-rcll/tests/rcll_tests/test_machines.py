@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.clock import MICROSECONDS, VirtualClock
-from cxbridge.rcll.machines import (
+from cxbridge_rcll.machines import (
     BELT_END_S,
     BELT_MIDDLE_S,
     CAP_S,

@@ -6,7 +6,7 @@ from random import Random
 
 import pytest
 
-from cxbridge.rcll.placing import NAMES, Placed, fits, place
+from cxbridge_rcll.placing import NAMES, Placed, fits, place
 
 
 @pytest.mark.parametrize("seed", range(50))

@@ -12,13 +12,13 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
-from cxbridge.rcll import remote
-from cxbridge.rcll.game import LeagueGame
-from cxbridge.rcll.remote import Address
 from cxbridge.run.options import RunOptions
-from tests.executive.protobuf.conftest import free_port
-from tests.rcll.league import AGENT, write_team
-from tests.rcll.referee_box import message_types, referee_box, write_messages
+from cxbridge_rcll import remote
+from cxbridge_rcll.game import LeagueGame
+from cxbridge_rcll.remote import Address
+from protobuf_tests.conftest import free_port
+from rcll_tests.league import AGENT, write_team
+from rcll_tests.referee_box import message_types, referee_box, write_messages
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.game.score import Award, Delivery, ProductOrder
-from cxbridge.rcll.field import Field
-from cxbridge.rcll.machines import MachinePlace, Workpiece
-from cxbridge.rcll.reported import ReportedGame
-from tests.rcll.referee_box import game_state, machine_info, message_types, order_info
+from cxbridge_explore.game.score import Award, Delivery, ProductOrder
+from cxbridge_rcll.field import Field
+from cxbridge_rcll.machines import MachinePlace, Workpiece
+from cxbridge_rcll.reported import ReportedGame
+from rcll_tests.referee_box import game_state, machine_info, message_types, order_info
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

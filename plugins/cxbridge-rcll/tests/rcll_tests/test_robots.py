@@ -8,11 +8,11 @@ from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.rcll.field import Field, Pose
-from cxbridge.rcll.machines import Machine, MachinePlace, Workpiece
-from cxbridge.rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED, RobotWorld, robot_executor
 from cxbridge.skiller.board.executor import ExecutorContext, SkillFailedError
 from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge_rcll.field import Field, Pose
+from cxbridge_rcll.machines import Machine, MachinePlace, Workpiece
+from cxbridge_rcll.robots import ALIGN_S, ANYWHERE_S, HANDLE_S, SPEED, RobotWorld, robot_executor
 
 LOOP_US = 50_000
 

@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from cxbridge.navgraph import NavGraph
-from cxbridge.rcll.field import Field
-from cxbridge.rcll.stations import WAIT_ZONES, StationNodes
+from cxbridge_rcll.field import Field
+from cxbridge_rcll.stations import WAIT_ZONES, StationNodes
 
 MACHINES = [
     {"name": "C-BS", "zone": "C-Z65", "rotation": 270},

@@ -9,9 +9,9 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
-from cxbridge.rcll.game import LeagueGame
 from cxbridge.run.options import RunOptions
-from tests.rcll.league import AGENT, write_refbox, write_team
+from cxbridge_rcll.game import LeagueGame
+from rcll_tests.league import AGENT, write_refbox, write_team
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

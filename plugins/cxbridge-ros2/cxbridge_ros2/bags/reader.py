@@ -14,13 +14,13 @@ from rosbags.rosbag2 import Reader, ReaderError
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.ros2.bags.topics import EVENTS, FILES, SOURCES, Taker, Takers, file_of, record_of
-from cxbridge.ros2.bags.unpacking import bound_unpacking
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.interfaces.definitions import ACTIONS, definitions_of
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import parse_type
 from cxbridge.trace.formats.base import Run, StoredFile
+from cxbridge_ros2.bags.topics import EVENTS, FILES, SOURCES, Taker, Takers, file_of, record_of
+from cxbridge_ros2.bags.unpacking import bound_unpacking
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import parse_type
 
 METADATA: Final = "cxbridge"
 """Before the keys of a run's metadata in those of the bag."""

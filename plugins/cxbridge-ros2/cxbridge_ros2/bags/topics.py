@@ -12,13 +12,13 @@ from cxbridge.event_kinds import EVENT_TYPES
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.ros2.actions import GoalStatus
-from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS
-from cxbridge.ros2.hub.words import WordKind
-from cxbridge.ros2.interfaces.definitions import field_names, type_of
-from cxbridge.ros2.messages import Message
 from cxbridge.trace.codec import decoder, dump
 from cxbridge.trace.formats.base import StoredFile
+from cxbridge_ros2.actions import GoalStatus
+from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS
+from cxbridge_ros2.hub.words import WordKind
+from cxbridge_ros2.interfaces.definitions import field_names, type_of
+from cxbridge_ros2.messages import Message
 
 EVENTS: Final = "/cxbridge/events"
 """The topic that has all events of a run, each as JSON with its kind."""

@@ -14,16 +14,16 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.ros2.bags.reader import METADATA
-from cxbridge.ros2.bags.topics import EVENTS, FILES, LOG, SOURCES, TEXT, file_message, record_message
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.frames import TRANSFORMS, stamp, transform_message
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import parse_type
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import writing
 from cxbridge.trace.sourcing import SourceNamer
+from cxbridge_ros2.bags.reader import METADATA
+from cxbridge_ros2.bags.topics import EVENTS, FILES, LOG, SOURCES, TEXT, file_message, record_message
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.frames import TRANSFORMS, stamp, transform_message
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import parse_type
 
 _VERSION: Final = 9
 _NANOSECONDS: Final = 1000

@@ -39,7 +39,7 @@ def package(
 
     Example: cxbridge ros2 package -o workspace/src SkillerInterface Position3DInterface
     """
-    from cxbridge.ros2.interfaces.package import write_packages
+    from cxbridge_ros2.interfaces.package import write_packages
 
     registry = registry_of(interface_dir)
     schemas = [registry.schema(name) for name in names or registry.names()]
@@ -72,7 +72,7 @@ def terminal(
 
     Example: cxbridge ros2 terminal get problem predicates
     """
-    from cxbridge.cli.ros2_prompt import Prompt
+    from cxbridge_ros2.cli.prompt import Prompt
 
     given: dict[str, object] = {"transport": transport, "url": url, "domain": domain, "reach": reach}
     given |= {

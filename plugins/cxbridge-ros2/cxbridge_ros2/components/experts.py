@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import ConfigError
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.experts.definitions import TYPES
-from cxbridge.ros2.experts.planner import PlanServer
-from cxbridge.ros2.experts.server import ExpertServer
-from cxbridge.ros2.experts.settings import TREE, ExpertSettings
-from cxbridge.ros2.trees import placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.experts.planner import PlanServer
+from cxbridge_ros2.experts.server import ExpertServer
+from cxbridge_ros2.experts.settings import TREE, ExpertSettings
+from cxbridge_ros2.trees import placed
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanningService

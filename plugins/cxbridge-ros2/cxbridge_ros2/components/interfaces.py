@@ -6,14 +6,14 @@ from fnmatch import fnmatchcase
 
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.interfaces.definitions import definitions_of
-from cxbridge.ros2.interfaces.settings import TREE, WRITE, TopicSettings, topic_settings
-from cxbridge.ros2.interfaces.topics import PublishedInterfaces, WrittenInterface, check_mapping
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.trees import placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.interfaces.definitions import definitions_of
+from cxbridge_ros2.interfaces.settings import TREE, WRITE, TopicSettings, topic_settings
+from cxbridge_ros2.interfaces.topics import PublishedInterfaces, WrittenInterface, check_mapping
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.trees import placed
 
 
 class Ros2Interfaces(Component):

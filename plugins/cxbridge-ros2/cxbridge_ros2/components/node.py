@@ -11,15 +11,15 @@ from cxbridge.daemon.lifecycle import ComponentStatus, State
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.executor import typed
-from cxbridge.ros2.frames import stamp
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
-from cxbridge.ros2.parameters import Parameter, Parameters
-from cxbridge.ros2.rosout import Rosout
-from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.run.agent_context import ROS2_CLOCK
 from cxbridge.run.components.component import Component
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.executor import typed
+from cxbridge_ros2.frames import stamp
+from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
+from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.rosout import Rosout
+from cxbridge_ros2.trees import node_settings, placed
 
 TREE: Final = "/ros2/node"
 _OWN: Final = ("name", "log")

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from cxbridge.errors import ConfigError
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.hub.caller import HubSkills
-from cxbridge.ros2.hub.performer import HubPerformer, PerformerSettings
-from cxbridge.ros2.hub.settings import TREE, performer_settings
-from cxbridge.ros2.node import Node
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.local_calls import LocalSkillCalls
+from cxbridge_ros2.hub.caller import HubSkills
+from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
+from cxbridge_ros2.hub.settings import TREE, performer_settings
+from cxbridge_ros2.node import Node
 
 
 class Ros2Performers(Component):

@@ -5,14 +5,14 @@ from __future__ import annotations
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import EXEC_SKILL as EXEC_SKILL_MESSAGE
-from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge.ros2.executor import typed
-from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
+from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge_ros2.executor import typed
+from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.trees import node_settings, placed
 
 TREE = "/ros2/skiller"
 _WHOSE = "the Skiller for ROS 2"

@@ -8,14 +8,14 @@ from typing import Final
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.executor import typed
-from cxbridge.ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
 from cxbridge.tf import TransformPublisher
+from cxbridge_ros2.executor import typed
+from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.trees import node_settings, placed
 
 TREE: Final = "/ros2/tf"
 MOST_FRAMES: Final = 500

@@ -11,8 +11,8 @@ from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.problems import format_problem
 from cxbridge.executive.problem.knowledge import ProblemExpert
 from cxbridge.executive.problem.truth import Ground, words_of
-from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
+from cxbridge_ros2.messages import Message
 
 Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
 """Does what is asked for, and returns the fields of the response besides ``success``."""

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.experts.names import SERVICES
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Client, Node
+from cxbridge_ros2.experts.names import SERVICES
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Client, Node
 
 PATIENCE_S: Final = 5.0
 """Seconds that a server may need until it is there, and until it answers."""

@@ -22,10 +22,10 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_domain
 from cxbridge.executive.pddl.semantics import ROOT_TYPE
 from cxbridge.executive.problem.knowledge import ProblemExpert, subtypes
-from cxbridge.ros2.experts.answers import ExpertService
-from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, param
-from cxbridge.ros2.messages import Message
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.experts.answers import ExpertService
+from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, param
+from cxbridge_ros2.messages import Message
 
 _TIMES: Final = {
     "at_start_requirements": ("at start", "condition"),

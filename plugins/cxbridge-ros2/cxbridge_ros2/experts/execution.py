@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.experts.client import PATIENCE_S, ExpertClient, ExpertRefusedError
-from cxbridge.ros2.experts.definitions import EXECUTE_PLAN
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge_ros2.experts.client import PATIENCE_S, ExpertClient, ExpertRefusedError
+from cxbridge_ros2.experts.definitions import EXECUTE_PLAN
+from cxbridge_ros2.messages import Message
 
 _ACTION: Final = "/execute_plan"
 _FAILED: Final = 3

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Final
 
-from cxbridge.ros2.experts.definitions import PACKAGE
+from cxbridge_ros2.experts.definitions import PACKAGE
 
 PROBLEM: Final = {
     "add_problem": "AddProblem",

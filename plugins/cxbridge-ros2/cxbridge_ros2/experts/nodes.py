@@ -27,8 +27,8 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.printer import format_formula, format_term
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.truth import Ground
-from cxbridge.ros2.experts.names import BEFORE_JAZZY
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.experts.names import BEFORE_JAZZY
+from cxbridge_ros2.messages import Message
 
 
 class TreeNodeKind(IntEnum):

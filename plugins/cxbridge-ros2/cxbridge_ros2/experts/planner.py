@@ -9,8 +9,8 @@ from cxbridge.closing import Closing
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning.settings import PlannerSettings
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Reply
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Reply
 
 if TYPE_CHECKING:
     from cxbridge.executive.planning import PlanCall, PlannedAction, PlanningService

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.closing import Closing
 from cxbridge.events import Logger
-from cxbridge.executive.features.problem_expert import ProblemExpertFeature
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
-from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge.ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
-from cxbridge.ros2.experts.nodes import NodeCodec
-from cxbridge.ros2.experts.planner import PlanServer
-from cxbridge.ros2.experts.settings import ExpertSettings
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Node, Reply
-from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.topics import check_topic
+from cxbridge_ros2.experts.answers import PROBLEM_SERVICES, ExpertService, answer, knowledge_message
+from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
+from cxbridge_ros2.experts.names import DEPTH, KNOWLEDGE, UPDATE, services_of
+from cxbridge_ros2.experts.nodes import NodeCodec
+from cxbridge_ros2.experts.planner import PlanServer
+from cxbridge_ros2.experts.settings import ExpertSettings
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Node, Reply
+from cxbridge_ros2.problem_expert import ProblemExpertFeature
+from cxbridge_ros2.qos import QosProfile
+from cxbridge_ros2.topics import check_topic
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Final
 from msgspec import Struct
 
 from cxbridge.errors import ConfigError
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.experts.names import NODES
-from cxbridge.ros2.trees import node_settings, placed
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.experts.names import NODES
+from cxbridge_ros2.trees import node_settings, placed
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -25,7 +25,7 @@ _WHOSE: Final = "the settings of the experts"
 class ExpertSettings(Struct, frozen=True):
     """The settings of experts.
 
-    :param serve: keys of :data:`~cxbridge.ros2.experts.names.NODES`.
+    :param serve: keys of :data:`~cxbridge_ros2.experts.names.NODES`.
     :param node: where they are.
     """
 

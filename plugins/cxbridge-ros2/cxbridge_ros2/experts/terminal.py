@@ -12,14 +12,14 @@ from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, T
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.rights import Right
-from cxbridge.ros2.experts.answers import shown
-from cxbridge.ros2.experts.client import ExpertClient
-from cxbridge.ros2.experts.execution import Item, execute, item_of, read_plan
-from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
-from cxbridge.ros2.hub.words import Life
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.plansys2 import PROTOCOL
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.experts.answers import shown
+from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.execution import Item, execute, item_of, read_plan
+from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
+from cxbridge_ros2.hub.words import Life
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.plansys2 import PROTOCOL
 
 PLANNING_S: Final = 120.0
 """Seconds that a plan may take."""

@@ -17,12 +17,12 @@ from msgspec import Struct
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, SkillError
 from cxbridge.history.exchange import MAPPED_ACTION
-from cxbridge.ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
-from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
-from cxbridge.ros2.skills import fill
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge_ros2.executor import TIMEOUT_S, RosExecutor, nested, seconds_of
+from cxbridge_ros2.hub.hub import Hub
+from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
+from cxbridge_ros2.skills import fill
 
 RETRY_S: Final = 1.0
 """Seconds between REQUESTs that nobody answers, as in PlanSys2."""

@@ -7,9 +7,9 @@ from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.rights import Right, right_of_frame
-from cxbridge.ros2.hub.words import HubProtocol, Sign, Word
-from cxbridge.ros2.node import Node, Publisher
-from cxbridge.ros2.qos import QosProfile
+from cxbridge_ros2.hub.words import HubProtocol, Sign, Word
+from cxbridge_ros2.node import Node, Publisher
+from cxbridge_ros2.qos import QosProfile
 
 _QOS: Final = QosProfile(depth=100)
 """That of PlanSys2 and of the thesis."""

@@ -20,15 +20,15 @@ from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
-from cxbridge.ros2.node import Node
 from cxbridge.skiller.board.local_calls import calls_of
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, SkillCall
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.mapping import ActionSkillMapping
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.hub.hub import Hub
+from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
+from cxbridge_ros2.node import Node
 
 RESERVE_S: Final = 2.0
 """Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free for others again."""

@@ -7,13 +7,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ConfigError
-from cxbridge.ros2.executor import OF_NODE, NodeSettings, nested, typed
-from cxbridge.ros2.hub.performer import PerformerSettings, ServedAction
-from cxbridge.ros2.hub.words import HubProtocol
-from cxbridge.ros2.plansys2 import PlanSys2Protocol
-from cxbridge.ros2.skill_execution import SkillExecutionProtocol
-from cxbridge.ros2.trees import placed, values_below
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.executor import OF_NODE, NodeSettings, nested, typed
+from cxbridge_ros2.hub.performer import PerformerSettings, ServedAction
+from cxbridge_ros2.hub.words import HubProtocol
+from cxbridge_ros2.plansys2 import PlanSys2Protocol
+from cxbridge_ros2.skill_execution import SkillExecutionProtocol
+from cxbridge_ros2.trees import placed, values_below
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration

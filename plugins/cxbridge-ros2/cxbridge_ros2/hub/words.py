@@ -9,7 +9,7 @@ from typing import Any, ClassVar, NamedTuple
 
 from msgspec import Struct
 
-from cxbridge.ros2.messages import Message
+from cxbridge_ros2.messages import Message
 
 
 class WordKind(IntEnum):

@@ -17,7 +17,7 @@ from cxbridge.errors import Ros2Error
 from cxbridge.file_access import write_file
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.process.python import python_command
-from cxbridge.ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
+from cxbridge_ros2.interfaces.definitions import ACTIONS, PACKAGE, definitions_of
 
 _SUFFIXES: Final = {"msg": ".msg", "srv": ".srv", "action": ".action"}
 

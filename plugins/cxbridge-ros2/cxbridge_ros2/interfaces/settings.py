@@ -11,11 +11,11 @@ from msgspec import Struct
 
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import ConfigError
-from cxbridge.ros2.executor import OF_NODE, NodeSettings, nested, typed
-from cxbridge.ros2.qos import QosProfile, profile
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.trees import placed, values_below
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.executor import OF_NODE, NodeSettings, nested, typed
+from cxbridge_ros2.qos import QosProfile, profile
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.trees import placed, values_below
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration

@@ -20,13 +20,13 @@ from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message as InterfaceMessage
 from cxbridge.interfaces.schema import FieldSchema, InterfaceSchema
 from cxbridge.rights import right_of_frame
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.interfaces.definitions import TIME, field_names, type_of
-from cxbridge.ros2.interfaces.settings import WRITE, TopicSettings
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import Node, Publisher
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.interfaces.definitions import TIME, field_names, type_of
+from cxbridge_ros2.interfaces.settings import WRITE, TopicSettings
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import Node, Publisher
 
 OWNER: Final = "ROS 2"
 _NANOSECONDS: Final = 1000

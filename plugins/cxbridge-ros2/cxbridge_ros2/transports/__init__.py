@@ -6,10 +6,10 @@ from pathlib import Path
 from typing import Final
 
 TRANSPORTS: Final = {
-    "dds": "cxbridge.ros2.transports.dds:join",
-    "rclpy": "cxbridge.ros2.transports.rclpy:join",
-    "rosbridge": "cxbridge.ros2.transports.rosbridge:join",
-    "zenoh": "cxbridge.ros2.transports.zenoh:join",
+    "dds": "cxbridge_ros2.transports.dds:join",
+    "rclpy": "cxbridge_ros2.transports.rclpy:join",
+    "rosbridge": "cxbridge_ros2.transports.rosbridge:join",
+    "zenoh": "cxbridge_ros2.transports.zenoh:join",
 }
 """What makes a node, ``module:function``, by its transport; called with a name, types and settings."""
 

@@ -13,12 +13,12 @@ from typing import Any, Final
 
 from msgspec import Struct
 
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.topics import check_topic
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.topics import check_topic
 
 MOST_ROUNDS: Final = 10_000
 """Turns of all nodes at one moment: two that answer each other without an end must not stop the clock."""

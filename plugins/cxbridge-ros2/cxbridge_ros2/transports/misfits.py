@@ -6,8 +6,8 @@ import re
 from collections.abc import Mapping
 from typing import Final
 
-from cxbridge.ros2.names import TypeName
 from cxbridge.suggestions import did_you_mean
+from cxbridge_ros2.names import TypeName
 
 _DDS_TYPE: Final = re.compile(r"(\w+)::(msg|srv|action)::dds_::(\w+)_")
 _PART: Final = re.compile(

@@ -1,6 +1,6 @@
 """ROS 2 by its own client library, where a ROS 2 environment is sourced: everything, with any RMW.
 
-Messages go through CDR (:mod:`cxbridge.ros2.messages`), so that they are checked as everywhere: topics carry
+Messages go through CDR (:mod:`cxbridge_ros2.messages`), so that they are checked as everywhere: topics carry
 it as it is, and rclpy makes objects of it for services.
 """
 
@@ -14,16 +14,16 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.executor import NodeSettings
+    from cxbridge_ros2.executor import NodeSettings
 
 _PARTS: Final = {
     "SendGoal": "SendGoalService",

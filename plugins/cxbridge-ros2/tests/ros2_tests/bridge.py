@@ -2,7 +2,7 @@
 
 ::
 
-    python -m tests.ros2.bridge PORT
+    python -m ros2_tests.bridge PORT
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ from typing import Any
 
 from websockets.sync.server import ServerConnection, serve
 
-from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.node import Client, Publisher
-from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.peer import PACKAGES
+from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.node import Client, Publisher
+from cxbridge_ros2.qos import QosProfile
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.peer import PACKAGES
 
 DEEP = QosProfile(depth=300)
 

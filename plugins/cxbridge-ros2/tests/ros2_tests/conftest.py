@@ -88,7 +88,7 @@ def forked(module: str, *arguments: str) -> Iterator[Forked]:
 def started(kind: str, script: str, *arguments: str) -> Iterator[None]:
     """Run a script of rclpy, or the module of that name of ours."""
     if kind == "ours":
-        with forked(f"tests.ros2.{Path(script).stem}", *arguments):
+        with forked(f"ros2_tests.{Path(script).stem}", *arguments):
             yield
     else:
         process = start(kind, script, *arguments)
@@ -136,7 +136,7 @@ def wait_for_port(port: int) -> None:
 def a_router(port: int = 0) -> Iterator[str]:
     """Start a router of Zenoh; its URL."""
     port = port or free_port()
-    with forked("tests.ros2.router", str(port)):
+    with forked("ros2_tests.router", str(port)):
         yield f"tcp/127.0.0.1:{port}"
 
 

@@ -15,23 +15,23 @@ from cxbridge.config import Configuration
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.rights import EVERYTHING
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.hub.hub import Hub
-from cxbridge.ros2.hub.performer import HubPerformer
-from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge.ros2.hub.words import Key, Life, Sign, Word, WordKind
-from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive
-from cxbridge.ros2.qos import PROFILES, QosProfile
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.hub.hub import Hub
+from cxbridge_ros2.hub.performer import HubPerformer
+from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge_ros2.hub.words import Key, Life, Sign, Word, WordKind
+from cxbridge_ros2.node import AnswerLater, Client, Node, Publisher, Receive
+from cxbridge_ros2.qos import PROFILES, QosProfile
 
 LOOP_US = 20_000
 STEPS = 30
 CALLERS = {
-    "plansys2": "cxbridge.ros2.plansys2:PlanSys2Skills",
-    "skill-execution": "cxbridge.ros2.skill_execution:SkillExecutionSkills",
+    "plansys2": "cxbridge_ros2.plansys2:PlanSys2Skills",
+    "skill-execution": "cxbridge_ros2.skill_execution:SkillExecutionSkills",
 }
 CALLER = """
 skill-board:
@@ -45,7 +45,7 @@ skill-board:
   agents:
     robot2:
       executors:
-        work: {class: "tests.ros2.hub:Work"}
+        work: {class: "ros2_tests.hub:Work"}
 ros2:
   performers:
     hub: {protocol: PROTOCOL, name: ours, actions: [move, wave]}

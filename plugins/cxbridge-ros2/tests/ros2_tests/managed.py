@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, Lifecycle
-from cxbridge.ros2.parameters import Parameter, Parameters
-from cxbridge.ros2.rosout import Rosout
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, CONFIGURE, Lifecycle
+from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.rosout import Rosout
+from cxbridge_ros2.transports.dds import DdsNode
 
 
 def main() -> None:

@@ -7,11 +7,11 @@ from pathlib import Path
 
 from cxbridge.clock import RealClock
 from cxbridge.rights import EVERYTHING
-from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.qos import QosProfile
+from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.qos import QosProfile
 
 ABORTED = 13
 PACKAGES = Path(__file__).parent / "packages"

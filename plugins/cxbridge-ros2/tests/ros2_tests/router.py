@@ -1,4 +1,4 @@
-"""A router of Zenoh, as rmw_zenohd: ``python -m tests.ros2.router PORT``."""
+"""A router of Zenoh, as rmw_zenohd: ``python -m ros2_tests.router PORT``."""
 
 from __future__ import annotations
 

@@ -16,15 +16,15 @@ from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, LifecycleState
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.parameters import ParameterClient
-from cxbridge.ros2.rosout import listen
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.lifecycle import ACTIVATE, CLEANUP, DEACTIVATE, SHUTDOWN, LifecycleClient, LifecycleState
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.parameters import ParameterClient
+from cxbridge_ros2.rosout import listen
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.experts.agents import FAST
+from ros2_tests.test_managed import answer, until
 from tests.daemon.test_daemon import running
-from tests.ros2.experts.agents import FAST
-from tests.ros2.test_managed import answer, until
 
 QUIET = "cxbridge: {fawkes: {enable: false}, zmq: {endpoints: []}}\n"
 

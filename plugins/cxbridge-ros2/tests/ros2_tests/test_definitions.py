@@ -10,11 +10,11 @@ import pytest
 pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import TypeName, parse_type
-from tests.ros2.conftest import SETUP, needs_ros
-from tests.ros2.peer import PACKAGES
+from cxbridge_ros2.definitions import DISTRIBUTIONS, Definitions
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import TypeName, parse_type
+from ros2_tests.conftest import SETUP, needs_ros
+from ros2_tests.peer import PACKAGES
 
 WIDE = "example_interfaces/msg/WString"
 """Wide strings are not supported."""

@@ -18,19 +18,19 @@ from rosbags.interfaces import Nodetype
 
 from cxbridge.clock import RealClock
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.ros2.definitions import Definitions, FieldType
-from cxbridge.ros2.interfaces.definitions import ACTIONS
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Reply
-from cxbridge.ros2.parameters import ParameterClient
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.transports.dds import DdsNode
-from cxbridge.ros2.transports.dds.node import _write
+from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.interfaces.definitions import ACTIONS
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Reply
+from cxbridge_ros2.parameters import ParameterClient
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.transports.dds import DdsNode
+from cxbridge_ros2.transports.dds.node import _write
+from ros2_tests.hub import Side
+from ros2_tests.peer import PACKAGES
+from ros2_tests.test_managed import answer, until
 from tests.daemon.test_daemon import running
-from tests.ros2.hub import Side
-from tests.ros2.peer import PACKAGES
-from tests.ros2.test_managed import answer, until
 
 TALK = """
 from cxbridge.skiller.board import SkillExecutor
@@ -171,7 +171,7 @@ skill-board:
     robot1:
       executors:
         ros:
-          class: cxbridge.ros2.skills:RosSkills
+          class: cxbridge_ros2.skills:RosSkills
           domain: DOMAIN
           packages: [PACKAGES]
           skills:

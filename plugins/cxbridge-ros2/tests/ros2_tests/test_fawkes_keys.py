@@ -8,12 +8,12 @@ import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.ros2.executor import OF_NODE
-from cxbridge.ros2.fawkes_keys import OF_FAWKES, has_ours
-from cxbridge.ros2.trees import node_settings, values_below
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
+from cxbridge_ros2.executor import OF_NODE
+from cxbridge_ros2.fawkes_keys import OF_FAWKES, has_ours
+from cxbridge_ros2.trees import node_settings, values_below
 from tests.run.mini import write_scenario
 from tests.support import ROBOTINO_DIR
 

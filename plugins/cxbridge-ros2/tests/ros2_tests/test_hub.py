@@ -11,9 +11,9 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
-from cxbridge.ros2.hub.settings import PROTOCOLS, performer_settings
-from cxbridge.ros2.hub.words import Key, Life, Word, WordKind
-from tests.ros2.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
+from cxbridge_ros2.hub.settings import PROTOCOLS, performer_settings
+from cxbridge_ros2.hub.words import Key, Life, Word, WordKind
+from ros2_tests.hub import CALLER, CALLERS, PERFORMER, EtherWorld, Side
 
 MOVE = Key("move", ("r2", "hall"), "")
 THERE = ("SUCCEEDED", "")

@@ -17,8 +17,8 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from tests.ros2.conftest import HERE, HUBS, has_package, in_ros, needs_ros, start, with_ros
-from tests.ros2.hub import CALLER, CALLERS, PERFORMER, World
+from ros2_tests.conftest import HERE, HUBS, has_package, in_ros, needs_ros, start, with_ros
+from ros2_tests.hub import CALLER, CALLERS, PERFORMER, World
 from tests.support import ROOT
 
 PACKAGES = {"plansys2": "plansys2_msgs", "skill-execution": "cx_msgs"}
@@ -203,7 +203,7 @@ skill-board:
   agents:
     default:
       executors:
-        nodes: {class: "cxbridge.ros2.skill_execution:SkillExecutionSkills", skills: [move]}
+        nodes: {class: "cxbridge_ros2.skill_execution:SkillExecutionSkills", skills: [move]}
 """
 
 

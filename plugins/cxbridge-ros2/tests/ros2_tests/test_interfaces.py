@@ -21,17 +21,17 @@ from cxbridge.events import LogLine
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.ros2.actions import ActionClient, GoalStatus, SentGoal
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.interfaces.definitions import ACTIONS, EXEC_SKILL, definitions_of, type_of
-from cxbridge.ros2.interfaces.topics import topic_of
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.options import RunOptions
+from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.interfaces.definitions import ACTIONS, EXEC_SKILL, definitions_of, type_of
+from cxbridge_ros2.interfaces.topics import topic_of
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import HERE, has_package, needs_ros, with_ros
+from ros2_tests.test_managed import until
 from tests.daemon.test_daemon import running
-from tests.ros2.conftest import HERE, has_package, needs_ros, with_ros
-from tests.ros2.test_managed import until
 from tests.run.mini import write_scenario
 
 TYPES = InterfaceRegistry().names()

@@ -15,8 +15,8 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import Ros2Error
 from cxbridge.events import LogLine
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.lifecycle import (
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.lifecycle import (
     ACTIVATE,
     CLEANUP,
     CONFIGURE,
@@ -25,11 +25,11 @@ from cxbridge.ros2.lifecycle import (
     LifecycleClient,
     LifecycleState,
 )
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
-from cxbridge.ros2.rosout import listen
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.conftest import HERE, forked, needs_ros, started, with_ros
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.parameters import EVENTS, ParameterClient, message_of, type_of, value_of
+from cxbridge_ros2.rosout import listen
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import HERE, forked, needs_ros, started, with_ros
 
 
 @pytest.fixture
@@ -192,7 +192,7 @@ def test_what_no_parameter_can_be(value):
 @needs_ros
 def test_rclpy_asks_our_node(domain: int):
     """With rclpy's own clients: what `ros2 param` and `ros2 lifecycle` are made of."""
-    with forked("tests.ros2.managed"):
+    with forked("ros2_tests.managed"):
         script = str(HERE / "with_rclpy/manager.py")
         done = subprocess.run(
             with_ros(script), capture_output=True, text=True, check=False, timeout=60, env=os.environ

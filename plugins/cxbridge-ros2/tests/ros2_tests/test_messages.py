@@ -18,12 +18,12 @@ pytest.importorskip("rosbags", reason="the extra ros2 is not installed")
 from rosbags.interfaces import Nodetype
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions, FieldType
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import parse_type
+from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import parse_type
 from fuzz import ros2 as fuzzed
-from tests.ros2.conftest import HERE, needs_ros, with_ros
-from tests.ros2.peer import PACKAGES
+from ros2_tests.conftest import HERE, needs_ros, with_ros
+from ros2_tests.peer import PACKAGES
 
 KNOWN = Definitions([PACKAGES], environment={})
 CODEC = Codec(KNOWN)

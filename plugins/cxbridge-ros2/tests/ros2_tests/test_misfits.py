@@ -17,11 +17,11 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.node import Ros2Warning
-from cxbridge.ros2.qos import QosProfile
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.test_transport import poll_until
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.node import Ros2Warning
+from cxbridge_ros2.qos import QosProfile
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.test_transport import poll_until
 from tests.support import ROOT
 
 LATCHED = QosProfile(durability="transient_local")
@@ -166,8 +166,8 @@ def test_two_nodes_of_the_same_name(join: Join):
 
 HEARD = """
 import sys, time
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.transports.dds import DdsNode
 
 with DdsNode("far", Definitions(environment={}), int(sys.argv[1])) as node:
     heard = []

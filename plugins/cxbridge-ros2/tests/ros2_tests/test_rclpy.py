@@ -14,11 +14,11 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import ConfigError, Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.transports import has_rclpy
-from cxbridge.ros2.transports.rclpy import RclpyNode
-from tests.ros2.conftest import in_ros, needs_ros
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.transports import has_rclpy
+from cxbridge_ros2.transports.rclpy import RclpyNode
+from ros2_tests.conftest import in_ros, needs_ros
 from tests.support import ROOT
 
 FAST = "fastrtps" in os.environ.get("RMW_IMPLEMENTATION", "")
@@ -40,7 +40,14 @@ def sourced(*command: str, timeout_s: float = 60) -> subprocess.CompletedProcess
 @needs_ros
 def test_it_does_what_every_transport_does(domain: int):
     done = sourced(
-        *("-m", "pytest", "-q", "-p", "no:cacheprovider", "tests/ros2/test_transport.py"),
+        *(
+            "-m",
+            "pytest",
+            "-q",
+            "-p",
+            "no:cacheprovider",
+            "plugins/cxbridge-ros2/tests/ros2_tests/test_transport.py",
+        ),
         *("-k", "rclpy and not real and not dds and not rosbridge" + (" and message" if FAST else "")),
         timeout_s=240,
     )
@@ -67,7 +74,7 @@ def test_by_default_it_is_dds():
 
 SETTINGS = """
     from pathlib import Path
-    from cxbridge.ros2.executor import NodeSettings
+    from cxbridge_ros2.executor import NodeSettings
     made = [NodeSettings.of(each, Path(), "x").transport for each in ({}, {"domain": 3}, {"reach": "subnet"})]
     assert made == ["rclpy", "rclpy", "dds"], made
 """
@@ -76,8 +83,8 @@ FIELDS = """
     import sys
     from pathlib import Path
     from cxbridge.errors import Ros2Error
-    from cxbridge.ros2.definitions import Definitions
-    from cxbridge.ros2.transports.rclpy import RclpyNode
+    from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.transports.rclpy import RclpyNode
 
     def error(made):
         try:
@@ -101,8 +108,8 @@ FIELDS = """
 """
 
 ENDS = """
-    from cxbridge.ros2.definitions import Definitions
-    from cxbridge.ros2.transports.rclpy import RclpyNode
+    from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.transports.rclpy import RclpyNode
 
     node, other = RclpyNode("one", Definitions(), 99), RclpyNode("two", Definitions(), 99)
     ends = [
@@ -127,8 +134,8 @@ ENDS = """
 """
 
 LATER = """
-    from cxbridge.ros2.definitions import Definitions
-    from cxbridge.ros2.transports.rclpy import RclpyNode
+    from cxbridge_ros2.definitions import Definitions
+    from cxbridge_ros2.transports.rclpy import RclpyNode
 
     with RclpyNode("server", Definitions(), 99) as server, RclpyNode("client", Definitions(), 99) as node:
         waiting, got = [], []
@@ -187,5 +194,5 @@ def test_types_that_are_not_those_of_the_environment(tmp_path: Path):
 
 @needs_ros
 def test_a_domain_that_there_is_not_is_one_error():
-    script = "from cxbridge.ros2.transports.rclpy import *; RclpyNode('a', Definitions(), 9999)"
+    script = "from cxbridge_ros2.transports.rclpy import *; RclpyNode('a', Definitions(), 9999)"
     assert "Ros2Error: there is no domain 9999: the last of rmw_" in sourced("-c", script).stderr

@@ -23,22 +23,22 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceMessage
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.rights import EXEC_SKILL, FRAMES, Right, right_of_frame
-from cxbridge.ros2.actions import ActionClient, CancelCode
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.experts.client import ExpertClient
-from cxbridge.ros2.experts.definitions import TYPES
-from cxbridge.ros2.frames import TRANSFORMS
-from cxbridge.ros2.hub.words import Key, Word, WordKind
-from cxbridge.ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
-from cxbridge.ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
-from cxbridge.ros2.plansys2 import PlanSys2Protocol
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge_ros2.actions import ActionClient, CancelCode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.frames import TRANSFORMS
+from cxbridge_ros2.hub.words import Key, Word, WordKind
+from cxbridge_ros2.interfaces.definitions import ACTIONS, definitions_of, type_of
+from cxbridge_ros2.interfaces.definitions import EXEC_SKILL as EXEC_SKILL_ACTION
+from cxbridge_ros2.plansys2 import PlanSys2Protocol
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.experts.agents import AGENT, FAST
+from ros2_tests.experts.test_services import named
 from tests.blackboard.fawkesnet.raw import raw_client
 from tests.daemon.test_daemon import running
 from tests.daemon.test_rights import rest
-from tests.ros2.experts.agents import AGENT, FAST
-from tests.ros2.experts.test_services import named
 
 CONFIG = """
 cxbridge:
@@ -48,7 +48,7 @@ cxbridge:
   SETTINGS
 skiller: {mode: fawkes}
 skill-board:
-  agents: {robot2: {executors: {work: {class: "tests.ros2.hub:Work"}}}}
+  agents: {robot2: {executors: {work: {class: "ros2_tests.hub:Work"}}}}
 ros2:
   node: {name: robot, domain: DOMAIN}
   skiller: {domain: DOMAIN}

@@ -18,11 +18,11 @@ pytest.importorskip("websockets", reason="the extra ros2 is not installed")
 from websockets.sync.server import Server, ServerConnection, serve
 
 from cxbridge.errors import ConfigError, Ros2Error
-from cxbridge.ros2.actions import ActionClient, GoalStatus
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.transports.rosbridge import RosbridgeNode
-from tests.ros2.peer import PACKAGES
+from cxbridge_ros2.actions import ActionClient, GoalStatus
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.transports.rosbridge import RosbridgeNode
+from ros2_tests.peer import PACKAGES
 
 FIBONACCI = "example_interfaces/action/Fibonacci"
 

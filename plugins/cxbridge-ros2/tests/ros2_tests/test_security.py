@@ -12,10 +12,10 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.conftest import in_ros, needs_ros
-from tests.ros2.keystore import write_keystore
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import in_ros, needs_ros
+from ros2_tests.keystore import write_keystore
 from tests.support import ROOT
 
 PLUGINS = os.environ.get("DDS_SECURITY_DIR", "")
@@ -23,8 +23,8 @@ PLUGINS = os.environ.get("DDS_SECURITY_DIR", "")
 
 CHAT = """
 import sys, time
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.transports.rclpy import RclpyNode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.transports.rclpy import RclpyNode
 
 name = sys.argv[1]
 with RclpyNode(name, Definitions(), int(sys.argv[2])) as node:

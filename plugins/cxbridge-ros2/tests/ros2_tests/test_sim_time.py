@@ -17,12 +17,12 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 from cxbridge.clock import MICROSECONDS, Wakeup
 from cxbridge.errors import Ros2Error
 from cxbridge.events import GoalTransition
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.sim_time import SimTimeClock
-from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.trace.formats.registry import open_run
-from tests.ros2.conftest import HERE, needs_ros, with_ros
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.sim_time import SimTimeClock
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import HERE, needs_ros, with_ros
 from tests.run.mini import write_scenario
 
 START_S = 100

@@ -19,13 +19,13 @@ from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError, SkillError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.ros2.skills import RosSkills, fill
-from cxbridge.ros2.transports.dds.domain import _on_this_host
 from cxbridge.skiller.board import SkillCall
 from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge_ros2.skills import RosSkills, fill
+from cxbridge_ros2.transports.dds.domain import _on_this_host
+from ros2_tests.conftest import SETUP, forked, needs_ros, start, stop
+from ros2_tests.peer import PACKAGES
 from tests.forked import Piped, nursery
-from tests.ros2.conftest import SETUP, forked, needs_ros, start, stop
-from tests.ros2.peer import PACKAGES
 from tests.support import ROOT
 
 WAYS = 7
@@ -34,7 +34,7 @@ MISSED_SOON = _on_this_host("localhost").replace(
 )
 """Has others take a process for gone when they hear nothing for two seconds, not ten."""
 EXECUTOR = f"""
-          class: cxbridge.ros2.skills:RosSkills
+          class: cxbridge_ros2.skills:RosSkills
           packages: ["{PACKAGES}"]
           tables:
             to: {{wp1: 2, wp2: 3, wp3: 4, wp4: 5, wp5: 6, wp6: 7, wp-final: LAST}}
@@ -58,7 +58,7 @@ def scenario(folder: Path, last: int) -> Path:
 
 
 DRIVE = """
-          class: cxbridge.ros2.skills:RosSkills
+          class: cxbridge_ros2.skills:RosSkills
           packages: ["SHARE"]
           tables:
             to:
@@ -87,7 +87,7 @@ def navigation(tmp_path: Path) -> Path:
         pytest.skip("this ROS 2 has no nav2_msgs")
     folder = scenario(tmp_path, 8)
     file = folder / "scenario.yaml"
-    before = file.read_text().partition("          class: cxbridge.ros2")[0]
+    before = file.read_text().partition("          class: cxbridge_ros2")[0]
     file.write_text(before + DRIVE.lstrip("\n").replace("SHARE", str(share)))
     return folder
 
@@ -168,7 +168,7 @@ def test_a_server_that_vanishes_is_a_failure_that_names_it(tmp_path: Path):
     with ExitStack() as stack:
         with pytest.MonkeyPatch.context() as patch:
             patch.setenv("CYCLONEDDS_URI", MISSED_SOON)
-            stack.enter_context(forked("tests.ros2.peer"))
+            stack.enter_context(forked("ros2_tests.peer"))
         running = begin(scenario(tmp_path, 45), "--verbose")
         for _, _line in zip(
             range(WAYS), (line for line in running.stderr if b"is executed by" in line), strict=False

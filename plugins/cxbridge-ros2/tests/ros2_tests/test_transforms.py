@@ -15,14 +15,14 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.transports.dds import DdsNode
 from cxbridge.run.assembly import Assembly
-from cxbridge.run.components import ros2_transforms
 from cxbridge.run.options import RunOptions
 from cxbridge.tf import StampedTransform, Transform, TransformBuffer, TransformListener, TransformPublisher
-from tests.ros2.conftest import HERE, needs_ros, with_ros
+from cxbridge_ros2.components import transforms
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.conftest import HERE, needs_ros, with_ros
 from tests.run.mini import write_scenario
 
 
@@ -155,7 +155,7 @@ def test_only_the_frames_that_are_named(tmp_path: Path, domain: int):
 
 
 def test_too_many_frames_are_left_out_and_told(buffer, domain: int, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr(ros2_transforms, "MOST_FRAMES", 2)
+    monkeypatch.setattr(transforms, "MOST_FRAMES", 2)
     run, _frames = buffer
     lines: list[str] = []
     run.bus.subscribe(lambda event: lines.append(event.text), LogLine)

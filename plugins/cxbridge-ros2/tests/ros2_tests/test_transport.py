@@ -19,22 +19,22 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
 
 from cxbridge.rights import Right, Rights
-from cxbridge.ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
-from cxbridge.ros2.definitions import DISTRIBUTIONS, Definitions
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import parse_type
-from cxbridge.ros2.node import Node
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.transports import has_rclpy
-from cxbridge.ros2.transports.dds import DdsNode
-from cxbridge.ros2.transports.dds.domain import _domains
-from cxbridge.ros2.transports.dds.node import _write
-from cxbridge.ros2.transports.dds.services import _Introduction, matched, named
-from cxbridge.ros2.transports.rclpy import RclpyNode
-from cxbridge.ros2.transports.rosbridge import RosbridgeNode
-from cxbridge.ros2.transports.zenoh import ZenohNode
-from tests.ros2.conftest import HERE, a_router, forked, free_port, needs_ros, started, wait_for_port, with_ros
-from tests.ros2.peer import ABORTED, PACKAGES
+from cxbridge_ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal
+from cxbridge_ros2.definitions import DISTRIBUTIONS, Definitions
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.transports import has_rclpy
+from cxbridge_ros2.transports.dds import DdsNode
+from cxbridge_ros2.transports.dds.domain import _domains
+from cxbridge_ros2.transports.dds.node import _write
+from cxbridge_ros2.transports.dds.services import _Introduction, matched, named
+from cxbridge_ros2.transports.rclpy import RclpyNode
+from cxbridge_ros2.transports.rosbridge import RosbridgeNode
+from cxbridge_ros2.transports.zenoh import ZenohNode
+from ros2_tests.conftest import HERE, a_router, forked, free_port, needs_ros, started, wait_for_port, with_ros
+from ros2_tests.peer import ABORTED, PACKAGES
 
 COUNT = 200
 AT_ONCE = 8  # a server of rclpy keeps ten requests
@@ -55,7 +55,7 @@ def a_bridge(kind: str) -> Iterator[str]:
     """Start a rosbridge; its URL."""
     port = free_port()
     if kind == "rosbridge":
-        with forked("tests.ros2.bridge", str(port)):
+        with forked("ros2_tests.bridge", str(port)):
             yield f"ws://127.0.0.1:{port}"
         return
     command = [*shlex.split(ROSBRIDGE), str(port)]

@@ -11,13 +11,13 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import Reply
-from cxbridge.ros2.qos import PROFILES
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.hub import Side
-from tests.ros2.peer import PACKAGES
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import Reply
+from cxbridge_ros2.qos import PROFILES
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.hub import Side
+from ros2_tests.peer import PACKAGES
 
 ACTION = "example_interfaces/action/Fibonacci"
 STATES = ("before it answers", "after it has accepted", "while it executes", "while it cancels")
@@ -28,7 +28,7 @@ skill-board:
     robot1:
       executors:
         ros:
-          class: cxbridge.ros2.skills:RosSkills
+          class: cxbridge_ros2.skills:RosSkills
           domain: DOMAIN
           packages: [{PACKAGES}]
           skills:

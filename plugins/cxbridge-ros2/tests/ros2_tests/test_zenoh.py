@@ -19,16 +19,16 @@ pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
 
 from cxbridge import extras
 from cxbridge.errors import ConfigError, Ros2Error
-from cxbridge.ros2.actions import ActionClient
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.names import parse_type
-from cxbridge.ros2.node import Node, Ros2Warning
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.transports.inbox import InboxSource, MessageInbox
-from cxbridge.ros2.transports.zenoh import ZenohNode, join
-from cxbridge.ros2.transports.zenoh.graph import RosGraph
-from cxbridge.ros2.transports.zenoh.names import (
+from cxbridge_ros2.actions import ActionClient
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.names import parse_type
+from cxbridge_ros2.node import Node, Ros2Warning
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.transports.inbox import InboxSource, MessageInbox
+from cxbridge_ros2.transports.zenoh import ZenohNode, join
+from cxbridge_ros2.transports.zenoh.graph import RosGraph
+from cxbridge_ros2.transports.zenoh.names import (
     GraphEndpoint,
     MessageAttachment,
     NodeName,
@@ -39,10 +39,10 @@ from cxbridge.ros2.transports.zenoh.names import (
     qos_of,
     qos_text,
 )
-from cxbridge.ros2.transports.zenoh.session import overrides_of, settings_of
-from tests.ros2.conftest import a_router, forked, free_port
-from tests.ros2.peer import PACKAGES
-from tests.ros2.test_transport import poll_until
+from cxbridge_ros2.transports.zenoh.session import overrides_of, settings_of
+from ros2_tests.conftest import a_router, forked, free_port
+from ros2_tests.peer import PACKAGES
+from ros2_tests.test_transport import poll_until
 
 STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a18"
 ADD = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
@@ -440,7 +440,7 @@ def test_a_server_that_is_killed_is_gone_and_another_one_is_there(plain: int):
         client = node.client("/add", "example_interfaces/srv/AddTwoInts")
         seen = set[int]()
         for _ in range(2):
-            with forked("tests.ros2.peer", "zenoh", url):
+            with forked("ros2_tests.peer", "zenoh", url):
                 poll_until(node, lambda: client.is_served, 60)
                 assert not seen & client.servers
                 seen |= client.servers
@@ -461,7 +461,7 @@ def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: p
         node.subscribe("/back", "std_msgs/msg/String", got.append)
         there = node.publisher("/there", "std_msgs/msg/String")
         add = node.client("/add", "example_interfaces/srv/AddTwoInts")
-    with node, a_router(port), forked("tests.ros2.peer", "zenoh", url):
+    with node, a_router(port), forked("ros2_tests.peer", "zenoh", url):
         poll_until(node, lambda: add.is_served and there.subscriptions, 60)
         while not got:
             there.publish({"data": "x"})
@@ -471,7 +471,7 @@ def test_a_router_that_comes_back_is_found(plain: int, mode: str, monkeypatch: p
 @pytest.mark.parametrize("mode", ["peer", "client"])
 def test_a_goal_fails_when_the_robot_is_lost(plain: int, mode: str, monkeypatch: pytest.MonkeyPatch):
     monkeypatch.setenv("ZENOH_CONFIG_OVERRIDE", f'mode="{mode}";{AT_ONCE}')
-    with a_router() as url, forked("tests.ros2.peer", "zenoh", url) as robot:
+    with a_router() as url, forked("ros2_tests.peer", "zenoh", url) as robot:
         node = ZenohNode("test", types(), url, plain)
         with ActionClient(node, "/fibonacci", "example_interfaces/action/Fibonacci") as client:
             poll_until(node, lambda: client.is_served, 60)

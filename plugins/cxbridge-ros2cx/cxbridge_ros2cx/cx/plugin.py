@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import EventBus, Logger
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.protobuf.connections import MakeConnections
+    from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.parameters import NodeParameters, Parameter
     from cxbridge_ros2cx.cx.ros.node import RosNode

@@ -12,11 +12,11 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
 from cxbridge.executive.manager import HOST_LIBRARY
-from cxbridge.executive.protobuf.local import LocalNetwork
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import Source
+from cxbridge_protobuf.local import LocalNetwork
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode

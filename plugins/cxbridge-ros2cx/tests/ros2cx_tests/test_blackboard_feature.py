@@ -6,9 +6,6 @@ import shutil
 from typing import Any
 
 import pytest
-from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
-from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
-from cxbridge_ros2cx.parameters import FeatureEntry
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
@@ -22,6 +19,9 @@ from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.program.run import make_options
+from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
+from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.parameters import FeatureEntry
 from tests.executive.conftest import Log
 from tests.support import ROS2CX_DIR, needs_ros2cx
 

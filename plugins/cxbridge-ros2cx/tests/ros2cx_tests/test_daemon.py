@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.run import more_options
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROS2CX_DIR, needs_ros2cx
-from tests.web.support import serving
+from web_tests.support import serving
 
 pytestmark = needs_ros2cx
 

@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from cxbridge_ros2cx.plansys2 import Plansys2Feature
-from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus, Level
@@ -12,6 +10,8 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature
 from cxbridge.executive.host.values import TRUE, Symbol
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.planning.settings import PlannerSettings
+from cxbridge_ros2cx.plansys2 import Plansys2Feature
+from cxbridge_ros2cx.skill_execution import SkillExecutionFeature
 from tests.executive.conftest import Log
 from tests.executive.features.test_skill_board import FakeExecutor, FakeSkills
 

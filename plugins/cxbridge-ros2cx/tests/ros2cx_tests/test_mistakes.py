@@ -7,14 +7,14 @@ import shutil
 from pathlib import Path
 
 import pytest
-from cxbridge_ros2cx.checkout import Ros2CxCheckout
-from cxbridge_ros2cx.confvals import ParametersFeature
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.program.run import make_options
+from cxbridge_ros2cx.checkout import Ros2CxCheckout
+from cxbridge_ros2cx.confvals import ParametersFeature
 from ros2cx_tests.mutations import Mutation, mutations
 from tests.support import ROS2CX_DIR, needs_ros2cx
 

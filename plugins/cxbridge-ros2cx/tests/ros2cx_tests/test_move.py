@@ -7,12 +7,12 @@ import math
 import re
 
 import pytest
-from cxbridge_ros2cx.executors import MoveExecutor
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.history.exchange import Exchange
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.protocol import SkillCall
+from cxbridge_ros2cx.executors import MoveExecutor
 from ros2cx_tests.rows import run
 from ros2cx_tests.test_recordings import options
 from tests.skiller.board.rig import Rig, states

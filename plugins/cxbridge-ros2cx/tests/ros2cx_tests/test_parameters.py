@@ -3,11 +3,6 @@
 from __future__ import annotations
 
 import pytest
-from cxbridge_ros2cx.checkout import Ros2CxCheckout
-from cxbridge_ros2cx.confvals import ParametersFeature, scalar_type
-from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
-from cxbridge_ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
-from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
@@ -16,6 +11,11 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus, Level
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
+from cxbridge_ros2cx.checkout import Ros2CxCheckout
+from cxbridge_ros2cx.confvals import ParametersFeature, scalar_type
+from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
+from cxbridge_ros2cx.parameters import FeatureEntry, load_features, load_parameters, refresh_period_us
+from cxbridge_ros2cx.settings import Ros2CxMode, Ros2CxSettings
 from tests.executive.conftest import Log
 
 PARAMETERS = """

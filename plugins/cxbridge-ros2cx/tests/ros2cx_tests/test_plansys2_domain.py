@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import pytest
-from cxbridge_ros2cx.plansys2_domain import REQUIREMENTS, why_refused
 
+from cxbridge_ros2cx.plansys2_domain import REQUIREMENTS, why_refused
 from ros2cx_tests.test_features import DOMAIN, Bench, know_the_world
 from tests.support import ROS2CX_DIR, needs_ros2cx
 

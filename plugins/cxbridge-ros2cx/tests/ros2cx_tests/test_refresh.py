@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
-
 from cxbridge.clock import VirtualClock
+from cxbridge_ros2cx.refresh import RefreshTimer, nanoseconds_too
 
 
 def advance(clock, us):

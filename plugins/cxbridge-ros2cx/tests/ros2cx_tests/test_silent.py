@@ -7,7 +7,6 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
-from cxbridge_ros2cx.executors import DummyExecutor
 
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge.mainloop import Hook
@@ -16,6 +15,7 @@ from cxbridge.run.assembly import Assembly
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.protocol import ExecutorState
+from cxbridge_ros2cx.executors import DummyExecutor
 from ros2cx_tests.test_recordings import DATA, options
 from tests.support import needs_ros2cx
 

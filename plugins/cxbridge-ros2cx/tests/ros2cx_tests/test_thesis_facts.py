@@ -8,9 +8,9 @@ from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
-import cxbridge_ros2cx
 import pytest
 
+import cxbridge_ros2cx
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol
 from ros2cx_tests.inside import look_inside

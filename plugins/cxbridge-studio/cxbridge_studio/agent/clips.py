@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Final
 
-from cxbridge.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.condition import CE, GroupCE, TestCE, elements
 from cxbridge.clipstext.parts import Part, parts
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read, without_module
+from cxbridge_studio.agent.names import Mention, Name, NameKind, Piece, PlacedPiece, SourceFile, Use
 
 CONDITIONS: Final = frozenset({"and", "or", "not", "exists", "forall", "logical"})
 """Conditional elements that have patterns in them."""

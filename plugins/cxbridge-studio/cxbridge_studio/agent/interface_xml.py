@@ -2,10 +2,19 @@
 
 from __future__ import annotations
 
-from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import InterfaceDefinitionError
 from cxbridge.interfaces.xml.tree import Element, read_tree
+from cxbridge_studio.agent.names import (
+    Mention,
+    Name,
+    NameKind,
+    ParseProblem,
+    Piece,
+    PlacedPiece,
+    SourceFile,
+    Use,
+)
 
 
 def read_interface(path: str, text: str) -> SourceFile:

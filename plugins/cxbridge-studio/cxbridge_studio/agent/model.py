@@ -6,13 +6,13 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path, PurePath
 from typing import Final, NamedTuple
 
-from cxbridge.agent.clips import read_clips
-from cxbridge.agent.interface_xml import read_interface
-from cxbridge.agent.lua import read_lua
-from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
-from cxbridge.agent.pddl import read_pddl
-from cxbridge.agent.protobuf import read_proto
-from cxbridge.agent.yaml import read_yaml
+from cxbridge_studio.agent.clips import read_clips
+from cxbridge_studio.agent.interface_xml import read_interface
+from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
+from cxbridge_studio.agent.pddl import read_pddl
+from cxbridge_studio.agent.protobuf import read_proto
+from cxbridge_studio.agent.yaml import read_yaml
 
 _READERS: Final[Mapping[str, Callable[[str, str], SourceFile]]] = {
     ".pddl": read_pddl,

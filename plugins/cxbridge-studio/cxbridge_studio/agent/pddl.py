@@ -8,11 +8,20 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
+from cxbridge_studio.agent.names import (
+    Mention,
+    Name,
+    NameKind,
+    ParseProblem,
+    Piece,
+    PlacedPiece,
+    SourceFile,
+    Use,
+)
 
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _CONNECTIVES: Final = frozenset(

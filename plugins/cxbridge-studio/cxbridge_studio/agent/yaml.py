@@ -6,10 +6,19 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Mention, Name, NameKind, ParseProblem, Piece, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.syntax import Lines
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+from cxbridge_studio.agent.names import (
+    Mention,
+    Name,
+    NameKind,
+    ParseProblem,
+    Piece,
+    PlacedPiece,
+    SourceFile,
+    Use,
+)
 
 _SPECS: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")

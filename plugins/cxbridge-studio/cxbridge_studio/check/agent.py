@@ -14,10 +14,6 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.agent.model import AgentModel, read_source
-from cxbridge.agent.names import NameKind, SourceFile
-from cxbridge.check.findings import SourcePlace
-from cxbridge.check.usage import Construct, Usage, constructs_of
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.clock import VirtualClock
 from cxbridge.closing import Closing
@@ -34,6 +30,10 @@ from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import STAGES
+from cxbridge_studio.agent.model import AgentModel, read_source
+from cxbridge_studio.agent.names import NameKind, SourceFile
+from cxbridge_studio.check.findings import SourcePlace
+from cxbridge_studio.check.usage import Construct, Usage, constructs_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

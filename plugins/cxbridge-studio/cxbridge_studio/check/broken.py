@@ -6,12 +6,12 @@ import re
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.check.findings import Finding, Severity
-from cxbridge.check.run import check
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.run.ending.mistakes import names_any
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import source_of
+from cxbridge_studio.check.findings import Finding, Severity
+from cxbridge_studio.check.run import check
 
 _MISSING_FILE: Final = "CX102"
 _FUNCTION: Final = "CX204"

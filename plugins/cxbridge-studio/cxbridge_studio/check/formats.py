@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from cxbridge import __version__
-from cxbridge.check.findings import Code, Finding, Severity
+from cxbridge_studio.check.findings import Code, Finding, Severity
 
 _SARIF_SCHEMA: Final = "https://json.schemastore.org/sarif-2.1.0.json"
 _GITHUB: Final = {Severity.ERROR: "error", Severity.WARNING: "warning", Severity.NOTE: "notice"}

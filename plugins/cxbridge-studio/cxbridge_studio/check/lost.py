@@ -6,8 +6,8 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.agent.names import Name, NameKind, Use
-from cxbridge.check.usage import Construct, Usage
+from cxbridge_studio.agent.names import Name, NameKind, Use
+from cxbridge_studio.check.usage import Construct, Usage
 
 _LISTED: Final = 5
 """How many names of a sort a message has."""

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.check.agent import ClipsFile
 from cxbridge.clipstext.syntax import SyntaxNode, literal
+from cxbridge_studio.check.agent import ClipsFile
 
 _FACT: Final = "plan-action"
 

@@ -7,10 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Final
 
-from cxbridge.check import checks
-from cxbridge.check.agent import Agent, agents
-from cxbridge.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
-from cxbridge.check.silence import without_silenced
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
@@ -18,6 +14,10 @@ from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
+from cxbridge_studio.check import checks
+from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.silence import without_silenced
 
 _MOST_FOLDERS: Final = 4
 """How many folders around a file may have its scenario."""

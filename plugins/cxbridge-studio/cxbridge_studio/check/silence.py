@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 from typing import Final
 
-from cxbridge.check.findings import Finding
+from cxbridge_studio.check.findings import Finding
 
 _COMMENT: Final = re.compile(r"[;#-]\s*cx-check: ignore (?P<codes>CX\d+(?:, ?CX\d+)*)\s+\S")
 

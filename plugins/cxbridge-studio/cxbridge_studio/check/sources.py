@@ -7,15 +7,15 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from cxbridge.check.agent import Agent, agents
 from cxbridge.events import Event, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.explain.rules.constructs import Constructs, TextFile
-from cxbridge.explain.rules.environment import rule_texts, rulebook, take
-from cxbridge.explain.rules.rewritten import as_written
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.run.options import RunOptions
 from cxbridge.trace.sourcing import emit_configuration
+from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
+from cxbridge_studio.explain.rules.environment import rule_texts, rulebook, take
+from cxbridge_studio.explain.rules.rewritten import as_written
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class WrittenRules:

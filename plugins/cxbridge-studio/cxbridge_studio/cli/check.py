@@ -50,11 +50,11 @@ def check(
 
     Example: cxbridge check scenarios/courier --format github
     """
-    from cxbridge.check.checks import codes
-    from cxbridge.check.findings import Severity
-    from cxbridge.check.formats import FORMATS
-    from cxbridge.check.run import check as find
     from cxbridge.run.options import RunOptions
+    from cxbridge_studio.check.checks import codes
+    from cxbridge_studio.check.findings import Severity
+    from cxbridge_studio.check.formats import FORMATS
+    from cxbridge_studio.check.run import check as find
 
     if explain:
         known = codes()

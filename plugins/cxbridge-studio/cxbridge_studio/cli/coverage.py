@@ -16,8 +16,8 @@ from cxbridge.file_access import write_file
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
-    from cxbridge.explain.coverage.model import AgentSources, Coverage, RecordedUse
     from cxbridge.trace.formats.base import Run
+    from cxbridge_studio.explain.coverage.model import AgentSources, Coverage, RecordedUse
 
 _EXECUTIVE = "executive"
 
@@ -86,7 +86,7 @@ def coverage(
 
     Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
     """
-    from cxbridge.explain.coverage.model import coverage_of
+    from cxbridge_studio.explain.coverage.model import coverage_of
 
     fail_under = outputs.fail_under
     if fail_under is not None and not 0 <= fail_under <= 100:  # noqa: PLR2004  per cent
@@ -113,8 +113,8 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
 
     :raises TraceError: when a run cannot be read, or it is not known what there is to cover.
     """
-    from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
     from cxbridge.trace.formats.registry import open_run
+    from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent
 
     opened = [open_run(path) for path in runs]
     agent, use = AgentSources(), RecordedUse()
@@ -131,8 +131,8 @@ def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[
 
 def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, firings_known: bool) -> None:
     """Print the result, and write the files that were asked for."""
-    from cxbridge.explain.coverage import report
-    from cxbridge.explain.coverage.page import write_page
+    from cxbridge_studio.explain.coverage import report
+    from cxbridge_studio.explain.coverage.page import write_page
 
     if outputs.lcov is not None:
         text = "".join(f"{line}\n" for line in report.lcov(found))
@@ -148,7 +148,7 @@ def _write(outputs: _CoverageOutputs, found: Coverage, agent: AgentSources, *, f
 
 def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> None:
     """Add the files that a scenario loads."""
-    from cxbridge.check.sources import scenario_sources
+    from cxbridge_studio.check.sources import scenario_sources
 
     for source in scenario_sources(options):
         agent.add_source(source, core=core)

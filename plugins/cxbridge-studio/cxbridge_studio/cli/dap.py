@@ -19,9 +19,9 @@ def dap() -> int:
 
     Example: cxbridge dap
     """
-    from cxbridge.dap.adapter import Adapter
-    from cxbridge.dap.wire import Wire
     from cxbridge.process.interrupt import Interrupt
+    from cxbridge_studio.dap.adapter import Adapter
+    from cxbridge_studio.dap.wire import Wire
 
     # whatever prints must not print into the protocol
     source = os.fdopen(os.dup(sys.stdin.fileno()), "rb", buffering=0)

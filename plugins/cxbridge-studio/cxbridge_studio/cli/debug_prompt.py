@@ -16,10 +16,6 @@ from cxbridge.executive.breakpoint_names import MetNames, Mistakes
 from cxbridge.executive.breakpoints import Breakpoint, Stop, parse_breakpoint
 from cxbridge.executive.debugger import STEPS, Debugger
 from cxbridge.executive.service import EnvironmentService
-from cxbridge.explain.answer import explain
-from cxbridge.explain.evidence import History
-from cxbridge.explain.rules.environment import fact_slots, rulebook
-from cxbridge.explain.rules.locations import why_missing
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.history.tree import goal_lines
 from cxbridge.operations.operation import OperationContext
@@ -27,6 +23,10 @@ from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
 from cxbridge.run.evidence import EnvironmentEvidence
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.evidence import History
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
+from cxbridge_studio.explain.rules.locations import why_missing
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

@@ -39,7 +39,7 @@ def lsp(
 
     Example: cxbridge lsp scenarios/test-scenario
     """
-    from cxbridge.lsp.handlers import make_server
+    from cxbridge_studio.lsp.handlers import make_server
 
     options = {name: _plain(value) for name, value in vars(agent).items()}
     _check(agent)
@@ -54,9 +54,9 @@ def _check(agent: _AgentOptions) -> None:
 
     :raises CxbridgeError: when they do not.
     """
-    from cxbridge.lsp.session import find_scenario
     from cxbridge.run.agent_context import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
+    from cxbridge_studio.lsp.session import find_scenario
 
     options, is_known = RunOptions(**vars(agent)), True
     if not source_of(options).is_named:

@@ -11,7 +11,7 @@ from cxbridge.cli.connect import DEFAULT_URL, Connect, InterfaceDirs, connect
 from cxbridge.cli.orderly import orderly
 
 if TYPE_CHECKING:
-    from cxbridge.monitor.snapshot import MonitorSource
+    from cxbridge_studio.monitor.snapshot import MonitorSource
 
 
 @orderly()
@@ -31,8 +31,8 @@ def monitor(
 
     Example: cxbridge monitor out/run.mcap
     """
-    from cxbridge.monitor.screen import monitor_app
     from cxbridge.process.interrupt import Interrupt
+    from cxbridge_studio.monitor.screen import monitor_app
 
     with Interrupt() as interrupt:
         screen = monitor_app(_source(run, url, interface_dir))
@@ -45,13 +45,13 @@ def monitor(
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
     """Return what is to be shown; mistakes are reported now, not on the screen."""
-    from cxbridge.monitor.snapshot import ViewQuery
+    from cxbridge_studio.monitor.snapshot import ViewQuery
 
     if run is not None:
-        from cxbridge.monitor.recorded import RecordedSource
+        from cxbridge_studio.monitor.recorded import RecordedSource
 
         return RecordedSource(run)
-    from cxbridge.monitor.live import DaemonSource
+    from cxbridge_studio.monitor.live import DaemonSource
 
     source = DaemonSource(url, lambda: connect(url, interface_dir))
     source.look(ViewQuery())

@@ -17,7 +17,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
-    from cxbridge.explain.evidence import Evidence
+    from cxbridge_studio.explain.evidence import Evidence
 
 _END = "end"
 _EXECUTIVE = "executive"
@@ -100,7 +100,7 @@ def why(
 
     Example: cxbridge why goal TESTGOAL-PARENT --run out/run.mcap
     """
-    from cxbridge.explain.answer import explain
+    from cxbridge_studio.explain.answer import explain
 
     kind, name, scenario = _words(words)
     if scenario is None and agent.fawkes_dir is None:
@@ -156,9 +156,9 @@ def _evidence(
         with scenario_evidence(options, at_s, env) as evidence:
             yield evidence
         return
-    from cxbridge.check.sources import scenario_rules
-    from cxbridge.explain.recorded import RecordedEvidence
     from cxbridge.trace.formats.registry import open_run
+    from cxbridge_studio.check.sources import scenario_rules
+    from cxbridge_studio.explain.recorded import RecordedEvidence
 
     recording = open_run(run)
     if not has_scenario:

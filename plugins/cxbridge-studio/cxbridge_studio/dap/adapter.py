@@ -10,14 +10,14 @@ from typing import Any, Final
 
 import msgspec
 
-from cxbridge.dap import phases, protocol
-from cxbridge.dap.breaking import FILTERS, Breakpoints
-from cxbridge.dap.launching import make_target
-from cxbridge.dap.phases import SessionPhase, check_phase
-from cxbridge.dap.stops import Sources, StopView
-from cxbridge.dap.target import FileLine, Stopped, Target
-from cxbridge.dap.wire import Wire, WireError
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.dap import phases, protocol
+from cxbridge_studio.dap.breaking import FILTERS, Breakpoints
+from cxbridge_studio.dap.launching import make_target
+from cxbridge_studio.dap.phases import SessionPhase, check_phase
+from cxbridge_studio.dap.stops import Sources, StopView
+from cxbridge_studio.dap.target import FileLine, Stopped, Target
+from cxbridge_studio.dap.wire import Wire, WireError
 
 CAPABILITIES: Final = {
     "supportsConfigurationDoneRequest": True,

@@ -8,18 +8,18 @@ from typing import TYPE_CHECKING, Any
 from clips._clips import lib
 
 from cxbridge.clipstext.syntax import rule_lines
-from cxbridge.dap.expressions import expanded
-from cxbridge.dap.probes import Probes
-from cxbridge.dap.target import FileLine, Firing, StoppedEnvironment
 from cxbridge.events import Event, FactChange, RuleFired
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import EXTRA, NULL, decode, encode
 from cxbridge.executive.host.facts.copying import FactTemplate, template_of
 from cxbridge.executive.service import EnvironmentService
-from cxbridge.explain.rules.environment import take
 from cxbridge.operations.operation import OperationContext
 from cxbridge.operations.table import carry_out
 from cxbridge.rights import EVERYTHING
+from cxbridge_studio.dap.expressions import expanded
+from cxbridge_studio.dap.probes import Probes
+from cxbridge_studio.dap.target import FileLine, Firing, StoppedEnvironment
+from cxbridge_studio.explain.rules.environment import take
 
 if TYPE_CHECKING:
     from cxbridge.clipstext.values import Value
@@ -27,8 +27,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.evaluating import Evaluation
-    from cxbridge.explain.rules.snapshot import Snapshot
     from cxbridge.run.assembly import Assembly
+    from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 
 class DebuggedAgent:

@@ -11,12 +11,12 @@ from cxbridge.clipstext.condition import CE, GroupCE, PatternCE, TestCE, pattern
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.values import FactRef, Value
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.matcher import Matcher
-from cxbridge.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.matcher import Matcher
+from cxbridge_studio.explain.rules.recorded_facts import rows_of
 
 if TYPE_CHECKING:
     from cxbridge.events import FactChange
-    from cxbridge.explain.rules.snapshot import Snapshot
+    from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _FACT: Final = "cx-dap-fact-"
 _MOST_BRANCHES: Final = 64

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Final
 
-from cxbridge.dap import protocol
-from cxbridge.dap.places import FileLines
-from cxbridge.dap.stops import Sources
-from cxbridge.dap.target import Target
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.breakpoints import Breakpoint, check_hits, parse_breakpoint
+from cxbridge_studio.dap import protocol
+from cxbridge_studio.dap.places import FileLines
+from cxbridge_studio.dap.stops import Sources
+from cxbridge_studio.dap.target import Target
 
 FILTERS: Final = {
     "goal-failed": ("A goal fails", "goal:*:FINISHED:FAILED"),

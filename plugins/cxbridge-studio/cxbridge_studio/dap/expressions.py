@@ -7,11 +7,11 @@ from dataclasses import dataclass
 
 from cxbridge.clipstext.syntax import SyntaxNode, read
 from cxbridge.clipstext.values import FactRef, Value, quoted, show, show_alone
-from cxbridge.dap.bindings import bindings, matching
-from cxbridge.dap.target import StoppedEnvironment
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import FactChange
-from cxbridge.explain.rules.snapshot import Snapshot
+from cxbridge_studio.dap.bindings import bindings, matching
+from cxbridge_studio.dap.target import StoppedEnvironment
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 _BINDERS = ("bind", "foreach")
 

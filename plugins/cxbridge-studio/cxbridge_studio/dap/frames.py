@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact
-from cxbridge.dap.bindings import facts_of
-from cxbridge.dap.target import FileLine, StoppedEnvironment
 from cxbridge.events import FactChange, GoalTransition, PlanActionTransition
 from cxbridge.executive.breakpoints import describe
 from cxbridge.history.forest import Forest, parent_id
 from cxbridge.history.tree import goal_title
+from cxbridge_studio.dap.bindings import facts_of
+from cxbridge_studio.dap.target import FileLine, StoppedEnvironment
 
 GOAL: Final = "goal"
 ACTION: Final = "plan-action"

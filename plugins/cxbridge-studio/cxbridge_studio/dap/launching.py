@@ -7,8 +7,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, Final
 
-from cxbridge.dap.target import Target
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.dap.target import Target
 
 _OF_EDITORS: Final = frozenset(
     {
@@ -42,14 +42,14 @@ def make_target(arguments: Mapping[str, Any]) -> Target:
     if recording:
         if given:
             raise CxbridgeError(f"'{next(iter(given))}' does not go with a recording")
-        from cxbridge.dap.recorded import RecordedRun  # noqa: PLC0415 - a run has no need of it
         from cxbridge.trace.formats.registry import open_run  # noqa: PLC0415
+        from cxbridge_studio.dap.recorded import RecordedRun  # noqa: PLC0415 - a run has no need of it
 
         return RecordedRun(open_run(recording), env or None)
     if env:
         raise CxbridgeError("'env' goes with a recording")
-    from cxbridge.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
     from cxbridge.run.program.plain_options import plain_options  # noqa: PLC0415
+    from cxbridge_studio.dap.live import LiveRun  # noqa: PLC0415 - a recording has no need of it
 
     if any(name in given for name in _FORBIDDEN):
         raise CxbridgeError("a replay is not debugged", hint="name the recording with 'recording'")

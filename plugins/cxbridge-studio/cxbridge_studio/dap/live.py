@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.dap.agent import DebuggedAgent, LiveMoment
-from cxbridge.dap.target import DebugClient, Stopped, Target
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.explain.rules.environment import rulebook
-from cxbridge.explain.rules.locations import why_missing
 from cxbridge.mainloop import Hook
 from cxbridge.run.run import run_scenario
+from cxbridge_studio.dap.agent import DebuggedAgent, LiveMoment
+from cxbridge_studio.dap.target import DebugClient, Stopped, Target
+from cxbridge_studio.explain.rules.environment import rulebook
+from cxbridge_studio.explain.rules.locations import why_missing
 
 if TYPE_CHECKING:
     from cxbridge.executive.breakpoints import Breakpoint, Stop

@@ -8,12 +8,12 @@ from functools import partial
 from typing import Final
 
 from cxbridge.clipstext.values import FactRef, Symbol, Value, show, show_alone
-from cxbridge.dap.expressions import variables_of
-from cxbridge.dap.frames import ACTION, GOAL, CallFrame, slots_of
-from cxbridge.dap.target import StoppedEnvironment
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import FactChange
 from cxbridge.history.forest import Forest, parent_id
+from cxbridge_studio.dap.expressions import variables_of
+from cxbridge_studio.dap.frames import ACTION, GOAL, CallFrame, slots_of
+from cxbridge_studio.dap.target import StoppedEnvironment
 
 MOST_ROWS: Final = 1000
 """Facts of a deftemplate, or activations, that are shown."""

@@ -6,8 +6,8 @@ from bisect import bisect_right
 from dataclasses import dataclass
 from glob import escape
 
-from cxbridge.dap.actions import FileRule, rules_of
 from cxbridge.executive.breakpoints import Breakpoint
+from cxbridge_studio.dap.actions import FileRule, rules_of
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING, Final
 from clips._clips import ffi, lib
 
 from cxbridge.clipstext.values import FactRef, Value
-from cxbridge.dap.actions import RuleAction, rules_of
 from cxbridge.executive.host.capi import CData, callback
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, to_python
+from cxbridge_studio.dap.actions import RuleAction, rules_of
 
 if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger

@@ -5,12 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from cxbridge.dap import protocol
-from cxbridge.dap.expressions import answer
-from cxbridge.dap.frames import CallFrame, frames_of
-from cxbridge.dap.nodes import VariableNode, fact_node, groups_of
-from cxbridge.dap.target import FileLine, Stopped
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.dap import protocol
+from cxbridge_studio.dap.expressions import answer
+from cxbridge_studio.dap.frames import CallFrame, frames_of
+from cxbridge_studio.dap.nodes import VariableNode, fact_node, groups_of
+from cxbridge_studio.dap.target import FileLine, Stopped
 
 
 class StopView:

@@ -8,8 +8,8 @@ from typing import BinaryIO, Final
 
 import msgspec
 
-from cxbridge.dap.protocol import Event, Request, Response
 from cxbridge.errors import CxbridgeError
+from cxbridge_studio.dap.protocol import Event, Request, Response
 
 LONGEST: Final = 16 * 1024 * 1024
 """Bytes of a message."""

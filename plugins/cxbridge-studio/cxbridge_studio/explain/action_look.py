@@ -6,10 +6,10 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.explain.preconditions import FactsOf, Preconditions, atom_text, fields
 from cxbridge.history.orders import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge.suggestions import or_similar
+from cxbridge_studio.explain.preconditions import FactsOf, Preconditions, atom_text, fields
 
 LOOK_TEMPLATES: Final = (
     PLAN_ACTION,

@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain import goal_report
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.goal_rules import makers
-from cxbridge.explain.rules import report as rule_report
-from cxbridge.explain.rules.lost import refused, unloaded
+from cxbridge_studio.explain import goal_report
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.goal_rules import makers
+from cxbridge_studio.explain.rules import report as rule_report
+from cxbridge_studio.explain.rules.lost import refused, unloaded
 
 _NO_GOAL = "there is no goal"
 

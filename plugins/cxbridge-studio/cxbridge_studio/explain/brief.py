@@ -1,6 +1,6 @@
 """Explains in one line why a goal failed or was rejected, while the run goes on.
 
-``cxbridge why`` (:mod:`cxbridge.explain.goal_story`) has the whole story; this is cheap enough to be asked
+``cxbridge why`` (:mod:`.goal_story`) has the whole story; this is cheap enough to be asked
 for each goal that ends badly.
 """
 

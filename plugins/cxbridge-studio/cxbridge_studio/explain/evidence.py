@@ -22,12 +22,12 @@ from cxbridge.events import (
     RuleFired,
     SkillStatus,
 )
-from cxbridge.explain.action_look import ActionLook, look_at_action
-from cxbridge.explain.preconditions import FactsOf
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
 from cxbridge.history.exchange import agent_of, is_exchanged
 from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
 from cxbridge.history.transitions import unquote
+from cxbridge_studio.explain.action_look import ActionLook, look_at_action
+from cxbridge_studio.explain.preconditions import FactsOf
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 STORY_TYPES: Final = (
     GoalTransition,

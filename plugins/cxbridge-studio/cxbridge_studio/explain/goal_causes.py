@@ -10,13 +10,13 @@ from cxbridge.clipstext.condition import patterns
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import PlannerCall
-from cxbridge.explain.action_look import ActionLook, look_at_action
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.goal_rules import lost_rule_for, misspelt_for, values_of
-from cxbridge.explain.rules.lost import LostRule, refused, unloaded
-from cxbridge.explain.rules.snapshot import Rulebook
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
+from cxbridge_studio.explain.action_look import ActionLook, look_at_action
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for, values_of
+from cxbridge_studio.explain.rules.lost import LostRule, refused, unloaded
+from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 _NO_PLAN: Final = ("none", "failed", "cancelled", "timeout")

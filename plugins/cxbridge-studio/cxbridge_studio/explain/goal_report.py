@@ -7,10 +7,10 @@ from dataclasses import asdict
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.goal_story import FACT_TEMPLATES, Cause, GoalReporter, GoalStory
-from cxbridge.explain.goals import Goals
 from cxbridge.history.orders import PLAN_ACTION, order_of
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, Cause, GoalReporter, GoalStory
+from cxbridge_studio.explain.goals import Goals
 
 _WIDEST = 90
 _COMPLETED = "COMPLETED"

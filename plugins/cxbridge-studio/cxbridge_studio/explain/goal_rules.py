@@ -9,8 +9,8 @@ from typing import Final
 from cxbridge.clipstext.condition import FieldConstraint, PatternCE, patterns
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.lost import LostRule
 from cxbridge.suggestions import likeness
+from cxbridge_studio.explain.rules.lost import LostRule
 
 MOST_RULES: Final = 5
 """Rules that are named."""

@@ -6,14 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.explain.action_look import LOOK_TEMPLATES
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.goal_causes import RootCauses
-from cxbridge.explain.goal_rules import rules_for
-from cxbridge.explain.goals import Goals, failed_actions
 from cxbridge.history.forest import NO_PARENT
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalChange, GoalRecord, PlanActionRecord
 from cxbridge.history.outcome import ENDED_MODES
+from cxbridge_studio.explain.action_look import LOOK_TEMPLATES
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.goal_causes import RootCauses
+from cxbridge_studio.explain.goal_rules import rules_for
+from cxbridge_studio.explain.goals import Goals, failed_actions
 
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20

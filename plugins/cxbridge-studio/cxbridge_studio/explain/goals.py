@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.evidence import History
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import SkillLink, links
 from cxbridge.history.model import (
@@ -18,6 +17,7 @@ from cxbridge.history.model import (
 )
 from cxbridge.history.orders import ActionKey, ActionOrder
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.explain.evidence import History
 
 
 class Goals:

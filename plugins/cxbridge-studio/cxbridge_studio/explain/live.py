@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cxbridge.errors import ClipsError
-from cxbridge.explain.evidence import Evidence, History
-from cxbridge.explain.rules.rewritten import as_written
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot
+from cxbridge_studio.explain.evidence import Evidence, History
+from cxbridge_studio.explain.rules.rewritten import as_written
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 
 
 class CopiedEvidence(Evidence):

@@ -8,16 +8,16 @@ from typing import Final
 
 from msgspec import Struct, field
 
-from cxbridge.agent.loading import SpecLoading
 from cxbridge.config import Configuration
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.executive.protobuf.settings import ProtobufSettings
-from cxbridge.lsp.session import Session, files_below
 from cxbridge.run.agent_context import agent_names, choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
+from cxbridge_protobuf.settings import ProtobufSettings
+from cxbridge_studio.agent.loading import SpecLoading
+from cxbridge_studio.lsp.session import Session, files_below
 
 _HOST_FOLDERS: Final = ("host", "features", "planner")
 

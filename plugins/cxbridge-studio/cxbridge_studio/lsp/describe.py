@@ -9,11 +9,11 @@ from pathlib import Path
 from textwrap import dedent
 from typing import Final
 
-from cxbridge.agent.lua import skill_documentation
-from cxbridge.agent.model import Found
-from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.clipstext.syntax import SyntaxNode, read
-from cxbridge.lsp.session import Session, comment_above
+from cxbridge_studio.agent.lua import skill_documentation
+from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
+from cxbridge_studio.lsp.session import Session, comment_above
 
 _MOST_ROWS: Final = 40
 _LANGUAGES: Final = {".clp": "clips", ".pddl": "pddl", ".xml": "xml", ".lua": "lua", ".yaml": "yaml"}

@@ -9,12 +9,12 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.agent.unclosed import describe_unclosed
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
-from cxbridge.lsp.session import AgentDefinitions, Session
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.agent.unclosed import describe_unclosed
+from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
 UNREADABLE: Final = "CX101"
 UNCLOSED: Final = "CX201"

@@ -8,8 +8,8 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.lsp.knowledge import AgentKnowledge, decode
 from cxbridge.process.python import python_command
+from cxbridge_studio.lsp.knowledge import AgentKnowledge, decode
 
 _LAST_WORDS = 300
 
@@ -45,7 +45,7 @@ class Examinations:
 
     async def _examine(self) -> AgentKnowledge:
         self._process = process = await asyncio.create_subprocess_exec(
-            *python_command("-m", "cxbridge.lsp.examine"),
+            *python_command("-m", "cxbridge_studio.lsp.examine"),
             stdin=asyncio.subprocess.PIPE,
             stdout=asyncio.subprocess.PIPE,
             stderr=asyncio.subprocess.PIPE,

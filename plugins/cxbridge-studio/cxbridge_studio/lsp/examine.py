@@ -1,7 +1,7 @@
 """The process that examines an agent: a whole check, and the functions and deftemplates that CLIPS has.
 
-``python -m cxbridge.lsp.examine`` reads options as JSON from its input and writes a
-:class:`~cxbridge.lsp.knowledge.AgentKnowledge` as JSON. CLIPS is not loaded into the server itself: it
+``python -m cxbridge_studio.lsp.examine`` reads options as JSON from its input and writes a
+:class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. CLIPS is not loaded into the server itself: it
 answers while this goes on, and a file that crashes CLIPS ends this process only.
 """
 
@@ -17,16 +17,16 @@ from typing import Any
 
 import msgspec
 
-from cxbridge.check.agent import Agent, agents
-from cxbridge.check.run import check
 from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.explain.coverage.model import RecordedUse
-from cxbridge.lsp.knowledge import AgentKnowledge, FunctionInfo
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.plain_options import plain_options
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.run import check
+from cxbridge_studio.explain.coverage.model import RecordedUse
+from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
 _LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
 REWRITTEN_MODIFY = "cx-modify-goal"

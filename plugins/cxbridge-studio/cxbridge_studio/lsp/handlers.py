@@ -10,17 +10,17 @@ from typing import Any, Final
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcInvalidParams
 
-from cxbridge.agent.model import Found
-from cxbridge.agent.names import Mention, NameKind, SourceFile
 from cxbridge.clipstext.layout import layout
 from cxbridge.errors import CxbridgeError
-from cxbridge.lsp import navigation
-from cxbridge.lsp.completion import complete
-from cxbridge.lsp.describe import describe
-from cxbridge.lsp.kinds import COMPLETION_KINDS, SYMBOL_KINDS
-from cxbridge.lsp.positions import uri_of
-from cxbridge.lsp.server import AgentServer
-from cxbridge.lsp.symbols import OutlineSymbol, find, folds, outline
+from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.names import Mention, NameKind, SourceFile
+from cxbridge_studio.lsp import navigation
+from cxbridge_studio.lsp.completion import complete
+from cxbridge_studio.lsp.describe import describe
+from cxbridge_studio.lsp.kinds import COMPLETION_KINDS, SYMBOL_KINDS
+from cxbridge_studio.lsp.positions import uri_of
+from cxbridge_studio.lsp.server import AgentServer
+from cxbridge_studio.lsp.symbols import OutlineSymbol, find, folds, outline
 
 _TRIGGERS: Final = ["(", "?", "*", ":", "{", '"']
 _WORDS: Final = {".clp": re.compile(r"[^\s()\"&|~;]*\Z"), ".pddl": re.compile(r"[?:\w-]*\Z")}

@@ -6,10 +6,10 @@ import re
 from pathlib import Path
 from typing import Final
 
-from cxbridge.agent.model import Found
-from cxbridge.agent.names import Mention, Name, NameKind, SourceFile, Use
 from cxbridge.errors import CxbridgeError
-from cxbridge.lsp.session import Session
+from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.names import Mention, Name, NameKind, SourceFile, Use
+from cxbridge_studio.lsp.session import Session
 
 _NEW_NAME: Final = re.compile(r"[^\s()\"';&|~?*<:,=][^\s()\"';&|~?<:,=]*")
 _FIXED: Final = frozenset(

@@ -9,10 +9,10 @@ from typing import Any, Final
 
 from lsprotocol.types import Diagnostic, DiagnosticSeverity
 
-from cxbridge.agent.names import SourceFile
-from cxbridge.lsp.diagnostics import LIVE, live_findings
-from cxbridge.lsp.positions import Positions
-from cxbridge.lsp.session import Session
+from cxbridge_studio.agent.names import SourceFile
+from cxbridge_studio.lsp.diagnostics import LIVE, live_findings
+from cxbridge_studio.lsp.positions import Positions
+from cxbridge_studio.lsp.session import Session
 
 SOURCE: Final = "cxbridge"
 _SEVERITIES: Final = {

@@ -12,16 +12,16 @@ from lsprotocol import types as lsp
 from pygls.lsp.server import LanguageServer
 
 from cxbridge import __version__
-from cxbridge.agent.names import SourceFile
 from cxbridge.errors import CxbridgeError
-from cxbridge.lsp.examination import Examinations
-from cxbridge.lsp.knowledge import AgentKnowledge
-from cxbridge.lsp.positions import Positions, path_of, uri_of
-from cxbridge.lsp.publishing import FindingsOfFiles
-from cxbridge.lsp.session import Session, files_below, find_scenario, last_recording
+from cxbridge_studio.agent.names import SourceFile
+from cxbridge_studio.lsp.examination import Examinations
+from cxbridge_studio.lsp.knowledge import AgentKnowledge
+from cxbridge_studio.lsp.positions import Positions, path_of, uri_of
+from cxbridge_studio.lsp.publishing import FindingsOfFiles
+from cxbridge_studio.lsp.session import Session, files_below, find_scenario, last_recording
 
 if TYPE_CHECKING:
-    from cxbridge.lsp.agent_files import AgentFiles
+    from cxbridge_studio.lsp.agent_files import AgentFiles
 
 _FALLBACK: Final = {"scenario": "test-scenario"}
 """The agent whose core and functions are known where no scenario is found."""
@@ -33,16 +33,16 @@ def _find_agent(options: Mapping[str, Any]) -> AgentFiles:
     :raises CxbridgeError: when that is not known.
     """
     # it imports much, and the first answers are to come at once
-    from cxbridge.lsp.agent_files import AgentFiles  # noqa: PLC0415
-    from cxbridge.lsp.examine import run_options  # noqa: PLC0415
+    from cxbridge_studio.lsp.agent_files import AgentFiles  # noqa: PLC0415
+    from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415
 
     return AgentFiles.find(run_options(options))
 
 
 def _names_agent(options: Mapping[str, Any]) -> bool:
     """Whether the options name an agent; wrong ones do, so that their mistake is reported."""
-    from cxbridge.lsp.examine import run_options  # noqa: PLC0415 - as above
     from cxbridge.run.source import source_of  # noqa: PLC0415
+    from cxbridge_studio.lsp.examine import run_options  # noqa: PLC0415 - as above
 
     try:
         return source_of(run_options(options)).is_named

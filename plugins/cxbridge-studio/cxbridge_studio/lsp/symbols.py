@@ -7,11 +7,11 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.agent.model import Found
-from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.clipstext.parts import open_lists
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
-from cxbridge.lsp.session import Session
+from cxbridge_studio.agent.model import Found
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.lsp.session import Session
 
 _PARTS: Final = frozenset(
     {NameKind.SLOT, NameKind.PARAMETER, NameKind.FIELD, NameKind.MESSAGE, NameKind.ARGUMENT}

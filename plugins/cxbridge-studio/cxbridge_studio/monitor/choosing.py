@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from typing import Final
 
 from cxbridge.history.forest import Forest, parent_id
-from cxbridge.monitor.snapshot import MOST_ROWS, GoalRow, Table
+from cxbridge_studio.monitor.snapshot import MOST_ROWS, GoalRow, Table
 
 _MINUTE_S: Final = 60
 _HOUR_S: Final = 3600

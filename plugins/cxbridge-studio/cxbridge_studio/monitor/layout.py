@@ -10,7 +10,7 @@ from textual.containers import Vertical
 from textual.screen import ModalScreen
 from textual.widgets import Static
 
-from cxbridge.monitor.keys import KEYS, SCRUBBING
+from cxbridge_studio.monitor.keys import KEYS, SCRUBBING
 
 NARROW: Final = 118
 """Columns below which goals are above the panes, not beside them."""

@@ -16,8 +16,8 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.client import NoAnswerError, command, read_status, request
 from cxbridge.errors import BlackBoardError, CxbridgeError, InterfaceError
 from cxbridge.interfaces.assignments import assign, shown
-from cxbridge.monitor.choosing import duration_text, page
-from cxbridge.monitor.snapshot import (
+from cxbridge_studio.monitor.choosing import duration_text, page
+from cxbridge_studio.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,
     GoalRow,

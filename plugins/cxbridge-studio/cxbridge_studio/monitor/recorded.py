@@ -13,8 +13,12 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge.events import Event, GoalTransition, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.monitor.choosing import choose_goals, duration_text, page
-from cxbridge.monitor.snapshot import (
+from cxbridge.trace.codec import plain_values
+from cxbridge.trace.formats.registry import open_run
+from cxbridge.trace.listing import event_line
+from cxbridge.trace.scrubbing import Scrubber
+from cxbridge_studio.monitor.choosing import choose_goals, duration_text, page
+from cxbridge_studio.monitor.snapshot import (
     MOST_LINES,
     MOST_ROWS,
     GoalRow,
@@ -23,10 +27,6 @@ from cxbridge.monitor.snapshot import (
     Table,
     ViewQuery,
 )
-from cxbridge.trace.codec import plain_values
-from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.listing import event_line
-from cxbridge.trace.scrubbing import Scrubber
 
 _FIRST_S: Final = 0.5
 _SLICE_S: Final = 0.15

@@ -20,9 +20,10 @@ from textual.widgets import Input, Static, TabbedContent, TabPane
 from cxbridge.errors import CxbridgeError
 from cxbridge.history.outcome import LEGEND
 from cxbridge.history.tree import goal_line
-from cxbridge.monitor import live, recorded
-from cxbridge.monitor.keys import help_text
-from cxbridge.monitor.layout import (
+from cxbridge.printing import one_line, visible
+from cxbridge_studio.monitor import live, recorded
+from cxbridge_studio.monitor.keys import help_text
+from cxbridge_studio.monitor.layout import (
     BREAK_AT,
     COLUMNS,
     LIVE_PANES,
@@ -35,9 +36,8 @@ from cxbridge.monitor.layout import (
     HelpScreen,
     key_bindings,
 )
-from cxbridge.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
-from cxbridge.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
-from cxbridge.printing import one_line, visible
+from cxbridge_studio.monitor.snapshot import MonitorSnapshot, MonitorSource, ViewQuery
+from cxbridge_studio.monitor.widgets import Aside, GoalTree, KeyLine, LogLines, Rows, bar
 
 _LONGEST: Final = 2000
 _SAID_S: Final = 5.0

@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.options import RunOptions
     from cxbridge.run.result import RunResult
-    from cxbridge.trace.foxglove.options import FoxgloveOptions
-    from cxbridge.web.settings import WebSettings
+    from cxbridge_web.foxglove.options import FoxgloveOptions
+    from cxbridge_web.settings import WebSettings
 
 _MOST_PORT = 65_535
 
@@ -87,7 +87,7 @@ class WebOptions(PortOptions, BrowserOptions):
 
         :raises CxbridgeError: when the port is none.
         """
-        from cxbridge.web.settings import DEFAULT_PORT, WebSettings
+        from cxbridge_web.settings import DEFAULT_PORT, WebSettings
 
         port = self.port
         if port is None:
@@ -122,12 +122,12 @@ def _servers(web: WebOptions, foxglove: FoxgloveOptions) -> Iterator[RunServer]:
     :raises CxbridgeError: when a port is none.
     """
     if web.web is not None:
-        from cxbridge.daemon.servers.run_web import RunPage
+        from cxbridge_web.servers.run_web import RunPage
 
         yield RunPage(web.settings(), web.announce)
     if foxglove.foxglove_port is not None:
-        from cxbridge.daemon.servers.run_foxglove import RunFoxglove
-        from cxbridge.trace.foxglove.settings import FoxgloveSettings
+        from cxbridge_web.foxglove.settings import FoxgloveSettings
+        from cxbridge_web.servers.run_foxglove import RunFoxglove
 
         settings = FoxgloveSettings(port=foxglove.foxglove_port)
         yield RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True))

@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
-from cxbridge.cli.web_options import BrowserOptions
+from cxbridge_web.cli.options import BrowserOptions
 
 _REST_S: Final = 0.1
 
@@ -39,10 +39,10 @@ def view(
     from cxbridge.clock import RealClock
     from cxbridge.events import EventBus, LogLine
     from cxbridge.process.interrupt import Interrupt
-    from cxbridge.web.guard import Guard
-    from cxbridge.web.http.recordings import RecordingsApp
-    from cxbridge.web.http.serving import HttpThread
-    from cxbridge.web.settings import WebSettings
+    from cxbridge_web.guard import Guard
+    from cxbridge_web.http.recordings import RecordingsApp
+    from cxbridge_web.http.serving import HttpThread
+    from cxbridge_web.settings import WebSettings
 
     bus = EventBus(RealClock())
     bus.subscribe(console.log(), LogLine)

@@ -12,7 +12,7 @@ from cxbridge.clock import split_us
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.interfaces.schema import FieldSchema
 from cxbridge.trace.codec import plain_values
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 
 OWNER: Final = "BlackboardRestApi"
 _EPOCH_S: Final = 1_000_000_000

@@ -7,9 +7,9 @@ from typing import Any, Final
 
 from cxbridge.clipstext.facts import fact_text
 from cxbridge.executive.host.facts.copying import FactCopy, FactRow, FactTemplate
-from cxbridge.web.endpoint import API_VERSION, ApiCall, Endpoint, Query
-from cxbridge.web.fawkes.slots import copy, texts
-from cxbridge.web.paging import ListPart, matches
+from cxbridge_web.endpoint import API_VERSION, ApiCall, Endpoint, Query
+from cxbridge_web.fawkes.slots import copy, texts
+from cxbridge_web.paging import ListPart, matches
 
 _LONGEST: Final = 16_382
 """Characters of a fact that is formatted."""

@@ -8,9 +8,9 @@ from typing import Any, Final
 
 from cxbridge.clipstext.goal_slots import GoalSlot
 from cxbridge.executive.host.facts.copying import FactCopy
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
-from cxbridge.web.fawkes import formulas
-from cxbridge.web.fawkes.slots import (
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
+from cxbridge_web.fawkes import formulas
+from cxbridge_web.fawkes.slots import (
     ENVIRONMENT,
     SlotError,
     Slots,
@@ -22,8 +22,8 @@ from cxbridge.web.fawkes.slots import (
     text,
     texts,
 )
-from cxbridge.web.models import FURTHER, NUMBERS
-from cxbridge.web.paging import ListPart
+from cxbridge_web.models import FURTHER, NUMBERS
+from cxbridge_web.paging import ListPart
 
 Model = dict[str, Any]
 Make = Callable[[Slots], Model]

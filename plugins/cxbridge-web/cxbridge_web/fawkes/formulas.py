@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.clipstext.terms import constants_of
-from cxbridge.web.endpoint import API_VERSION, ApiCall
-from cxbridge.web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
+from cxbridge_web.endpoint import API_VERSION, ApiCall
+from cxbridge_web.fawkes.slots import SlotError, Slots, facts, flag, text, texts
 
 TEMPLATES: Final = (
     "pddl-grounding",

@@ -12,10 +12,10 @@ from weakref import WeakKeyDictionary
 
 from cxbridge.blackboard.errors import NoWriterError
 from cxbridge.rights import Right
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query, Text, Where
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query, Text, Where
 
 if TYPE_CHECKING:
-    from cxbridge.web.host import WebHost
+    from cxbridge_web.host import WebHost
 
 OWNER: Final = "SkillerRestApi"
 SKILLER: Final = "Skiller"

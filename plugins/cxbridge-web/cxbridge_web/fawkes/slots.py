@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from cxbridge.executive.host.facts.copying import FactCopier, FactCopy
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.web.endpoint import ApiCall, ApiError
-from cxbridge.web.paging import Window
+from cxbridge_web.endpoint import ApiCall, ApiError
+from cxbridge_web.paging import Window
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

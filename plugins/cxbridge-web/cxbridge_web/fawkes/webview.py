@@ -9,7 +9,7 @@ from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.config.secrets import masked
 from cxbridge.errors import CxbridgeError
 from cxbridge.rights import Right
-from cxbridge.web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
+from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Query
 
 _CONVERSIONS: Final = {
     ConfigType.UINT: to_uint,

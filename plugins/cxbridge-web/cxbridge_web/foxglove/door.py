@@ -18,7 +18,7 @@ from cxbridge.blackboard.kit.accepting import PatientListener, Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.closing import Closing
 from cxbridge.listening import LOCAL_NAMES, LOOPBACK, is_loopback, is_named, is_own_page
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 MOST_CONNECTIONS: Final = 64
 """Connections at a time."""

@@ -15,10 +15,10 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, EventBus, LoopTime
 from cxbridge.trace.codec import dump, encode, schema_of
-from cxbridge.trace.foxglove.door import FoxgloveDoor, hidden_host
-from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
-from cxbridge.trace.foxglove.schemas import json_schema
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge_web.foxglove.door import FoxgloveDoor, hidden_host
+from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge_web.foxglove.schemas import json_schema
+from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 MOST_LASTING: Final = 1000
 """Messages of a topic that are kept for clients that subscribe later; of more, those that came last."""

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any, Final
 
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
-from cxbridge.trace.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
+from cxbridge_web.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
 
 LOG_TOPIC: Final = "/foxglove/log"
 """The topic of the log. Readers of runs pass over what is below ``/foxglove``: they go by the schema."""

@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.trace.foxglove.settings import DEFAULT_PORT
+from cxbridge_web.foxglove.settings import DEFAULT_PORT
 
 _MOST_PORT = 65_535
 

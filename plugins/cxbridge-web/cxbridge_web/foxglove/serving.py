@@ -6,11 +6,11 @@ from typing import TYPE_CHECKING
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import install_command
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 if TYPE_CHECKING:
     from cxbridge.events import EventBus
-    from cxbridge.trace.foxglove.live import FoxgloveServer
+    from cxbridge_web.foxglove.live import FoxgloveServer
 
 
 def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveServer:
@@ -20,7 +20,7 @@ def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveS
     """
     settings.check()
     try:
-        from cxbridge.trace.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
+        from cxbridge_web.foxglove.live import FoxgloveServer  # noqa: PLC0415 - an extra
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"live connections to Foxglove need the package '{error.name}'",

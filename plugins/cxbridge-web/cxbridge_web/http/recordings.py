@@ -15,7 +15,7 @@ from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import links
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.web.pages import Pages
+from cxbridge_web.pages import Pages
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

@@ -16,13 +16,13 @@ from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.errors import CxbridgeError
-from cxbridge.web.http.connections import MOST_SOCKETS, Connection, Door
+from cxbridge_web.http.connections import MOST_SOCKETS, Connection, Door
 
 if TYPE_CHECKING:
     from starlette.types import ASGIApp
 
     from cxbridge.events import Logger
-    from cxbridge.web.settings import WebSettings
+    from cxbridge_web.settings import WebSettings
 
 MOST_CONNECTIONS: Final = 200
 
@@ -64,7 +64,7 @@ class HttpThread:
     """Serves an application.
 
     :param log: gets what goes wrong.
-    :param most_sockets: connections at a time, at most :data:`~cxbridge.web.http.connections.MOST_SOCKETS`.
+    :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
     :raises CxbridgeError: when it cannot be where the settings say, or they make no sense.
     """
 

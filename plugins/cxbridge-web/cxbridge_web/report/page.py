@@ -18,8 +18,8 @@ from cxbridge.trace.html.modules import bundle
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, notes, pairs, table
 from cxbridge.trace.html.text import html
-from cxbridge.trace.report.model import ReportLimits, RunModel
-from cxbridge.trace.report.reading import LONGEST_VALUE, read
+from cxbridge_web.report.model import ReportLimits, RunModel
+from cxbridge_web.report.reading import LONGEST_VALUE, read
 
 SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
 SHARED_SCRIPT = "timeline/report.js"
@@ -61,7 +61,7 @@ def write_report(run: Run, output: Path, title: str = "") -> int:
 
 def _asset(name: str) -> str:
     """Return a file of this package."""
-    return asset(name, "cxbridge.trace.report")
+    return asset(name, "cxbridge_web.report")
 
 
 def _shared_style(name: str) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from cxbridge.daemon.context import DaemonContext
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
-from cxbridge.trace.foxglove.serving import make_foxglove_server
+from cxbridge_web.foxglove.serving import make_foxglove_server
 
 
 class FoxgloveComponent(Component):

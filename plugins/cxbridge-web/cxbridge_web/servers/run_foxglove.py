@@ -7,14 +7,14 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from cxbridge.mainloop import Hook
-from cxbridge.trace.foxglove.serving import make_foxglove_server
+from cxbridge_web.foxglove.serving import make_foxglove_server
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
-    from cxbridge.trace.foxglove.live import FoxgloveServer
-    from cxbridge.trace.foxglove.settings import FoxgloveSettings
+    from cxbridge_web.foxglove.live import FoxgloveServer
+    from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 
 class RunFoxglove:

@@ -7,14 +7,14 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.daemon.explain import DaemonExplainer
 from cxbridge.daemon.servers.run_watch import REST_S
-from cxbridge.daemon.servers.web_host import ProcessWebHost
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
-from cxbridge.web.server import WebServer
+from cxbridge_studio.daemon_explainer import DaemonExplainer
+from cxbridge_web.server import WebServer
+from cxbridge_web.servers.web_host import ProcessWebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -24,11 +24,11 @@ if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
-    from cxbridge.web.settings import WebSettings
+    from cxbridge_web.settings import WebSettings
 
 
 class RunWeb(ProcessWebHost):
-    """A run as its web server sees it; :class:`cxbridge.web.host.WebHost`.
+    """A run as its web server sees it; :class:`cxbridge_web.host.WebHost`.
 
     Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
     """

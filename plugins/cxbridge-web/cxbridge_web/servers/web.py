@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from cxbridge.daemon.context import DaemonContext
-from cxbridge.daemon.web import DaemonWeb
 from cxbridge.mainloop import Hook
 from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
 from cxbridge.run.components.component import Component
-from cxbridge.web.http.connections import MOST_SOCKETS
-from cxbridge.web.server import WebServer
+from cxbridge_web.daemon_source import DaemonWeb
+from cxbridge_web.http.connections import MOST_SOCKETS
+from cxbridge_web.server import WebServer
 
 
 class WebComponent(Component):

@@ -44,7 +44,7 @@ class HostedProcess(Protocol):
 
 
 class ProcessWebHost(ABC):
-    """The common part of :class:`cxbridge.web.host.WebHost`.
+    """The common part of :class:`cxbridge_web.host.WebHost`.
 
     :param hosted: what the web server shows.
     """

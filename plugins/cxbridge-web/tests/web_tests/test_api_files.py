@@ -10,10 +10,10 @@ from typing import Any
 import pytest
 import yaml
 
-from cxbridge.web.models import SCHEMAS
+from cxbridge_web.models import SCHEMAS
 from tests.support import FAWKES_DIR
-from tests.web.support import serving
-from tests.web.test_fawkes import _there  # noqa: F401 - the scenario, stopped in the middle of its way
+from web_tests.support import serving
+from web_tests.test_fawkes import _there  # noqa: F401 - the scenario, stopped in the middle of its way
 
 _FILES = sorted((FAWKES_DIR / "src" / "plugins").glob("**/*rest-api/api.yaml")) if FAWKES_DIR else []
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cxbridge.explain.rules.written import WrittenConstructs
+from cxbridge_studio.explain.rules.written import WrittenConstructs
 from tests.support import ROOT
-from tests.web.support import serving
+from web_tests.support import serving
 
 
 def test_constructs_are_read_again_when_their_file_has_changed(tmp_path):

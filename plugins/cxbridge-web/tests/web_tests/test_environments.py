@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from tests.run.mini import write_scenario
-from tests.web.support import serving
+from web_tests.support import serving
 
 PATH = "/api/cxbridge/environments"
 

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, GoalTransition, InterfaceWrite, Level, LogLine, RuleFired
-from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, StreamPosition
-from cxbridge.web.event_collector import MOST_PENDING, EventCollector
+from cxbridge_web.event_buffer import BUNCH_BYTES, EventBuffer, EventSelection, StreamPosition
+from cxbridge_web.event_collector import MOST_PENDING, EventCollector
 
 ALL = EventSelection(frozenset({"log", "rule", "interface", "goal"}))
 START = StreamPosition()

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.daemon.web import DaemonWeb
-from cxbridge.web import pages
-from cxbridge.web.models import SCHEMAS
+from cxbridge_web import pages
+from cxbridge_web.daemon_source import DaemonWeb
+from cxbridge_web.models import SCHEMAS
 from tests.run.mini import AGENT, write_scenario
-from tests.web.support import read_events, serving
+from web_tests.support import read_events, serving
 
 MORE = """
 (deftemplate battery (slot level (type INTEGER)) (multislot notes))

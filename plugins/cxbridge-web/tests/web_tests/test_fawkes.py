@@ -10,11 +10,11 @@ from contextlib import contextmanager
 import pytest
 
 from cxbridge.executive.host.values import show
-from cxbridge.web.fawkes import skiller
+from cxbridge_web.fawkes import skiller
 from tests.daemon.test_daemon import WAIT_S
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
-from tests.web.support import serving
+from web_tests.support import serving
 
 SKILLS = "/api/skiller/skills"
 

@@ -9,10 +9,10 @@ from contextlib import suppress
 import pytest
 
 from cxbridge.events import LogLine
-from cxbridge.web import api
-from cxbridge.web.http.connections import Connection, Door
+from cxbridge_web import api
+from cxbridge_web.http.connections import Connection, Door
 from tests.daemon.test_daemon import WAIT_S
-from tests.web.support import serving
+from web_tests.support import serving
 
 HOST = b"Host: localhost\r\n"
 LAST = HOST + b"Connection: close\r\n"
@@ -166,7 +166,7 @@ def test_who_does_not_read_the_answer_is_let_go(monkeypatch, served):
             lost.set()
 
     # those that are there may end, too: only the new one is of this class
-    monkeypatch.setattr("cxbridge.web.http.serving.Connection", Watched)
+    monkeypatch.setattr("cxbridge_web.http.serving.Connection", Watched)
     with serving(ALONE) as (_, other, _lines), socket.socket() as peer:
         peer.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
         peer.settimeout(WAIT_S)

@@ -7,7 +7,7 @@ import re
 
 import pytest
 
-from cxbridge.web.pages import FOLDER
+from cxbridge_web.pages import FOLDER
 
 JS = FOLDER / "js"
 MODULES = {path.relative_to(JS).as_posix(): path.read_text(encoding="utf-8") for path in JS.rglob("*.js")}

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.web.paging import PagingError, Window, has_text, matches
+from cxbridge_web.paging import PagingError, Window, has_text, matches
 from tests.run.mini import AGENT, write_scenario
-from tests.web.support import serving
+from web_tests.support import serving
 
 MODELS = [{"kind": "X", "name": f"N{i}", "values": [str(i), "ä" * (i % 2)], "number": i} for i in range(10)]
 

@@ -6,7 +6,7 @@ from functools import partial
 
 import pytest
 
-from cxbridge.web.queue import MOST_WAITING, QueueClosedError, RequestQueue, RequestQueueFullError
+from cxbridge_web.queue import MOST_WAITING, QueueClosedError, RequestQueue, RequestQueueFullError
 
 
 class Watch:

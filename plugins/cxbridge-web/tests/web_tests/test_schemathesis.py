@@ -10,7 +10,7 @@ import sys
 import pytest
 
 from tests.support import ROOT
-from tests.web.support import serving
+from web_tests.support import serving
 
 CHECKS = (
     "response_schema_conformance,content_type_conformance,status_code_conformance,"
@@ -50,7 +50,7 @@ def test_the_api_keeps_to_its_description():
             timeout=LIMIT_S,
             check=False,
             cwd=ROOT,
-            env={**os.environ, "SCHEMATHESIS_HOOKS": "tests.web.schemathesis_hooks"},
+            env={**os.environ, "SCHEMATHESIS_HOOKS": "web_tests.schemathesis_hooks"},
         )
         assert done.returncode == 0, done.stdout[done.stdout.find("FAILURES") :][:6000] + done.stderr[-2000:]
         assert f" {operations} passed" in done.stdout, done.stdout[-3000:]

@@ -11,10 +11,10 @@ import pytest
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
-from cxbridge.web.pages import Pages
+from cxbridge_web.pages import Pages
 from tests.daemon.test_daemon import QUIET, WAIT_S, running, settings
 from tests.run.mini import write_scenario
-from tests.web.support import read_events, serving
+from web_tests.support import read_events, serving
 
 TOKEN = "correct horse battery"
 

@@ -11,10 +11,10 @@ from types import SimpleNamespace
 from typing import Any
 
 from cxbridge.events import Level, LogLine
-from cxbridge.web.event_buffer import BUNCH_BYTES, EventBuffer
-from cxbridge.web.event_streams import EventStreams
+from cxbridge_web.event_buffer import BUNCH_BYTES, EventBuffer
+from cxbridge_web.event_streams import EventStreams
 from tests.daemon.test_daemon import WAIT_S
-from tests.web.support import read_events, serving
+from web_tests.support import read_events, serving
 
 LINE = LogLine(1, Level.INFO, "C", "x" * 1000)
 

@@ -12,10 +12,10 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import ConfigError
-from cxbridge.web.tls import check_pair
+from cxbridge_web.tls import check_pair
 from tests.daemon.test_daemon import WAIT_S
 from tests.unprivileged import unprivileged
-from tests.web.support import serving
+from web_tests.support import serving
 
 x509 = pytest.importorskip("cryptography.x509")
 from cryptography.hazmat.primitives import hashes, serialization  # noqa: E402

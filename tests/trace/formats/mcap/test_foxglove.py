@@ -14,7 +14,7 @@ from cxbridge.events import Event, Level, LogLine
 from cxbridge.trace.codec import field_names
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.foxglove.messages import LOG_TOPIC as TOPIC
+from cxbridge_web.foxglove.messages import LOG_TOPIC as TOPIC
 from tests.support import ROOT
 from tests.trace.events import log_lines
 from tests.trace.runs import MemoryRun, family

@@ -9,7 +9,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.cli.commands.game.options import AgentOptions, LeagueOptions, PlayOptions
 from cxbridge.cli.connect import AsJson
 from cxbridge.cli.console import check_folders, complain, say_json
 from cxbridge.cli.console_options import ConsoleOptions
@@ -19,14 +18,15 @@ from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
+from cxbridge_explore.cli.game.options import AgentOptions, LeagueOptions, PlayOptions
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from cxbridge.game.match import Game
-    from cxbridge.game.scenario import ScenarioGame
-    from cxbridge.game.score import GameResult
-    from cxbridge.rcll.game import LeagueGame
+    from cxbridge_explore.game.match import Game
+    from cxbridge_explore.game.scenario import ScenarioGame
+    from cxbridge_explore.game.score import GameResult
+    from cxbridge_rcll.game import LeagueGame
 
 TESTS_FAILED: Final = 1
 """Exit status of a game whose agent's own tests failed."""
@@ -90,7 +90,7 @@ def game(
 
 
 def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> ScenarioGame:
-    from cxbridge.game.scenario import ScenarioGame
+    from cxbridge_explore.game.scenario import ScenarioGame
 
     league.refuse()
     options.check()
@@ -98,7 +98,7 @@ def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions
 
 
 def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> LeagueGame:
-    from cxbridge.rcll.game import LeagueGame
+    from cxbridge_rcll.game import LeagueGame
 
     if play.world is not None and league.failures:
         raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
@@ -126,7 +126,7 @@ def _games(first: ScenarioGame | LeagueGame, against: Path | None) -> dict[str, 
 
     :param against: a scenario, or a folder that is laid over the league's agent.
     """
-    from cxbridge.game.scenario import ScenarioGame
+    from cxbridge_explore.game.scenario import ScenarioGame
 
     name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
     games: dict[str, Game] = {name: first}
@@ -143,22 +143,22 @@ def _games(first: ScenarioGame | LeagueGame, against: Path | None) -> dict[str, 
 
 
 def _one(result: GameResult, page: Path | None, *, as_json: bool) -> int:
-    from cxbridge.cli.commands.game.output import say_game
+    from cxbridge_explore.cli.game.output import say_game
 
     if as_json:
         say_json(result.as_dict(), indent=2)
     else:
         say_game(result)
     if page is not None:
-        from cxbridge.game.page.page import write_page
+        from cxbridge_explore.game.page.page import write_page
 
         write_page(result, page, shlex.join(["cxbridge", *sys.argv[1:]]))
     return _status({result.seed: result})
 
 
 def _many(games: Mapping[str, Game], play: PlayOptions, *, as_json: bool) -> int:
-    from cxbridge.cli.commands.game.output import say_games
-    from cxbridge.game.match import GamesSummary, Match, play_games
+    from cxbridge_explore.cli.game.output import say_games
+    from cxbridge_explore.game.match import GamesSummary, Match, play_games
 
     seeds = range(play.seed, play.seed + play.games)
     with progress("games", len(seeds) * len(games)) as advance:

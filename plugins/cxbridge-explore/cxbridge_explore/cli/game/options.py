@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.rcll.options import RefboxOptions
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
+from cxbridge_rcll.options import RefboxOptions
 
 if TYPE_CHECKING:
-    from cxbridge.rcll.remote import Address
+    from cxbridge_rcll.remote import Address
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -120,7 +120,7 @@ class LeagueOptions(RefboxOptions):
 
         :raises CxbridgeError: when an option is for the other way.
         """
-        from cxbridge.rcll.remote import Address
+        from cxbridge_rcll.remote import Address
 
         if self.referee is None:
             if self.speed != 1:

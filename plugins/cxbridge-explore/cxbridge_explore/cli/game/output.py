@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from cxbridge.cli.console import say
-from cxbridge.game.match import GamesSummary, Match
-from cxbridge.game.score import GameResult
+from cxbridge_explore.game.match import GamesSummary, Match
+from cxbridge_explore.game.score import GameResult
 
 
 def say_game(result: GameResult) -> None:

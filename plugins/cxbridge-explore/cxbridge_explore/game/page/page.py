@@ -7,17 +7,17 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from cxbridge.game.page.lanes import STYLE as LANES_STYLE
-from cxbridge.game.page.lanes import Bar, Lane, LaneGroup, LanePoint, draw
-from cxbridge.game.page.points import STYLE as POINTS_STYLE
-from cxbridge.game.page.points import draw_points
-from cxbridge.game.score import GameResult, ProductOrder, Score
-from cxbridge.game.timeline import Span, Timeline, within
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
 from cxbridge.trace.html.look import ACTION_STATES, OTHER, OUTCOMES, SKILL_STATES, Look
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import badge, notes, table
 from cxbridge.trace.html.text import html
+from cxbridge_explore.game.page.lanes import STYLE as LANES_STYLE
+from cxbridge_explore.game.page.lanes import Bar, Lane, LaneGroup, LanePoint, draw
+from cxbridge_explore.game.page.points import STYLE as POINTS_STYLE
+from cxbridge_explore.game.page.points import draw_points
+from cxbridge_explore.game.score import GameResult, ProductOrder, Score
+from cxbridge_explore.game.timeline import Span, Timeline, within
 
 _NOTHING: Final = Look("new", "○")
 _BUSY: Final = ACTION_STATES["RUNNING"]

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from typing import Final
 
-from cxbridge.game.judge import PRODUCTION
-from cxbridge.game.score import POST_GAME, Award, Score
 from cxbridge.trace.html.chart import Axis
 from cxbridge.trace.html.text import html
+from cxbridge_explore.game.judge import PRODUCTION
+from cxbridge_explore.game.score import POST_GAME, Award, Score
 
 _WIDTH, _HEIGHT, _HEAD, _RIGHT = 1100, 220, 22, 120
 _TICKS: Final = 6

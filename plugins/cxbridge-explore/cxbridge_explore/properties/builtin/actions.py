@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Final
 
-from cxbridge.explain.preconditions import Atom, Preconditions, fields, ground
-from cxbridge.properties.monitor import Monitor
-from cxbridge.properties.tables import FactTables
+from cxbridge_explore.properties.monitor import Monitor
+from cxbridge_explore.properties.tables import FactTables
+from cxbridge_studio.explain.preconditions import Atom, Preconditions, fields, ground
 
 _DOMAIN: Final = ("domain-operator", "domain-effect", "domain-fact", "pddl-formula", "pddl-predicate")
 _ACTION_SLOTS: Final = ("goal-id", "plan-id", "id", "action-name", "state", "param-names", "param-values")

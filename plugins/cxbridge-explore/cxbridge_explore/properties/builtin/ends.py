@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Final
 
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
-from cxbridge.properties.monitor import Ending, Monitor, RunEnd
+from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 
 _HALTED: Final = "[PRCCODE4]"
 """How CLIPS begins to say in which rule there was an error; what it was, it says before."""

@@ -6,8 +6,8 @@ from collections.abc import Hashable, Iterator, Mapping
 from functools import partial
 from typing import Final
 
-from cxbridge.properties.monitor import Ending, Monitor, RunEnd, Scene
-from cxbridge.properties.tables import Changes, FactTables, Slots
+from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd, Scene
+from cxbridge_explore.properties.tables import Changes, FactTables, Slots
 
 DEFAULT_REST_S: Final = 60.0
 """Seconds that a goal may rest in a mode with nothing to wait for."""

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.properties.monitor import Ending, Monitor, RunEnd
-from cxbridge.properties.tables import Changes, FactTables
+from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
+from cxbridge_explore.properties.tables import Changes, FactTables
 
 _GOAL, _REQUEST, _MUTEX = "goal", "resource-request", "mutex"
 _IDENTITY: Final = ("cx", "identity")

@@ -6,11 +6,11 @@ from collections.abc import Callable
 from functools import partial
 from typing import Final
 
-from cxbridge.properties.builtin.actions import ExecutedOnce, PreconditionsHold
-from cxbridge.properties.builtin.ends import NoErrors, RunEnds, SkillersReleased
-from cxbridge.properties.builtin.goals import DEFAULT_REST_S, GoalsRetracted, NoIdleRest
-from cxbridge.properties.builtin.resources import NoLostResource, OneHolder
-from cxbridge.properties.monitor import Monitor, Property, Scene
+from cxbridge_explore.properties.builtin.actions import ExecutedOnce, PreconditionsHold
+from cxbridge_explore.properties.builtin.ends import NoErrors, RunEnds, SkillersReleased
+from cxbridge_explore.properties.builtin.goals import DEFAULT_REST_S, GoalsRetracted, NoIdleRest
+from cxbridge_explore.properties.builtin.resources import NoLostResource, OneHolder
+from cxbridge_explore.properties.monitor import Monitor, Property, Scene
 
 RUN_ENDS: Final = "run-ends"
 """The property that a run without end does not have."""

@@ -7,12 +7,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.explore.counterexample_playing import Played, play
-from cxbridge.properties.builtin.table import builtin_properties
-from cxbridge.properties.forms import read_property
-from cxbridge.properties.monitor import Property
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.points import USUAL, ChoicePath, PathChooser, Step
+from cxbridge_explore.counterexample_playing import Played, play
+from cxbridge_explore.properties.builtin.table import builtin_properties
+from cxbridge_explore.properties.forms import read_property
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.worlds.points import USUAL, ChoicePath, PathChooser, Step
 from tests.support import ROOT
 
 DELIVERED = (

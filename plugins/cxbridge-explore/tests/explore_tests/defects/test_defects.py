@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.explore.counterexample import write_counterexample
-from tests.explore.defects.seeded import DEFECTS, Defect, runs
-from tests.explore.pytest_files import pytest_of
+from cxbridge_explore.counterexample import write_counterexample
+from explore_tests.defects.seeded import DEFECTS, Defect, runs
+from explore_tests.pytest_files import pytest_of
 from tests.support import many
 
 

@@ -9,9 +9,9 @@ from typing import Any
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.game.match import GamesSummary, Match, play_games
-from cxbridge.game.score import GameResult, Score
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_explore.game.match import GamesSummary, Match, play_games
+from cxbridge_explore.game.score import GameResult, Score
 from tests.forked import nursery
 from tests.run.mini import write_scenario
 from tests.support import ROOT
@@ -122,7 +122,7 @@ def played_once(monkeypatch):
             played[known] = play_games(games, seeds, *more)
         return played[known]
 
-    monkeypatch.setattr("cxbridge.game.match.play_games", play)
+    monkeypatch.setattr("cxbridge_explore.game.match.play_games", play)
 
 
 @pytest.mark.usefixtures("played_once")

@@ -9,9 +9,9 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from cxbridge.errors import CxbridgeError
-from cxbridge.game.page.page import write_page
-from cxbridge.game.score import Award, Delivery, GameResult, ProductOrder, RobotWork, Score
-from cxbridge.game.timeline import Span, Timeline, covered
+from cxbridge_explore.game.page.page import write_page
+from cxbridge_explore.game.score import Award, Delivery, GameResult, ProductOrder, RobotWork, Score
+from cxbridge_explore.game.timeline import Span, Timeline, covered
 from tests.support import ROOT
 
 EVIL = '<script>alert("x")</script>'

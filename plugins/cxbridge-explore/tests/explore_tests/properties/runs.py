@@ -6,13 +6,13 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.properties.builtin.table import builtin_properties
-from cxbridge.properties.monitor import Ending, Property, RunEnd, Violation
-from cxbridge.properties.watch import PropertyWatch
 from cxbridge.run.ending.stuck import StuckWatch
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.points import ChoicePath, PathChooser
-from cxbridge.worlds.run import WorldResult, WorldRun
+from cxbridge_explore.properties.builtin.table import builtin_properties
+from cxbridge_explore.properties.monitor import Ending, Property, RunEnd, Violation
+from cxbridge_explore.properties.watch import PropertyWatch
+from cxbridge_explore.worlds.points import ChoicePath, PathChooser
+from cxbridge_explore.worlds.run import WorldResult, WorldRun
 from tests.support import ROOT
 
 BUILTIN = builtin_properties()

@@ -8,9 +8,9 @@ from itertools import count
 import pytest
 
 from cxbridge.mainloop import Hook
-from cxbridge.worlds.points import Step
-from cxbridge.worlds.run import WorldRun
-from tests.properties.runs import BUILTIN, Watched, shipped, watched
+from cxbridge_explore.worlds.points import Step
+from cxbridge_explore.worlds.run import WorldRun
+from explore_tests.properties.runs import BUILTIN, Watched, shipped, watched
 
 HELLO = "Skiller: say{text='Hello peggy', wait=True}"
 

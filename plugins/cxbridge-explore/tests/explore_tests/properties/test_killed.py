@@ -7,19 +7,19 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.explore.playing import ExploredRun
-from cxbridge.properties.builtin.table import builtin_properties
-from cxbridge.properties.forms import read_property
-from cxbridge.properties.monitor import Monitor, Property, Violation
-from cxbridge.properties.reading import find_property
-from cxbridge.properties.tables import FactTables
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
-from cxbridge.worldmodel.model import Kill, Times, WorldModel
-from cxbridge.worlds.points import ChoicePoint
+from cxbridge_explore.playing import ExploredRun
+from cxbridge_explore.properties.builtin.table import builtin_properties
+from cxbridge_explore.properties.forms import read_property
+from cxbridge_explore.properties.monitor import Monitor, Property, Violation
+from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.properties.tables import FactTables
+from cxbridge_explore.worldmodel.model import Kill, Times, WorldModel
+from cxbridge_explore.worlds.points import ChoicePoint
+from explore_tests.worlds.test_kinds import CALM
 from tests.run.mini import write_scenario
 from tests.support import ROOT
-from tests.worlds.test_kinds import CALM
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "two-agents", skiller="none", timeout=120.0)
 

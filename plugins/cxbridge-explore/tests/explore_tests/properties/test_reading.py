@@ -9,12 +9,12 @@ import pytest
 
 from cxbridge.errors import ConfigError
 from cxbridge.events import Event, FactChange, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
-from cxbridge.properties.forms import read_property
-from cxbridge.properties.functions import property_of
-from cxbridge.properties.monitor import Property
-from cxbridge.properties.reading import beside, joined, read_properties
-from cxbridge.worlds.run import WorldRun
-from tests.properties.runs import BUILTIN, shipped, watched
+from cxbridge_explore.properties.forms import read_property
+from cxbridge_explore.properties.functions import property_of
+from cxbridge_explore.properties.monitor import Property
+from cxbridge_explore.properties.reading import beside, joined, read_properties
+from cxbridge_explore.worlds.run import WorldRun
+from explore_tests.properties.runs import BUILTIN, shipped, watched
 
 
 def test_a_file_of_properties(tmp_path: Path):

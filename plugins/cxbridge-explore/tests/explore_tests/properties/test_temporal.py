@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import ConfigError
-from cxbridge.properties.forms import read_property
-from cxbridge.worlds.points import Step
-from tests.properties.runs import Watched, shipped, watched
+from cxbridge_explore.properties.forms import read_property
+from cxbridge_explore.worlds.points import Step
+from explore_tests.properties.runs import Watched, shipped, watched
 
 TALK = shipped("test-scenario")
 HELLO = "Skiller: say{text='Hello peggy', wait=True}"

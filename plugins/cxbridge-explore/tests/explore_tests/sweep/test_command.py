@@ -11,7 +11,7 @@ from typing import Any
 import pytest
 
 from cxbridge.cli.main import invoke
-from cxbridge.sweep.rows import CRASHED, RunRow
+from cxbridge_explore.sweep.rows import CRASHED, RunRow
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"

@@ -16,11 +16,11 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.sweep import engine as engine_module
-from cxbridge.sweep.engine import Engine, LocalEngine, WorkerProcess
-from cxbridge.sweep.playing import play
-from cxbridge.sweep.rows import RunRow, SweepJob
-from cxbridge.worlds.points import RandomChooser
+from cxbridge_explore.sweep import engine as engine_module
+from cxbridge_explore.sweep.engine import Engine, LocalEngine, WorkerProcess
+from cxbridge_explore.sweep.playing import play
+from cxbridge_explore.sweep.rows import RunRow, SweepJob
+from cxbridge_explore.worlds.points import RandomChooser
 from tests.support import ROOT
 
 JOB = SweepJob(RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none"))
@@ -154,7 +154,7 @@ def cluster(tmp_path: Path) -> Iterator[Cluster]:
 
 
 def test_a_cluster_plays_the_same_runs_whoever_is_killed(cluster, expected, monkeypatch):
-    from cxbridge.sweep import dask_engine
+    from cxbridge_explore.sweep import dask_engine
 
     monkeypatch.setattr(dask_engine, "_CHUNK", 2)
     rows = []
@@ -169,7 +169,7 @@ def test_a_cluster_plays_the_same_runs_whoever_is_killed(cluster, expected, monk
 
 def test_no_scheduler_is_an_error(monkeypatch):
     pytest.importorskip("distributed", reason="needs distributed")
-    from cxbridge.sweep import dask_engine
+    from cxbridge_explore.sweep import dask_engine
 
     monkeypatch.setattr(dask_engine, "_TIMEOUT_S", 1)
     with pytest.raises(CxbridgeError, match="no Dask scheduler answers"):

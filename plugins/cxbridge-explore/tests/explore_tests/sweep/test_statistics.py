@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.sweep.statistics import Quantiles, mean_interval, proportion
+from cxbridge_explore.sweep.statistics import Quantiles, mean_interval, proportion
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
 

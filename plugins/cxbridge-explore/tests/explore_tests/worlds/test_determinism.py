@@ -21,8 +21,8 @@ import json, os, sys
 from pathlib import Path
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.options import RunOptions
-from cxbridge.worlds.points import RandomChooser
-from cxbridge.worlds.run import WorldRun
+from cxbridge_explore.worlds.points import RandomChooser
+from cxbridge_explore.worlds.run import WorldRun
 
 def play(name, seed):
     events = []

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.worldmodel.distributions import Distribution, Shape
-from cxbridge.worlds.points import (
+from cxbridge_explore.worldmodel.distributions import Distribution, Shape
+from cxbridge_explore.worlds.points import (
     USUAL,
     ChoiceKind,
     ChoicePoint,
@@ -21,7 +21,7 @@ from cxbridge.worlds.points import (
     Step,
     read_path,
 )
-from cxbridge.worlds.skills import DurationDraw, takes
+from cxbridge_explore.worlds.skills import DurationDraw, takes
 
 seconds = st.floats(0, 100)
 distributions = st.builds(

@@ -8,8 +8,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, InterfaceMessage, SkillStatus
 from cxbridge.run.options import RunOptions
 from cxbridge.skiller.simulation.estimators import SkillPattern
-from cxbridge.worldmodel.distributions import Distribution, Shape
-from cxbridge.worldmodel.model import (
+from cxbridge_explore.worldmodel.distributions import Distribution, Shape
+from cxbridge_explore.worldmodel.model import (
     Absence,
     Kill,
     MessageFault,
@@ -20,9 +20,16 @@ from cxbridge.worldmodel.model import (
     Times,
     WorldModel,
 )
-from cxbridge.worldmodel.reading import read_world
-from cxbridge.worlds.points import ChoiceKind, ChoicePoint, Chooser, PathChooser, RandomChooser, read_path
-from cxbridge.worlds.run import WorldResult, WorldRun
+from cxbridge_explore.worldmodel.reading import read_world
+from cxbridge_explore.worlds.points import (
+    ChoiceKind,
+    ChoicePoint,
+    Chooser,
+    PathChooser,
+    RandomChooser,
+    read_path,
+)
+from cxbridge_explore.worlds.run import WorldResult, WorldRun
 from tests.support import ROOT
 
 CALM = SkillModel(SkillPattern("*"), failures=())

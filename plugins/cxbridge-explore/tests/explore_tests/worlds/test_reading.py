@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
-from cxbridge.worldmodel.distributions import Distribution, Shape
-from cxbridge.worldmodel.model import PlannerModel, SkillFailure, Times, WorldModel
-from cxbridge.worldmodel.reading import find_world, read_world, world_of
+from cxbridge_explore.worldmodel.distributions import Distribution, Shape
+from cxbridge_explore.worldmodel.model import PlannerModel, SkillFailure, Times, WorldModel
+from cxbridge_explore.worldmodel.reading import find_world, read_world, world_of
 from tests.support import ROOT
 
 WORLD = """

@@ -7,9 +7,9 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run.options import RunOptions
-from cxbridge.worldmodel.model import WorldModel
-from cxbridge.worldmodel.reading import read_world
-from cxbridge.worlds.points import (
+from cxbridge_explore.worldmodel.model import WorldModel
+from cxbridge_explore.worldmodel.reading import read_world
+from cxbridge_explore.worlds.points import (
     Choice,
     ChoicePath,
     DivergedError,
@@ -18,7 +18,7 @@ from cxbridge.worlds.points import (
     UsualChooser,
     read_path,
 )
-from cxbridge.worlds.run import WorldResult, WorldRun, world_beside
+from cxbridge_explore.worlds.run import WorldResult, WorldRun, world_beside
 from tests.support import ROOT
 
 OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "test-scenario", skiller="none")

@@ -1,5 +1,5 @@
 """ROS 2 over DDS, by the wheel of Eclipse Cyclone DDS: no ROS installation is needed."""
 
-from cxbridge.ros2.transports.dds.node import DdsNode, join
+from cxbridge_ros2.transports.dds.node import DdsNode, join
 
 __all__ = ["DdsNode", "join"]

@@ -21,8 +21,8 @@ from cyclonedds.pub import DataWriter
 from cyclonedds.sub import DataReader
 from msgspec import Struct
 
-from cxbridge.ros2.names import TypeName
-from cxbridge.ros2.transports.misfits import misfit, why_unserved
+from cxbridge_ros2.names import TypeName
+from cxbridge_ros2.transports.misfits import misfit, why_unserved
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint

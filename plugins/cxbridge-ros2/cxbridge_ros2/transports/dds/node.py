@@ -2,7 +2,7 @@
 
 Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds (:mod:`.dds_services`);
 rmw_fastrtps puts who asks where this wheel cannot write.
-:mod:`cxbridge.ros2.messages` writes and reads CDR; DDS gets bytes.
+:mod:`cxbridge_ros2.messages` writes and reads CDR; DDS gets bytes.
 """
 
 from __future__ import annotations
@@ -35,19 +35,19 @@ from cyclonedds.util import duration
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Node, Publisher, Receive, Report
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports.dds.discovery import Discovery, Ours
-from cxbridge.ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
-from cxbridge.ros2.transports.dds.services import DdsClient, DdsServer, matched, named
-from cxbridge.ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Client, Node, Publisher, Receive, Report
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.transports.dds.discovery import Discovery, Ours
+from cxbridge_ros2.transports.dds.domain import delete, delete_all, enter, lacks_security
+from cxbridge_ros2.transports.dds.services import DdsClient, DdsServer, matched, named
+from cxbridge_ros2.transports.environment import MOST_DDS_DOMAIN, default_reach, domain_id
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.executor import NodeSettings
+    from cxbridge_ros2.executor import NodeSettings
 
 _BATCH: Final = 256
 _LOOK_S: Final = 1.0

@@ -19,8 +19,8 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cyclonedds.core import Policy
 
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Receive
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.node import AnswerLater, Client, Failed, Receive
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint

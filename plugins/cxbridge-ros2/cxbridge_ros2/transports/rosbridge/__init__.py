@@ -5,6 +5,6 @@ come as NaN. Actions are calls of the server's own: an accepted goal is not repo
 its result, so each is taken for accepted at once.
 """
 
-from cxbridge.ros2.transports.rosbridge.node import RosbridgeNode, join
+from cxbridge_ros2.transports.rosbridge.node import RosbridgeNode, join
 
 __all__ = ["RosbridgeNode", "join"]

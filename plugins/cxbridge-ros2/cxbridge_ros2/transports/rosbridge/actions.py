@@ -6,11 +6,11 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any, Final
 
-from cxbridge.ros2.messages import Message
-from cxbridge.ros2.names import TypeName
-from cxbridge.ros2.node import Client, Failed, Receive
-from cxbridge.ros2.transports.rosbridge.connection import Operation, RosbridgeConnection
-from cxbridge.ros2.transports.rosbridge.messages import base_value
+from cxbridge_ros2.messages import Message
+from cxbridge_ros2.names import TypeName
+from cxbridge_ros2.node import Client, Failed, Receive
+from cxbridge_ros2.transports.rosbridge.connection import Operation, RosbridgeConnection
+from cxbridge_ros2.transports.rosbridge.messages import base_value
 
 _ABORTED: Final = 6  # of action_msgs/msg/GoalStatus
 _AGAIN_S: Final = 0.5

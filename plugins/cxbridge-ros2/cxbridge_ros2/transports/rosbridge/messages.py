@@ -11,9 +11,9 @@ from typing import Any, Final
 import numpy as np
 from rosbags.interfaces import Nodetype
 
-from cxbridge.ros2.definitions import Definitions, FieldType
-from cxbridge.ros2.messages import Codec, Message
-from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.messages import Codec, Message
+from cxbridge_ros2.names import TypeName, parse_type
 
 _BYTES: Final = ("uint8", "byte")
 _NOTHING: Final = "structure_needs_at_least_one_member"

@@ -8,18 +8,18 @@ from itertools import count
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports.rosbridge.actions import ActionPartClient, RosbridgeAction
-from cxbridge.ros2.transports.rosbridge.connection import LOST, Operation, RosbridgeConnection
-from cxbridge.ros2.transports.rosbridge.messages import JsonCodec
-from cxbridge.ros2.transports.rosbridge.services import ServiceClient
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.transports.rosbridge.actions import ActionPartClient, RosbridgeAction
+from cxbridge_ros2.transports.rosbridge.connection import LOST, Operation, RosbridgeConnection
+from cxbridge_ros2.transports.rosbridge.messages import JsonCodec
+from cxbridge_ros2.transports.rosbridge.services import ServiceClient
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.executor import NodeSettings
+    from cxbridge_ros2.executor import NodeSettings
 
 DEFAULT_URL: Final = "ws://localhost:9090"
 

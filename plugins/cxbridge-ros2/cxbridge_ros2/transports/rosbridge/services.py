@@ -7,8 +7,8 @@ from functools import partial
 from itertools import count
 from typing import Any
 
-from cxbridge.ros2.node import Client, Failed, Receive
-from cxbridge.ros2.transports.rosbridge.connection import RosbridgeConnection
+from cxbridge_ros2.node import Client, Failed, Receive
+from cxbridge_ros2.transports.rosbridge.connection import RosbridgeConnection
 
 
 class ServiceClient(Client):

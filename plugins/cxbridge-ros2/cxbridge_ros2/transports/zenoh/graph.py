@@ -6,9 +6,9 @@ import threading
 from itertools import count
 from typing import Final
 
-from cxbridge.ros2.names import TypeName
-from cxbridge.ros2.transports.misfits import whole_name, why_unserved
-from cxbridge.ros2.transports.zenoh.names import Kind, TypedName, endpoint_of
+from cxbridge_ros2.names import TypeName
+from cxbridge_ros2.transports.misfits import whole_name, why_unserved
+from cxbridge_ros2.transports.zenoh.names import Kind, TypedName, endpoint_of
 
 _MOST: Final = 100_000
 """Tokens that are kept: a stranger may send any number."""

@@ -12,9 +12,9 @@ from typing import Final, Literal
 from msgspec import Struct
 from xxhash import xxh3_128_intdigest
 
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.names import TypeName
-from cxbridge.ros2.qos import Durability, QosProfile, Reliability
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.names import TypeName
+from cxbridge_ros2.qos import Durability, QosProfile, Reliability
 
 Kind = Literal["MP", "MS", "SS", "SC"]
 """A publisher of messages, a subscription, a server of a service, or a client."""

@@ -17,17 +17,17 @@ from zenoh import ext
 from zenoh.handlers import Callback
 
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import TypeName, parse_type
-from cxbridge.ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
-from cxbridge.ros2.qos import PROFILES, QosProfile
-from cxbridge.ros2.topics import check_topic
-from cxbridge.ros2.transports.environment import domain_id
-from cxbridge.ros2.transports.inbox import InboxSource, MessageInbox
-from cxbridge.ros2.transports.misfits import misfit, whole_name
-from cxbridge.ros2.transports.zenoh.graph import RosGraph
-from cxbridge.ros2.transports.zenoh.names import (
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import TypeName, parse_type
+from cxbridge_ros2.node import AnswerLater, Client, Failed, Node, Publisher, Receive, Report
+from cxbridge_ros2.qos import PROFILES, QosProfile
+from cxbridge_ros2.topics import check_topic
+from cxbridge_ros2.transports.environment import domain_id
+from cxbridge_ros2.transports.inbox import InboxSource, MessageInbox
+from cxbridge_ros2.transports.misfits import misfit, whole_name
+from cxbridge_ros2.transports.zenoh.graph import RosGraph
+from cxbridge_ros2.transports.zenoh.names import (
     NO_HASH,
     GraphEndpoint,
     Kind,
@@ -38,10 +38,10 @@ from cxbridge.ros2.transports.zenoh.names import (
     place_of,
     tokens_of,
 )
-from cxbridge.ros2.transports.zenoh.session import open_session
+from cxbridge_ros2.transports.zenoh.session import open_session
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.executor import NodeSettings
+    from cxbridge_ros2.executor import NodeSettings
 
 _SERVICES: Final = PROFILES["services_default"]
 _HEARTBEAT_S: Final = 0.5

@@ -17,15 +17,15 @@ from rosbags.rosbag2 import CompressionFormat, CompressionMode, StoragePlugin, W
 from cxbridge.errors import TraceError
 from cxbridge.events import InterfaceWrite, Level, LogLine, SkillStatus
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.interfaces.definitions import definitions_of
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import parse_type
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.interfaces.definitions import definitions_of
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import parse_type
 from tests.run.mini import write_scenario
 
 FORMATS = ["rosbag", "rosbag-sqlite3"]

@@ -9,10 +9,10 @@ from pathlib import Path
 from cxbridge.clock import RealClock
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.experts.client import ExpertClient
-from cxbridge.ros2.experts.definitions import TYPES
-from cxbridge.ros2.transports.dds import DdsNode
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.transports.dds import DdsNode
 from tests.daemon.test_daemon import running
 from tests.support import ROOT
 

@@ -15,15 +15,15 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.clock import RealClock
 from cxbridge.errors import Ros2Error
-from cxbridge.ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.experts.client import ExpertRefusedError
-from cxbridge.ros2.experts.definitions import EXECUTE_PLAN, TYPES
-from cxbridge.ros2.experts.execution import item_of, read_plan
-from cxbridge.ros2.experts.nodes import NodeCodec
-from cxbridge.ros2.experts.terminal import Terminal, UsageError
-from cxbridge.ros2.transports.dds import DdsNode
-from tests.ros2.experts.agents import asking
+from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.experts.client import ExpertRefusedError
+from cxbridge_ros2.experts.definitions import EXECUTE_PLAN, TYPES
+from cxbridge_ros2.experts.execution import item_of, read_plan
+from cxbridge_ros2.experts.nodes import NodeCodec
+from cxbridge_ros2.experts.terminal import Terminal, UsageError
+from cxbridge_ros2.transports.dds import DdsNode
+from ros2_tests.experts.agents import asking
 
 PLAN = "0.000: (move r2 hall dock) [5.000]\n; then\n5.001: (fill crate1)\n"
 
@@ -115,7 +115,7 @@ def test_who_stops_listening_cancels_the_plan(terminal: Terminal, domain: int):
 
 
 def test_without_an_executor_it_says_so(terminal: Terminal, monkeypatch: pytest.MonkeyPatch):
-    monkeypatch.setattr("cxbridge.ros2.experts.execution.PATIENCE_S", 0.3)
+    monkeypatch.setattr("cxbridge_ros2.experts.execution.PATIENCE_S", 0.3)
     with pytest.raises(Ros2Error, match="nobody serves /execute_plan"):
         list(terminal.do("run action wait"))
 

@@ -9,17 +9,17 @@ import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
-from cxbridge.check.run import check
 from cxbridge.clock import RealClock
 from cxbridge.daemon.client import command
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
-from cxbridge.ros2.experts.names import NODES
 from cxbridge.run import RunOptions
-from tests.ros2.experts.agents import HERE, MEETING, asking, configuration, served
-from tests.ros2.experts.test_services import WHOLE, goal, named, predicate
+from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
+from cxbridge_ros2.experts.names import NODES
+from cxbridge_studio.check.run import check
+from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
+from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
 from tests.support import ROOT
 
 WANTED = (HERE / "wanted.clp").read_text()

@@ -11,13 +11,13 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.executive.pddl import parse_formula
-from cxbridge.ros2.experts.answers import PROBLEM_SERVICES
-from cxbridge.ros2.experts.client import ExpertClient
-from cxbridge.ros2.experts.domain import DOMAIN_SERVICES
-from cxbridge.ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
-from cxbridge.ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_node, param
-from cxbridge.ros2.qos import QosProfile
-from tests.ros2.experts.agents import AGENT, MEETING, asking, served
+from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
+from cxbridge_ros2.experts.client import ExpertClient
+from cxbridge_ros2.experts.domain import DOMAIN_SERVICES
+from cxbridge_ros2.experts.names import DOMAIN, KNOWLEDGE, PROBLEM, SERVICES, SINCE_JAZZY, UPDATE
+from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_node, param
+from cxbridge_ros2.qos import QosProfile
+from ros2_tests.experts.agents import AGENT, MEETING, asking, served
 
 CODEC = NodeCodec("iron")
 MEETING_DOMAIN = (MEETING / "domain.pddl").read_text()

@@ -16,18 +16,18 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.experts.client import ExpertClient, ExpertRefusedError
-from cxbridge.ros2.experts.definitions import TYPES
-from cxbridge.ros2.experts.names import SERVICES
-from cxbridge.ros2.experts.nodes import NodeCodec
-from cxbridge.ros2.experts.terminal import Terminal
-from cxbridge.ros2.lifecycle import ACTIVATE, CONFIGURE, LifecycleClient
-from cxbridge.ros2.names import parse_type
-from tests.ros2.conftest import has_package, in_ros, needs_ros, start, stop
-from tests.ros2.experts.agents import AGENT, asking, served
-from tests.ros2.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate
-from tests.ros2.test_managed import answer
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.experts.client import ExpertClient, ExpertRefusedError
+from cxbridge_ros2.experts.definitions import TYPES
+from cxbridge_ros2.experts.names import SERVICES
+from cxbridge_ros2.experts.nodes import NodeCodec
+from cxbridge_ros2.experts.terminal import Terminal
+from cxbridge_ros2.lifecycle import ACTIVATE, CONFIGURE, LifecycleClient
+from cxbridge_ros2.names import parse_type
+from ros2_tests.conftest import has_package, in_ros, needs_ros, start, stop
+from ros2_tests.experts.agents import AGENT, asking, served
+from ros2_tests.experts.test_services import RIGHT, WHOLE, WRONG, function, named, predicate
+from ros2_tests.test_managed import answer
 
 pytestmark = needs_ros
 LATER = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")

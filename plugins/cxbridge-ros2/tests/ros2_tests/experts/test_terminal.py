@@ -15,11 +15,11 @@ import pytest
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.ros2.experts.client import ExpertRefusedError
-from cxbridge.ros2.experts.nodes import NodeCodec
-from cxbridge.ros2.experts.terminal import HELP, Terminal, UsageError
+from cxbridge_ros2.experts.client import ExpertRefusedError
+from cxbridge_ros2.experts.nodes import NodeCodec
+from cxbridge_ros2.experts.terminal import HELP, Terminal, UsageError
+from ros2_tests.experts.agents import asking, served
 from tests.forked import nursery
-from tests.ros2.experts.agents import asking, served
 from tests.support import ROOT
 
 RESET = (

@@ -16,15 +16,15 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.planning import PlanningService
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
-from cxbridge.ros2.actions import GoalHandler, GoalServer, GoalStatus, ServedGoal
+from cxbridge_ros2.actions import GoalHandler, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedProblem
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
     from cxbridge.executive.planning.planner import PlannedAction
-    from cxbridge.ros2.messages import Message
-    from cxbridge.ros2.node import Node
+    from cxbridge_ros2.messages import Message
+    from cxbridge_ros2.node import Node
 
 NAME: Final = "/pddl_manager"
 _PACKAGE: Final = "cx_pddl_interfaces"

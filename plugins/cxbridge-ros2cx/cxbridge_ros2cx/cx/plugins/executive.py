@@ -12,7 +12,7 @@ from cxbridge_ros2cx.refresh import RefreshTimer
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.ros2.node import Publisher
+    from cxbridge_ros2.node import Publisher
     from cxbridge_ros2cx.cx.parameters import NodeParameters
 
 CLASS: Final = "cx::ExecutivePlugin"

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge_ros2.names import TypeName, parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.action_servers import ActionServers
 from cxbridge_ros2cx.cx.ros.plugin import RosPlugin

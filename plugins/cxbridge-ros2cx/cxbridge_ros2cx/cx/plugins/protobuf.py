@@ -6,16 +6,16 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.executive.features.protobuf import ProtobufFeature, ProtobufUser
 from cxbridge.executive.host.values import TRUE, Symbol, Value
-from cxbridge.executive.protobuf.settings import ProtobufSettings
+from cxbridge_protobuf.feature import ProtobufFeature, ProtobufUser
+from cxbridge_protobuf.settings import ProtobufSettings
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.protobuf.inbox import Received
+    from cxbridge_protobuf.inbox import Received
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
 _SENDER: Final = (

@@ -6,7 +6,7 @@ import uuid
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.executive.host.values import FALSE, ExternalAddress, Symbol
-from cxbridge.ros2.names import parse_type
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.action_clients import ActionClients
 from cxbridge_ros2cx.cx.ros.messages import FieldError
 from cxbridge_ros2cx.cx.ros.plugin import RosPlugin

@@ -11,17 +11,17 @@ from msgspec import Struct
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol
-from cxbridge.ros2.actions import ActionClient, GoalObserver, GoalStatus, SentGoal
-from cxbridge.ros2.builtin import CANCEL_GOAL
-from cxbridge.ros2.names import parse_type
+from cxbridge_ros2.actions import ActionClient, GoalObserver, GoalStatus, SentGoal
+from cxbridge_ros2.builtin import CANCEL_GOAL
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.plugin import ADDRESS, FLOAT, INTEGER, STRING, SYMBOL, Handles, RosPlugin
 from cxbridge_ros2cx.cx.ros.services import copied
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.ros2.messages import Message
-    from cxbridge.ros2.names import TypeName
+    from cxbridge_ros2.messages import Message
+    from cxbridge_ros2.names import TypeName
 
 NO_HANDLE: Final = ExternalAddress(0)
 """The handle of a goal that the server has rejected."""

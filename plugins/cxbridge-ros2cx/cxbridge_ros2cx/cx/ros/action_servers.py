@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress
 from cxbridge.rights import Right
-from cxbridge.ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
+from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.ros.plugin import ADDRESS, STRING, Handles, RosPlugin
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.ros2.names import TypeName
+    from cxbridge_ros2.names import TypeName
 
 _FIRST_HANDLE: Final = 0x5200_0000_1000
 _CANCEL_ACCEPTED: Final = 2

@@ -16,9 +16,9 @@ from rosbags.interfaces import Nodetype
 
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Value
-from cxbridge.ros2.definitions import Definitions, FieldType
-from cxbridge.ros2.messages import Codec
-from cxbridge.ros2.names import TypeName, parse_type
+from cxbridge_ros2.definitions import Definitions, FieldType
+from cxbridge_ros2.messages import Codec
+from cxbridge_ros2.names import TypeName, parse_type
 
 Fields = dict[str, Any]
 """The fields of a message; those of messages within it are mappings, too."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.closing import Closing
-from cxbridge.ros2.definitions import Definitions
-from cxbridge.ros2.executor import NodeSettings
-from cxbridge.ros2.transports.local import LocalGraph
+from cxbridge_ros2.definitions import Definitions
+from cxbridge_ros2.executor import NodeSettings
+from cxbridge_ros2.transports.local import LocalGraph
 from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 if TYPE_CHECKING:
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
     from cxbridge.rights import Rights
-    from cxbridge.ros2.node import Node
+    from cxbridge_ros2.node import Node
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.pddl.manager import PddlManager
 

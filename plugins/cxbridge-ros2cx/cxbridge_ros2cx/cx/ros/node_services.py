@@ -10,12 +10,12 @@ from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError, Ros2Error
 from cxbridge.executive.host.values import FALSE
 from cxbridge.rights import Right
-from cxbridge.ros2.lifecycle import ACTIVATE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
-from cxbridge.ros2.parameters import Parameter, Parameters
-from cxbridge.ros2.rosout import Rosout
+from cxbridge_ros2.lifecycle import ACTIVATE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
+from cxbridge_ros2.parameters import Parameter, Parameters
+from cxbridge_ros2.rosout import Rosout
 
 if TYPE_CHECKING:
-    from cxbridge.ros2.messages import Message
+    from cxbridge_ros2.messages import Message
     from cxbridge_ros2cx.cx.manager import CxManager
 
 _PACKAGE: Final = "cx_msgs/srv"

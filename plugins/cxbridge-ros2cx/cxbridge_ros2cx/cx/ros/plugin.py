@@ -12,7 +12,7 @@ from cxbridge_ros2cx.cx.ros.messages import Addresses, FieldError
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.ros2.names import TypeName
+    from cxbridge_ros2.names import TypeName
     from cxbridge_ros2cx.cx.ros.messages import MessageTable
     from cxbridge_ros2cx.cx.ros.node import RosNode
 

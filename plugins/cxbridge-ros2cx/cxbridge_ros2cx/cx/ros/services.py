@@ -11,7 +11,7 @@ from msgspec import Struct
 from cxbridge.errors import ClipsError, Ros2Error
 from cxbridge.executive.host.values import FALSE, ExternalAddress
 from cxbridge.rights import Right
-from cxbridge.ros2.names import parse_type
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.plugin import ADDRESS, INTEGER, STRING, RosPlugin
 
 if TYPE_CHECKING:
@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.ros2.messages import Message
-    from cxbridge.ros2.names import TypeName
-    from cxbridge.ros2.node import Client, Reply
+    from cxbridge_ros2.messages import Message
+    from cxbridge_ros2.names import TypeName
+    from cxbridge_ros2.node import Client, Reply
 
 FIND_S: Final = 1.0
 """Seconds of real time that a server may take to be found after its client was made."""

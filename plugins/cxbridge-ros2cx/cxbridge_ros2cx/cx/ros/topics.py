@@ -10,7 +10,7 @@ from msgspec import Struct
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.values import ExternalAddress
 from cxbridge.rights import Right
-from cxbridge.ros2.names import parse_type
+from cxbridge_ros2.names import parse_type
 from cxbridge_ros2cx.cx.ros.plugin import ADDRESS, STRING, RosPlugin
 
 if TYPE_CHECKING:
@@ -18,9 +18,9 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.ros2.messages import Message
-    from cxbridge.ros2.names import TypeName
-    from cxbridge.ros2.node import Publisher
+    from cxbridge_ros2.messages import Message
+    from cxbridge_ros2.names import TypeName
+    from cxbridge_ros2.node import Publisher
 
 _Key = tuple[str, str]  # environment, topic
 

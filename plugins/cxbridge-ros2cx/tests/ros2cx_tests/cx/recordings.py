@@ -8,15 +8,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from cxbridge_ros2cx.cx.node import CxNode
-
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.node import Node
 from cxbridge.run import run_scenario
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.program.run import make_options
 from cxbridge.run.result import RunResult
+from cxbridge_ros2.node import Node
+from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import CX_DIR, SHARED
 
 FOLDER: Final = SHARED / "traces" / "ros2cx"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import re
 
 import pytest
-from cxbridge_ros2cx.cx import plugin
-from cxbridge_ros2cx.cx.node import CxNode
 
 from cxbridge.run import run_scenario
 from cxbridge.run.program.run import make_options
+from cxbridge_ros2cx.cx import plugin
+from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "from-ros2-cx.md").read_text()

@@ -5,12 +5,12 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from cxbridge_ros2cx.cx.node import CxNode
 
 from cxbridge.mainloop import Hook
-from cxbridge.ros2.parameters import ParameterClient
 from cxbridge.run import run_scenario
 from cxbridge.run.program.run import make_options
+from cxbridge_ros2.parameters import ParameterClient
+from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import CX_DIR, needs_cx
 
 pytestmark = needs_cx

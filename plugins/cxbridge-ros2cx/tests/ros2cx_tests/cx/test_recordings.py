@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cxbridge.ros2.qos import PROFILES
+from cxbridge_ros2.qos import PROFILES
 from ros2cx_tests.cx.recordings import Recording, comparable, names, recorded, run, sourced
 from tests.support import needs_cx, needs_shared
 

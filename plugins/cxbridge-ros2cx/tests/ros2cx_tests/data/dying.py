@@ -10,12 +10,11 @@ import signal
 import sys
 from typing import Any
 
-from cxbridge_ros2cx.executors import DummyExecutor
-
 from cxbridge.services.executor import run_executor
 from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board import host
 from cxbridge.skiller.board.protocol import ExecutorState
+from cxbridge_ros2cx.executors import DummyExecutor
 
 POINT = sys.argv[1] if __name__ == "__main__" else ""
 STEPS_BEFORE_DEATH = 3

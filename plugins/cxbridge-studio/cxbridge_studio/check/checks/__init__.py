@@ -8,8 +8,8 @@ from pkgutil import iter_modules
 from types import ModuleType
 from typing import Final
 
-from cxbridge.check.agent import Agent
-from cxbridge.check.findings import INPUT, PROGRAM, Code, Finding, Severity
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.findings import INPUT, PROGRAM, Code, Finding, Severity
 
 _PORTABLE: Final = ".portable"
 """The module whose findings are made on demand."""

@@ -6,13 +6,13 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.check.agent import Agent, agents
-from cxbridge.check.findings import Code, Finding, Severity, of_error
 from cxbridge.errors import CxbridgeError
-from cxbridge.properties.builtin.table import builtin_properties
-from cxbridge.properties.reading import FILE, joined, read_properties
-from cxbridge.worldmodel.known import check_world_of
-from cxbridge.worldmodel.reading import find_world, read_world
+from cxbridge_explore.properties.builtin.table import builtin_properties
+from cxbridge_explore.properties.reading import FILE, joined, read_properties
+from cxbridge_explore.worldmodel.known import check_world_of
+from cxbridge_explore.worldmodel.reading import find_world, read_world
+from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.findings import Code, Finding, Severity, of_error
 
 WORLD: Final = Code(
     "CX121",

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.clipstext.syntax import literal, read
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 
 SLOT: Final = Code(
     "CX210",

@@ -6,14 +6,14 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge.check.keys import KeyCheck, parts_of, prefixes
 from cxbridge.config import ConfigType, ConfigValue
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge.run.specs import check_spec, mistaken_keys
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.check.agent import Agent, place_of
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.keys import KeyCheck, parts_of, prefixes
 
 STRANGE: Final = Code(
     "CX111",

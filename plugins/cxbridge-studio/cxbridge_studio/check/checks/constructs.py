@@ -7,16 +7,16 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from typing import Final
 
-from cxbridge.agent.names import NameKind, Use
-from cxbridge.agent.unclosed import describe_unclosed
-from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge.check.lost import Losses
 from cxbridge.clipstext.condition import OBJECT, condition_of, patterns
 from cxbridge.clipstext.parts import parts
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, literal, read, without_module
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.agent.unclosed import describe_unclosed
+from cxbridge_studio.check.agent import Agent, ClipsFile
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.lost import Losses
 
 UNCLOSED: Final = Code(
     "CX201",

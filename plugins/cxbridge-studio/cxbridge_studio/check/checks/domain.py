@@ -6,10 +6,6 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Final
 
-from cxbridge.check.agent import Agent, ClipsFile, place_of
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge.check.planned import planned_actions
-from cxbridge.check.usage import Construct, Usage
 from cxbridge.clipstext.condition import PatternCE, patterns
 from cxbridge.clipstext.syntax import SyntaxNode, literal
 from cxbridge.errors import CxbridgeError, PddlError
@@ -18,6 +14,10 @@ from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, names_of
 from cxbridge.skiller.templates import Placeholder, find_doubts, parse_template
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.check.agent import Agent, ClipsFile, place_of
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.planned import planned_actions
+from cxbridge_studio.check.usage import Construct, Usage
 
 DOMAIN: Final = Code(
     "CX301",

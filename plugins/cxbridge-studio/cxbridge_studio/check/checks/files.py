@@ -6,10 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity
 from cxbridge.file_access import ABSENT, why_unreadable
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.findings import Code, Finding, Severity
 
 MISSING: Final = Code(
     "CX102",

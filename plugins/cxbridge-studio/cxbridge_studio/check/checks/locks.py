@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Name, NameKind, Use
-from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.agent.names import Name, NameKind, Use
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 
 IDENTITY: Final = Code(
     "CX507",

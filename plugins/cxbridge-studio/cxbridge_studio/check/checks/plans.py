@@ -6,17 +6,17 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final
 
-from cxbridge.agent.names import NameKind, Use
-from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge.check.planned import WrittenAction, count, planned_actions
-from cxbridge.check.usage import Construct
 from cxbridge.clipstext.syntax import SyntaxNode, literal, read
 from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, domain_facts, load_domain, names_of, pairs_of
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.names import NameKind, Use
+from cxbridge_studio.check.agent import Agent, ClipsFile
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.planned import WrittenAction, count, planned_actions
+from cxbridge_studio.check.usage import Construct
 
 PREDICATE: Final = Code(
     "CX304",

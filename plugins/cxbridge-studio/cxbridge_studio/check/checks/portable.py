@@ -9,12 +9,12 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.agent.names import Name, NameKind, Use
-from cxbridge.check.agent import Agent, ClipsFile
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
 from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
 from cxbridge.executive.host.shims import ADDED, OLD_NAMES
 from cxbridge.resources import shipped_dir
+from cxbridge_studio.agent.names import Name, NameKind, Use
+from cxbridge_studio.check.agent import Agent, ClipsFile
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 
 CHANGED: Final = Code(
     "CX601",

@@ -7,17 +7,17 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from cxbridge.agent.lua import read_lua
-from cxbridge.agent.names import NameKind
-from cxbridge.check.agent import Agent, place_of
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace, of_error
-from cxbridge.check.skillspace import written_space
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import action_mapping
 from cxbridge.lua_syntax import LuaCompiler
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.make import DEFAULT_SPACE, SKILL_SPACE
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.agent.lua import read_lua
+from cxbridge_studio.agent.names import NameKind
+from cxbridge_studio.check.agent import Agent, place_of
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.skillspace import written_space
 
 BROKEN: Final = Code(
     "CX411",
@@ -58,7 +58,7 @@ COMPILES: Final = Code(
 
 CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
-_ROS_SKILLS: Final = "cxbridge.ros2.skills:RosSkills"
+_ROS_SKILLS: Final = "cxbridge_ros2.skills:RosSkills"
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
@@ -110,7 +110,7 @@ def _check_ros(agent: Agent) -> Iterator[Finding]:
         for executor in member.executors:
             if executor.target != _ROS_SKILLS:
                 continue
-            from cxbridge.ros2.skills import mistakes  # noqa: PLC0415 - an extra
+            from cxbridge_ros2.skills import mistakes  # noqa: PLC0415 - an extra
 
             place = SourcePlace("") if executor.place is None else place_of(executor.place)
             for error in mistakes(executor.settings, executor.folder):

@@ -6,11 +6,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
-from cxbridge.check.agent import Agent
-from cxbridge.check.findings import Code, Finding, Severity, SourcePlace
-from cxbridge.check.lost import Losses
-from cxbridge.check.usage import Construct
 from cxbridge.clipstext.syntax import is_declaration
+from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.lost import Losses
+from cxbridge_studio.check.usage import Construct
 
 TWICE: Final = Code(
     "CX208",

@@ -15,10 +15,10 @@ from typing import Final
 from cxbridge.clipstext.syntax import SyntaxNode, definitions
 from cxbridge.errors import TraceError
 from cxbridge.events import GoalTransition, PlanActionTransition, RuleFired, SkillStatus, SourceRead
-from cxbridge.explain.rules.constructs import TextFile
 from cxbridge.suggestions import did_you_mean
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import RunSource, building_steps, sources_of
+from cxbridge_studio.explain.rules.constructs import TextFile
 
 MODES: Final = (
     "FORMULATED",

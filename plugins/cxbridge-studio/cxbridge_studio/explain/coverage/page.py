@@ -6,13 +6,13 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
-from cxbridge.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
-from cxbridge.explain.coverage.report import short_names
 from cxbridge.file_access import write_file
 from cxbridge.trace.html.look import MODES as MODE_LOOKS
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
 from cxbridge.trace.html.text import html
+from cxbridge_studio.explain.coverage.model import MODES, Coverage, FileCoverage, UsedNames
+from cxbridge_studio.explain.coverage.report import short_names
 
 _FINISHED: Final = "FINISHED"
 
@@ -56,7 +56,7 @@ def render(coverage: Coverage, texts: Mapping[str, str], *, firings_known: bool)
         title="Coverage",
         lead=lead + notes(remarks),
         sections=sections,
-        styles=(asset("coverage.css", "cxbridge.explain.coverage"),),
+        styles=(asset("coverage.css", "cxbridge_studio.explain.coverage"),),
     ).render()
 
 

@@ -9,7 +9,7 @@ from cxbridge.clipstext.rule import dependencies, parse_rule
 from cxbridge.clipstext.syntax import Definition, SyntaxNode, definitions, one_line
 from cxbridge.errors import ClipsError
 from cxbridge.executive.host.loading import Diagnostic
-from cxbridge.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
+from cxbridge_studio.explain.rules.snapshot import FactTemplate, Rulebook, Snapshot
 
 _MULTI = ("multislot", "multifield")
 _SINGLE = ("slot", "field")

@@ -10,10 +10,10 @@ from cxbridge.clipstext.condition import CE, Condition, GroupCE, PatternCE, Pref
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.values import show, show_alone
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
-from cxbridge.explain.rules.matcher import Matcher
-from cxbridge.explain.rules.near_misses import find_nearest
-from cxbridge.explain.rules.snapshot import Snapshot
+from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
+from cxbridge_studio.explain.rules.matcher import Matcher
+from cxbridge_studio.explain.rules.near_misses import find_nearest
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_SHOWN: Final = 3
 """Facts, values and near misses that are listed of each kind."""

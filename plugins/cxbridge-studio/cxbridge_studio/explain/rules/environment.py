@@ -18,8 +18,8 @@ from cxbridge.executive.host.capi import NULL, CData, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.values import FactAddress, show
-from cxbridge.explain.rules import snapshot as model
-from cxbridge.explain.rules.snapshot import Rulebook, Snapshot, Waiting
+from cxbridge_studio.explain.rules import snapshot as model
+from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot, Waiting
 
 MAX_AGENDA: Final = 1000
 """Activations that are looked at."""

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.loading import UNCLOSED
-from cxbridge.explain.rules.snapshot import Rulebook
+from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 
 @dataclass(frozen=True, slots=True)

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.clipstext.syntax import definitions
-from cxbridge.explain.rules.locations import short_path
-from cxbridge.explain.rules.snapshot import Rulebook
+from cxbridge_studio.explain.rules.locations import short_path
+from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 _RULE = "defrule "
 

@@ -25,8 +25,8 @@ from cxbridge.executive.host.isolated import IsolatedEnvironment
 from cxbridge.executive.host.source import check_excess
 from cxbridge.executive.host.udf import UNBOUNDED
 from cxbridge.executive.host.values import FactAddress, Value, clips_value
-from cxbridge.explain.rules.diagnosis import Count
-from cxbridge.explain.rules.snapshot import FactRow, Snapshot
+from cxbridge_studio.explain.rules.diagnosis import Count
+from cxbridge_studio.explain.rules.snapshot import FactRow, Snapshot
 
 MOST_MATCHES: Final = 100_000
 """Ways to match that are counted."""

@@ -9,9 +9,9 @@ from typing import Final
 from cxbridge.clipstext.condition import PatternCE, Prefix, SlotConstraint
 from cxbridge.clipstext.values import FactRef, Value, show_alone
 from cxbridge.errors import ClipsError
-from cxbridge.explain.rules.diagnosis import Deviation, MatchFailure, NearMiss
-from cxbridge.explain.rules.matcher import Matcher
-from cxbridge.explain.rules.snapshot import Snapshot
+from cxbridge_studio.explain.rules.diagnosis import Deviation, MatchFailure, NearMiss
+from cxbridge_studio.explain.rules.matcher import Matcher
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 MOST_PAIRS: Final = 20_000
 """Pairs of a match so far and a fact that are compared."""

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping
 from cxbridge.clipstext.facts import FactSyntaxError, parse_fact, parse_values
 from cxbridge.clipstext.values import NIL, Value
 from cxbridge.events import FactChange
-from cxbridge.explain.rules.snapshot import FactRow, FactTemplate
 from cxbridge.history.transitions import unquote
+from cxbridge_studio.explain.rules.snapshot import FactRow, FactTemplate
 
 _FIELDS = ""
 """In place of a slot: the fields of an ordered fact."""

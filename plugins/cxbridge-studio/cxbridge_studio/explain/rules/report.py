@@ -7,12 +7,12 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
-from cxbridge.explain.rules.locations import SourceLine, find_rule, why_missing
-from cxbridge.explain.rules.sandbox import diagnose_in_sandbox
-from cxbridge.explain.rules.snapshot import Snapshot, Waiting
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.rules.diagnosis import CECount, Count, Diagnosis, MatchFailure
+from cxbridge_studio.explain.rules.locations import SourceLine, find_rule, why_missing
+from cxbridge_studio.explain.rules.sandbox import diagnose_in_sandbox
+from cxbridge_studio.explain.rules.snapshot import Snapshot, Waiting
 
 MOST_BASES = 5
 """Complete matches that are shown."""

@@ -15,10 +15,10 @@ from typing import Final
 
 import msgspec
 
-from cxbridge.explain.rules.diagnose import diagnose, undiagnosed
-from cxbridge.explain.rules.diagnosis import Diagnosis
-from cxbridge.explain.rules.snapshot import Snapshot
 from cxbridge.process.python import python_command
+from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
+from cxbridge_studio.explain.rules.diagnosis import Diagnosis
+from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 LIMIT_S: Final = 25.0
 """Seconds that a diagnosis may take."""
@@ -36,7 +36,7 @@ def diagnose_in_sandbox(snapshot: Snapshot, limit_s: float | None = None) -> Dia
     if snapshot.too_many:
         return diagnose(snapshot)  # there is nothing to match
     process = subprocess.Popen(  # noqa: S603 - ourselves
-        python_command("-m", "cxbridge.explain.rules.sandbox_process", str(MEMORY)),
+        python_command("-m", "cxbridge_studio.explain.rules.sandbox_process", str(MEMORY)),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.DEVNULL,

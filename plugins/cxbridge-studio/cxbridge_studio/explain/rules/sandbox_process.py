@@ -1,4 +1,4 @@
-"""The process of one diagnosis: ``python -m cxbridge.explain.rules.sandbox_process BYTES``.
+"""The process of one diagnosis: ``python -m cxbridge_studio.explain.rules.sandbox_process BYTES``.
 
 A pickled :class:`Snapshot` comes on standard input, from the process that started this one; the diagnosis
 goes to standard output as JSON: nothing that CLIPS does here can hand back more than texts and numbers. In
@@ -14,7 +14,7 @@ import sys
 from dataclasses import asdict
 from typing import Final
 
-from cxbridge.explain.rules.diagnose import diagnose, undiagnosed
+from cxbridge_studio.explain.rules.diagnose import diagnose, undiagnosed
 
 CPU_S: Final = 30
 """Seconds of work, for the case that nobody is there any more to end it."""

@@ -1,6 +1,6 @@
 """A rule with all that it is matched with at one moment, and the rules there are: values, no pointers.
 
-It comes from an environment (:mod:`.environment`) or from a recording (:mod:`cxbridge.explain.recorded`), and
+It comes from an environment (:mod:`.environment`) or from a recording (:mod:`..recorded`), and
 is all that :mod:`.diagnose` needs: the run can go on meanwhile.
 """
 

@@ -11,9 +11,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.agent.model import AgentModel
-from cxbridge.agent.names import Name, NameKind, Use
-from cxbridge.agent.protobuf import read_proto
+from cxbridge_studio.agent.model import AgentModel
+from cxbridge_studio.agent.names import Name, NameKind, Use
+from cxbridge_studio.agent.protobuf import read_proto
 from tests.support import ROOT
 
 OURS = ROOT / "tests" / "executive" / "protobuf" / "protos"

@@ -1,7 +1,7 @@
 """All closing parentheses of the shipped scenarios, deleted in turn: is the list named that is open?
 
-``python -m tests.check.deletions`` prints the figure, and with ``-v`` each miss. Of adjacent parentheses it
-makes no difference which one is deleted: any of the lists that they close is right.
+``python -m studio_tests.check.deletions`` prints the figure, and with ``-v`` each miss. Of adjacent
+parentheses it makes no difference which one is deleted: any of the lists that they close is right.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.check.agent import Agent, agents
 from cxbridge.clipstext.parts import Part, open_lists, parts
 from cxbridge.clipstext.syntax import PARENTHESIS, blank
 from cxbridge.clipstext.unclosed import unclosed_lists
 from cxbridge.run import RunOptions
+from cxbridge_studio.check.agent import Agent, agents
 from tests.support import ROOT
 
 SCENARIOS = sorted(path.parent for path in (ROOT / "scenarios").glob("*/scenario.yaml"))

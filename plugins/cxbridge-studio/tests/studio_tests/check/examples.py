@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
+from cxbridge_studio.check.run import check
 from tests.support import ROOT
 
 PAGE = ROOT / "docs" / "check-codes.md"

@@ -16,9 +16,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from cxbridge.check.findings import Finding
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
+from cxbridge_studio.check.findings import Finding
+from cxbridge_studio.check.run import check
 from tests.support import FAWKES_DIR, ROBOTINO_DIR
 
 RIGHT: Final = "right"

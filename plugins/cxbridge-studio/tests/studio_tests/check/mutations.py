@@ -1,7 +1,8 @@
 """Misspells each name in the CLIPS files of shipped scenarios, one at a time: does the check find it?
 
-``python -m tests.check.mutations [-v] SCENARIO...`` prints how many of each kind are found, and with ``-v``
-those that are not. A scenario has no finding, so any finding is right. What a run finds is not measured here.
+``python -m studio_tests.check.mutations [-v] SCENARIO...`` prints how many of each kind are found, and
+with ``-v`` those that are not. A scenario has no finding, so any finding is right. What a run finds is not
+measured here.
 """
 
 from __future__ import annotations
@@ -15,11 +16,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Final
 
-from cxbridge.agent.clips import read_clips
-from cxbridge.agent.names import NameKind, SourceFile, Use
-from cxbridge.check.run import check
 from cxbridge.clipstext.syntax import TOKEN
 from cxbridge.run import RunOptions
+from cxbridge_studio.agent.clips import read_clips
+from cxbridge_studio.agent.names import NameKind, SourceFile, Use
+from cxbridge_studio.check.run import check
 from tests.support import ROOT
 
 MODES: Final = frozenset(

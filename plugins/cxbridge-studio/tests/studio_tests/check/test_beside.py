@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
-from tests.check.test_check import SPEC, agent
+from cxbridge_studio.check.run import check
+from studio_tests.check.test_check import SPEC, agent
 from tests.support import ROOT
 
 

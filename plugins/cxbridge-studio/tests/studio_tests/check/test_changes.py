@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
-from tests.check.test_check import agent
+from cxbridge_studio.check.run import check
+from studio_tests.check.test_check import agent
 
 TEMPLATES = (
     "(deftemplate lamp (slot state (allowed-values ON OFF)) (multislot tags) (slot a))\n(deffacts l (lamp))\n"

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.check.formats import FORMATS, as_text
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
+from cxbridge_studio.check.formats import FORMATS, as_text
+from cxbridge_studio.check.run import check
 from tests.support import ROOT
 
 SCENARIOS = sorted(path.parent.name for path in (ROOT / "scenarios").glob("*/scenario.yaml"))
@@ -463,7 +463,7 @@ skill-board:
     robot1:
       executors:
         ros:
-          class: cxbridge.ros2.skills:RosSkills
+          class: cxbridge_ros2.skills:RosSkills
           packages: [ros]
           skills:
             say:

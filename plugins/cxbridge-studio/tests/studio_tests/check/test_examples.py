@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.check.checks import codes
-from tests.check.examples import PAGE, Example, examples, output_of
+from cxbridge_studio.check.checks import codes
+from studio_tests.check.examples import PAGE, Example, examples, output_of
 
 FINE, *MISTAKES = examples()
 

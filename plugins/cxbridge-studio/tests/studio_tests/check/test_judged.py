@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.check.checks import codes
-from cxbridge.check.findings import Severity
-from tests.check.judged import SPECS, found, judged, places
+from cxbridge_studio.check.checks import codes
+from cxbridge_studio.check.findings import Severity
+from studio_tests.check.judged import SPECS, found, judged, places
 from tests.support import needs_fawkes, needs_robotino
 
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from cxbridge.check.keys import KeyCheck, known_keys
+from cxbridge_studio.check.keys import KeyCheck, known_keys
 from tests.support import ROOT
 
 PAGE = (ROOT / "docs" / "configuration.md").read_text()

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
-from tests.check.test_check import agent
+from cxbridge_studio.check.run import check
+from studio_tests.check.test_check import agent
 
 _MAKES = """
   (assert (goal (id (gensym*)) (class VISIT)) (seen 1)

@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from cxbridge.check.run import check
 from cxbridge.run import RunOptions
-from tests.check.test_check import agent
+from cxbridge_studio.check.run import check
+from studio_tests.check.test_check import agent
 from tests.executive.clips630.engines import PROGRAM, needs_clips630
 from tests.support import FAWKES_DIR
 

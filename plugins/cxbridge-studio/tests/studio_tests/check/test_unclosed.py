@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.clipstext.unclosed import unclosed_lists
-from tests.check.deletions import SCENARIOS, figure
+from studio_tests.check.deletions import SCENARIOS, figure
 
 GOAL = {"goal": {"id", "class", "mode", "params"}}
 

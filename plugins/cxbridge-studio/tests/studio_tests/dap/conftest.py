@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.dap.client import Client
+from studio_tests.dap.client import Client
 from tests.forked import nursery
 from tests.support import ROOT
 

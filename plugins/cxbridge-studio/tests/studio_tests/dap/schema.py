@@ -1,7 +1,7 @@
 """Prints what the requests of the debug adapter protocol take: requests.json is made of it.
 
-``python -m tests.dap.schema debugAdapterProtocol.json > tests/dap/requests.json``: the schema is the one that
-the protocol publishes. Of each request a client can send: names, JSON types and parts of its arguments.
+``python -m studio_tests.dap.schema debugAdapterProtocol.json`` prints requests.json: the schema is the one
+that the protocol publishes. Of each request a client can send: names, JSON types and parts of its arguments.
 """
 
 from __future__ import annotations

@@ -6,13 +6,13 @@ import pytest
 
 from cxbridge.clipstext.values import FactRef, Symbol
 from cxbridge.clock import VirtualClock
-from cxbridge.dap.bindings import bindings
-from cxbridge.dap.expressions import expand
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus, FactChange
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.explain.rules.environment import take
+from cxbridge_studio.dap.bindings import bindings
+from cxbridge_studio.dap.expressions import expand
+from cxbridge_studio.explain.rules.environment import take
 
 TEMPLATES = """
 (deftemplate goal (slot id) (slot mode) (multislot params))

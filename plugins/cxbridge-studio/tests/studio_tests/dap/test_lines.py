@@ -6,12 +6,12 @@ import pytest
 
 from cxbridge.clipstext.syntax import definitions
 from cxbridge.clock import VirtualClock
-from cxbridge.dap.actions import rules_of
-from cxbridge.dap.places import FileLines
-from cxbridge.dap.probes import Probes
 from cxbridge.events import EventBus
 from cxbridge.executive.debugger import Debugger
 from cxbridge.executive.host.environment import ClipsEnvironment
+from cxbridge_studio.dap.actions import rules_of
+from cxbridge_studio.dap.places import FileLines
+from cxbridge_studio.dap.probes import Probes
 from tests.support import FAWKES_DIR, ROOT
 
 TEXT = """\

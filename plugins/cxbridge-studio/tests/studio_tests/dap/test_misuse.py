@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from tests.dap.conftest import GOALS, line_of
+from studio_tests.dap.conftest import GOALS, line_of
 from tests.support import ROOT
 
 GOES_ON = line_of(GOALS, "(defrule talk-root-goes-on")

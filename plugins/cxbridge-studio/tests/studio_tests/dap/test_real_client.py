@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.dap.conftest import GOALS, line_of
+from studio_tests.dap.conftest import GOALS, line_of
 from tests.support import ROOT
 
 EXTENSION = ROOT / "editors" / "vscode"

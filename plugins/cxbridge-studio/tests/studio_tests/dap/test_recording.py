@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import shutil
 
-from tests.dap.client import Client
-from tests.dap.conftest import GOALS, SCENARIO, line_of
+from studio_tests.dap.client import Client
+from studio_tests.dap.conftest import GOALS, SCENARIO, line_of
 from tests.forked import nursery
 from tests.support import ROOT
 

@@ -10,7 +10,7 @@ import pytest
 
 from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.trace.formats.registry import open_run
-from tests.dap.conftest import GOALS, SCENARIO, line_of
+from studio_tests.dap.conftest import GOALS, SCENARIO, line_of
 from tests.forked import nursery
 from tests.support import ROOT
 
@@ -371,7 +371,7 @@ def test_a_run_imports_nothing_of_it():
     program = (
         "import sys; from cxbridge.run import run_scenario, RunOptions; from pathlib import Path;"
         f"run_scenario(RunOptions(scenario=Path({str(SCENARIO)!r})));"
-        "print([name for name in sys.modules if name.startswith('cxbridge.dap')])"
+        "print([name for name in sys.modules if name.startswith('cxbridge_studio.dap')])"
     )
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True, cwd=ROOT

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from tests.dap.vscode import PACKED, open_file, program, tour, visit
+from studio_tests.dap.vscode import PACKED, open_file, program, tour, visit
 from tests.trace.html.browser import BROWSER
 
 pytest.importorskip("playwright", reason="needs playwright (pip install playwright)")

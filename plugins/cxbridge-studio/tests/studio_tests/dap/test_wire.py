@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.dap.protocol import Event
-from cxbridge.dap.wire import LONGEST, Wire, WireError
+from cxbridge_studio.dap.protocol import Event
+from cxbridge_studio.dap.wire import LONGEST, Wire, WireError
 
 
 def frame(body: bytes, more: bytes = b"") -> bytes:

@@ -1,6 +1,6 @@
 """All requests of the protocol with all kinds of wrong arguments, and in all wrong phases: each is an error.
 
-The requests and their arguments are those of the protocol's own schema: see tests/dap/schema.py.
+The requests and their arguments are those of the protocol's own schema: see schema.py.
 """
 
 from __future__ import annotations
@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
-from tests.dap.client import Client
-from tests.dap.conftest import GOALS, line_of
+from studio_tests.dap.client import Client
+from studio_tests.dap.conftest import GOALS, line_of
 from tests.support import ROOT
 
 REQUESTS = json.loads((Path(__file__).parent / "requests.json").read_text())

@@ -1,7 +1,7 @@
 """Drives VS Code in a browser (code-server) with our extension: a typo, its fix, a breakpoint in a rule.
 
-``CODE_SERVER=/path/to/code-server python -m tests.dap.vscode`` makes the pictures of docs/vscode.md; ``make
-editor`` packs the extension before.
+``CODE_SERVER=/path/to/code-server python -m studio_tests.dap.vscode`` makes the pictures of docs/vscode.md;
+``make editor`` packs the extension before.
 """
 
 from __future__ import annotations

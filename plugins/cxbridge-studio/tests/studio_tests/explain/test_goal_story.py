@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.explain.answer import explain
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.trace.formats.registry import open_run
-from tests.explain.runs import ListRun, action, fact, fired, goal, skill, skill_error
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from studio_tests.explain.runs import ListRun, action, fact, fired, goal, skill, skill_error
 from tests.support import SHARED, needs_shared
 
 MODES = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")

@@ -5,10 +5,10 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import CxbridgeError, TraceError
-from cxbridge.explain.answer import explain
-from cxbridge.explain.recorded import RecordedEvidence
-from cxbridge.explain.rules.report import explain_rule, plain
-from tests.explain.runs import ListRun, fact, fired, goal
+from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from cxbridge_studio.explain.rules.report import explain_rule, plain
+from studio_tests.explain.runs import ListRun, fact, fired, goal
 
 FILES = {
     "world.clp": "(deftemplate robot (slot name) (multislot seen) (slot at))\n(defglobal ?*no* = taken)",

@@ -8,9 +8,9 @@ from contextlib import contextmanager
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.explain.rules.diagnose import diagnose
-from cxbridge.explain.rules.diagnosis import Diagnosis
-from cxbridge.explain.rules.environment import take
+from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.diagnosis import Diagnosis
+from cxbridge_studio.explain.rules.environment import take
 
 TEMPLATES = (
     "(deftemplate goal (slot id) (slot class) (slot parent) (slot mode) (multislot params))",

@@ -18,9 +18,9 @@ import pytest_lsp
 from lsprotocol import types as lsp
 from pygls.io_ import run_async
 
-from cxbridge.lsp.agent_files import AgentFiles
-from cxbridge.lsp.examine import examine, run_options
-from cxbridge.lsp.session import Session
+from cxbridge_studio.lsp.agent_files import AgentFiles
+from cxbridge_studio.lsp.examine import examine, run_options
+from cxbridge_studio.lsp.session import Session
 from tests.forked import nursery
 from tests.support import FAWKES_DIR, ROOT
 

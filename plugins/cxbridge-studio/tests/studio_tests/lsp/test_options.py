@@ -7,8 +7,8 @@ import shutil
 import pytest
 from lsprotocol import types as lsp
 
+from studio_tests.lsp.conftest import Editor
 from tests.forked import nursery
-from tests.lsp.conftest import Editor
 from tests.support import ROOT
 
 

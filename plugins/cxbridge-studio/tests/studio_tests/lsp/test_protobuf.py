@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 from lsprotocol import types as lsp
 
-from tests.lsp.conftest import Editor
+from studio_tests.lsp.conftest import Editor
 from tests.support import ROOT
 
 CLIPS = """(defrule report

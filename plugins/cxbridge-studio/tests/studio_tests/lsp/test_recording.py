@@ -7,7 +7,7 @@ import shutil
 from lsprotocol import types as lsp
 
 from cxbridge.cli.main import invoke
-from tests.lsp.conftest import Editor
+from studio_tests.lsp.conftest import Editor
 from tests.support import ROOT
 
 

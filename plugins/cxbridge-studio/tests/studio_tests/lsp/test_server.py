@@ -9,8 +9,8 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
-from cxbridge.check.checks import codes
-from cxbridge.lsp.diagnostics import LIVE, live_findings
+from cxbridge_studio.check.checks import codes
+from cxbridge_studio.lsp.diagnostics import LIVE, live_findings
 from tests.support import ROOT
 
 GOALS, DOMAIN, PDDL, SCENARIO = "meet-goals.clp", "meet-domain.clp", "domain.pddl", "scenario.yaml"

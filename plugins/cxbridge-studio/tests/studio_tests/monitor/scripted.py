@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table, ViewQuery
+from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table, ViewQuery
 
 WAIT_S = 60
 

@@ -12,9 +12,9 @@ import pytest
 
 from cxbridge.daemon.client import request
 from cxbridge.errors import BlackBoardError, CxbridgeError
-from cxbridge.monitor import live
-from cxbridge.monitor.live import DaemonSource
-from cxbridge.monitor.snapshot import MOST_ROWS, ViewQuery
+from cxbridge_studio.monitor import live
+from cxbridge_studio.monitor.live import DaemonSource
+from cxbridge_studio.monitor.snapshot import MOST_ROWS, ViewQuery
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.run.mini import write_scenario
 

@@ -10,11 +10,11 @@ pytest.importorskip("textual")
 
 from textual.widgets import Input, Static
 
-from cxbridge.monitor.layout import HelpScreen
-from cxbridge.monitor.screen import monitor_app
-from cxbridge.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
-from cxbridge.monitor.widgets import GoalTree, LogLines, Rows, bar
-from tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
+from cxbridge_studio.monitor.layout import HelpScreen
+from cxbridge_studio.monitor.screen import monitor_app
+from cxbridge_studio.monitor.snapshot import GoalRow, LogRow, MonitorSnapshot, Table
+from cxbridge_studio.monitor.widgets import GoalTree, LogLines, Rows, bar
+from studio_tests.monitor.scripted import GOALS, SNAPSHOT, Scripted, drive, labels
 
 
 def text(app, name):

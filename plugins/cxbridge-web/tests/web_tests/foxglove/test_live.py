@@ -20,13 +20,13 @@ from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
 from cxbridge.extras import install_command
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import schema_of
-from cxbridge.trace.foxglove.serving import make_foxglove_server
-from cxbridge.trace.foxglove.settings import FoxgloveSettings
+from cxbridge_web.foxglove.serving import make_foxglove_server
+from cxbridge_web.foxglove.settings import FoxgloveSettings
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROOT
-from tests.trace.foxglove.client import FoxgloveClient, connected
-from tests.trace.foxglove.published import check_message
-from tests.trace.foxglove.test_messages import graph, pose, transform
+from web_tests.foxglove.client import FoxgloveClient, connected
+from web_tests.foxglove.published import check_message
+from web_tests.foxglove.test_messages import graph, pose, transform
 
 pytest.importorskip("foxglove", reason="needs foxglove-sdk")
 
@@ -139,7 +139,7 @@ def test_who_comes_late_gets_what_still_holds(server):
 def test_nothing_is_encoded_for_a_topic_without_clients(server, monkeypatch):
     bus, _ = server
     encoded: list[Event] = []
-    monkeypatch.setattr("cxbridge.trace.foxglove.live.encode", encoded.append)
+    monkeypatch.setattr("cxbridge_web.foxglove.live.encode", encoded.append)
     bus.emit(GoalTransition(1, "executive", "G", "C", "nil", "nil", "SELECTED", "UNKNOWN", ""))
     assert encoded == []
 
@@ -235,7 +235,7 @@ def test_a_port_that_is_taken_is_one_clear_error():
 
 def test_without_the_package_the_error_names_the_extra(monkeypatch):
     monkeypatch.setitem(sys.modules, "foxglove", None)
-    monkeypatch.delitem(sys.modules, "cxbridge.trace.foxglove.live", raising=False)
+    monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.live", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
     assert caught.value.hint == install_command("foxglove")

@@ -15,11 +15,11 @@ from mcap.reader import make_reader
 from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge.trace.convert import convert
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.foxglove.messages import FoxgloveMessage, foxglove_messages
-from cxbridge.trace.foxglove.schemas import json_schema
+from cxbridge_web.foxglove.messages import FoxgloveMessage, foxglove_messages
+from cxbridge_web.foxglove.schemas import json_schema
 from tests.trace.events import events as any_event
-from tests.trace.foxglove.published import check_message, check_schema, descriptor
 from tests.trace.runs import MemoryRun
+from web_tests.foxglove.published import check_message, check_schema, descriptor
 
 UNTURNED = [0.0, 0.0, 0.0, 1.0]
 

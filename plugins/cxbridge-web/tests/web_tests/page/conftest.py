@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 from tests.trace.html.browser import BROWSER
-from tests.web.page.fake import FakeDaemon, Served
+from web_tests.page.fake import FakeDaemon, Served
 
 PHONE = {"width": 360, "height": 740}
 DESK = {"width": 1280, "height": 800}

@@ -16,7 +16,7 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, PlainTextResponse, Response, StreamingResponse
 from starlette.routing import Mount, Route
 
-from cxbridge.web.pages import Pages
+from cxbridge_web.pages import Pages
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send

@@ -1,6 +1,6 @@
 """Makes the pictures of the page in docs/images: each view in light, dark and on a telephone of 390 pixels.
 
-Run with ``python -m tests.web.page.pictures [NAME...]``: of all views, or of those that are named. A daemon
+Run with ``python -m web_tests.page.pictures [NAME...]``: of all views, or of those that are named. A daemon
 runs the scenario of two robots; recordings are of the test scenario and of a robot's tour, as ``view``
 shows them. The terminal's pictures are made by tests/docs/terminal_pictures.py, the film of the timeline and
 those of reports by docs/images/make_timeline.py.
@@ -20,13 +20,13 @@ from urllib.parse import quote
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge.web import pages
-from cxbridge.web.http.recordings import RecordingsApp
-from cxbridge.web.http.serving import HttpThread
-from cxbridge.web.settings import WebSettings
+from cxbridge_web import pages
+from cxbridge_web.http.recordings import RecordingsApp
+from cxbridge_web.http.serving import HttpThread
+from cxbridge_web.settings import WebSettings
 from tests.support import ROOT
 from tests.trace.html.browser import BROWSER
-from tests.web.support import serving
+from web_tests.support import serving
 
 IMAGES: Final = ROOT / "docs" / "images"
 LOOKS: Final[Mapping[str, dict[str, Any]]] = {

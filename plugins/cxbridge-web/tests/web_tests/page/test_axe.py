@@ -7,13 +7,13 @@ from typing import Any
 
 import pytest
 
-from cxbridge.web import pages
+from cxbridge_web import pages
 from tests.support import FULL
-from tests.web.page.conftest import DESK, PHONE, in_both
-from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
-from tests.web.page.test_map import GRAPH, pose, transform
-from tests.web.page.test_panes import DOMAIN, RULE, action_event, skill_event
-from tests.web.page.test_views import STOP
+from web_tests.page.conftest import DESK, PHONE, in_both
+from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
+from web_tests.page.test_map import GRAPH, pose, transform
+from web_tests.page.test_panes import DOMAIN, RULE, action_event, skill_event
+from web_tests.page.test_views import STOP
 
 ADDRESSES = (
     "timeline/goal/A",

@@ -9,8 +9,8 @@ import pytest
 
 from tests.run.mini import write_scenario
 from tests.support import ROOT
-from tests.web.page.conftest import show_gone, wait_for
-from tests.web.support import serving
+from web_tests.page.conftest import show_gone, wait_for
+from web_tests.support import serving
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
-from tests.web.page.conftest import PHONE, in_both, wait_for
-from tests.web.page.fake import START_US, goal_event
-from tests.web.page.test_plot import lines
+from web_tests.page.conftest import PHONE, in_both, wait_for
+from web_tests.page.fake import START_US, goal_event
+from web_tests.page.test_plot import lines
 
 NODES = {
     "hall": {"x": 0.0, "y": 0.0, "unconnected": False, "properties": {}},

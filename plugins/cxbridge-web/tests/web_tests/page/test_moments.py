@@ -11,12 +11,12 @@ import pytest
 
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge.web.http.recordings import RecordingsApp
-from cxbridge.web.http.serving import HttpThread
-from cxbridge.web.settings import WebSettings
+from cxbridge_web.http.recordings import RecordingsApp
+from cxbridge_web.http.serving import HttpThread
+from cxbridge_web.settings import WebSettings
 from tests.run.mini import write_scenario
-from tests.web.page.conftest import in_both, wait_for
-from tests.web.page.fake import START_US, goal_event, goal_model
+from web_tests.page.conftest import in_both, wait_for
+from web_tests.page.fake import START_US, goal_event, goal_model
 
 S = 1_000_000
 

@@ -6,8 +6,8 @@ from functools import partial
 
 import pytest
 
-from tests.web.page.conftest import in_both, show_gone, wait_for
-from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+from web_tests.page.conftest import in_both, show_gone, wait_for
+from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
 pytestmark = in_both
 SECOND = 1_000_000

@@ -10,8 +10,8 @@ from urllib.parse import quote
 
 import pytest
 
-from tests.web.page.conftest import PHONE, in_both, wait_for
-from tests.web.page.fake import START_US, fact_model, goal_event
+from web_tests.page.conftest import PHONE, in_both, wait_for
+from web_tests.page.fake import START_US, fact_model, goal_event
 
 POSE = "Position3DInterface::Pose"
 

@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from tests.web.page.conftest import wait_for
-from tests.web.page.fake import START_US, goal_event
+from web_tests.page.conftest import wait_for
+from web_tests.page.fake import START_US, goal_event
 
 LINES = 2000
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import re
 
 from tests.run.mini import write_scenario
-from tests.web.page.conftest import show_gone, wait_for
-from tests.web.support import serving
+from web_tests.page.conftest import show_gone, wait_for
+from web_tests.support import serving
 
 FIRED = ".detail >> text=/fired [0-9]+/"
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 import re
 
-from cxbridge.web import pages
-from tests.web.page.conftest import in_both, wait_for
-from tests.web.page.fake import START_US, goal_event, goal_model
+from cxbridge_web import pages
+from web_tests.page.conftest import in_both, wait_for
+from web_tests.page.fake import START_US, goal_event, goal_model
 
 pytestmark = in_both
 

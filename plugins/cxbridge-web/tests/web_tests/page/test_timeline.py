@@ -9,11 +9,11 @@ import pytest
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.trace.codec import encode_with_kind
-from cxbridge.trace.report.page import report
+from cxbridge_web.report.page import report
 from tests.history.test_board_executions import exchange
 from tests.trace.runs import MemoryRun, family, goal
-from tests.web.page.conftest import in_both, wait_for
-from tests.web.page.fake import START_US, FakeDaemon, Served, goal_event
+from web_tests.page.conftest import in_both, wait_for
+from web_tests.page.fake import START_US, FakeDaemon, Served, goal_event
 
 SECOND = 1_000_000
 ACTION = {"kind": "plan-action", "env": "executive", "plan": "P", "action_id": "1", "action": "move"}

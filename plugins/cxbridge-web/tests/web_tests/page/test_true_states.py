@@ -15,8 +15,8 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
-from tests.web.page.conftest import wait_for
-from tests.web.page.test_moments import viewing
+from web_tests.page.conftest import wait_for
+from web_tests.page.test_moments import viewing
 
 
 @pytest.fixture(scope="module")

@@ -7,8 +7,8 @@ import re
 
 import pytest
 
-from tests.web.page.conftest import PHONE, wait_for
-from tests.web.page.fake import START_US, fact_model, goal_event, goal_model
+from web_tests.page.conftest import PHONE, wait_for
+from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 
 VIEWS = ("timeline", "goals", "skills", "domain", "blackboard", "clips", "log", "config")
 DOT = """digraph say { graph [rankdir="TB"]; node [shape="rect"]; START [color="#ffc080"];

@@ -24,9 +24,9 @@ from cxbridge.events import (
 )
 from cxbridge.trace.formats.base import Attachment
 from cxbridge.trace.html.page import asset
-from cxbridge.trace.report import page as page_module
-from cxbridge.trace.report.model import ReportLimits
-from cxbridge.trace.report.page import SCRIPTS, report
+from cxbridge_web.report import page as page_module
+from cxbridge_web.report.model import ReportLimits
+from cxbridge_web.report.page import SCRIPTS, report
 from tests.trace.events import events
 from tests.trace.html.browser import Shown, needs_browser, show
 from tests.trace.html.test_text import HOSTILE, Collector
@@ -79,7 +79,7 @@ def look_at(page: str, tmp_path: Path, fragment: str = "") -> Shown:
 
 @pytest.mark.parametrize("name", [*SCRIPTS, "report.css"])
 def test_no_asset_ends_its_element(name):
-    assert "</" not in asset(name, "cxbridge.trace.report")
+    assert "</" not in asset(name, "cxbridge_web.report")
 
 
 def test_every_event_is_in_the_data():
@@ -163,10 +163,10 @@ DRIVER = """
 
 @needs_browser
 def test_keys_and_filters_of_the_page(tmp_path, monkeypatch):
-    monkeypatch.setattr("cxbridge.trace.report.page.SCRIPTS", (*SCRIPTS, "driver.js"))
+    monkeypatch.setattr("cxbridge_web.report.page.SCRIPTS", (*SCRIPTS, "driver.js"))
     plain = page_module._asset
     monkeypatch.setattr(
-        "cxbridge.trace.report.page._asset", lambda name: DRIVER if name == "driver.js" else plain(name)
+        "cxbridge_web.report.page._asset", lambda name: DRIVER if name == "driver.js" else plain(name)
     )
     run = family()
     run.insert(5, LogLine(0, Level.INFO, "c", "a needle"))

@@ -8,11 +8,11 @@ import subprocess
 import pytest
 
 from cxbridge.events import RuleFired
-from cxbridge.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
-from cxbridge.explain.coverage.report import lcov, lines, plain
-from cxbridge.explain.rules.constructs import TextFile
 from cxbridge.trace.formats.registry import open_run
-from tests.explain.runs import ENV, ListRun, action, fired, goal, skill
+from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
+from cxbridge_studio.explain.coverage.report import lcov, lines, plain
+from cxbridge_studio.explain.rules.constructs import TextFile
+from studio_tests.explain.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import SHARED, needs_shared
 
 AGENT = """; rules

@@ -7,14 +7,14 @@ from typing import Any
 
 import pytest
 
-from cxbridge.daemon.explain import copy_evidence
-from cxbridge.explain.answer import Explanation, explain
-from cxbridge.explain.evidence import Evidence
-from cxbridge.explain.recorded import RecordedEvidence
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.evidence import EnvironmentEvidence, scenario_evidence
 from cxbridge.trace.formats.registry import open_run
-from tests.explain.mistakes.agents import MISTAKES, Mistake
+from cxbridge_studio.daemon_explainer import copy_evidence
+from cxbridge_studio.explain.answer import Explanation, explain
+from cxbridge_studio.explain.evidence import Evidence
+from cxbridge_studio.explain.recorded import RecordedEvidence
+from studio_tests.explain.mistakes.agents import MISTAKES, Mistake
 from tests.support import ROOT
 
 TO_THE_END: dict[str, Any] = {"strict": False}

@@ -7,9 +7,9 @@ import re
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from cxbridge.explain.rules.diagnose import diagnose
-from cxbridge.explain.rules.environment import take
-from tests.explain.worlds import world
+from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.environment import take
+from studio_tests.explain.worlds import world
 
 VALUES = st.sampled_from(["a", "b", "1", "2", '"a"'])
 VARIABLES = st.sampled_from(["?x", "?y", "?z"])

@@ -5,9 +5,9 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.host.values import Symbol
-from cxbridge.explain.rules.diagnose import diagnose
-from cxbridge.explain.rules.environment import take
-from tests.explain.worlds import diagnosis_of, numbers, world
+from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.environment import take
+from studio_tests.explain.worlds import diagnosis_of, numbers, world
 
 GOALS = (
     "(goal (id g1) (class TALK) (parent nil) (mode DISPATCHED))",
@@ -224,7 +224,7 @@ def test_errors_in_a_condition_are_told():
 
 
 def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
-    monkeypatch.setattr("cxbridge.explain.rules.snapshot.MAX_FACTS", 2)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.snapshot.MAX_FACTS", 2)
     with world(*GOALS, "(defrule it (goal (id ?i)) =>)") as env:
         snapshot = take(env, "it")
         found = diagnose(snapshot)
@@ -233,13 +233,13 @@ def test_too_many_facts_leave_clips_own_numbers(monkeypatch):
 
 
 def test_counting_ends_somewhere(monkeypatch):
-    monkeypatch.setattr("cxbridge.explain.rules.matcher.MOST_MATCHES", 10)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.matcher.MOST_MATCHES", 10)
     found = diagnosis_of("(goal) (goal) (goal)", *GOALS)
     assert str(found.elements[2].joined) == "10+"
 
 
 def test_a_sample_of_many_matches(monkeypatch):
-    monkeypatch.setattr("cxbridge.explain.rules.near_misses.MOST_PAIRS", 12)
+    monkeypatch.setattr("cxbridge_studio.explain.rules.near_misses.MOST_PAIRS", 12)
     robots = [f"(robot (name r{number}) (battery {number}))" for number in range(12)]
     found = diagnosis_of("(robot (name ?n) (battery ?b)) (goal (id ?n) (params ?b))", *robots, *GOALS)
     assert found.failure is not None

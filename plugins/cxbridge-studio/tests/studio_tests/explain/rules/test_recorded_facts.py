@@ -8,10 +8,10 @@ from hypothesis import strategies as st
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.events import FactChange
 from cxbridge.executive.host.values import Symbol
-from cxbridge.explain.rules.environment import take
-from cxbridge.explain.rules.recorded_facts import rows_of
-from cxbridge.explain.rules.snapshot import FactRef, FactTemplate
-from tests.explain.worlds import world
+from cxbridge_studio.explain.rules.environment import take
+from cxbridge_studio.explain.rules.recorded_facts import rows_of
+from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
+from studio_tests.explain.worlds import world
 
 WORDS = st.text("abcXYZ-_09/ ", max_size=8)
 VALUES = st.one_of(

@@ -6,10 +6,10 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import RuleFired
-from cxbridge.explain.evidence import Evidence, History
-from cxbridge.explain.rules.environment import rulebook, take
-from cxbridge.explain.rules.report import explain_rule, lines, plain, verdict
-from tests.explain.worlds import world
+from cxbridge_studio.explain.evidence import Evidence, History
+from cxbridge_studio.explain.rules.environment import rulebook, take
+from cxbridge_studio.explain.rules.report import explain_rule, lines, plain, verdict
+from studio_tests.explain.worlds import world
 
 
 class WorldEvidence(Evidence):

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from cxbridge.explain.rules.environment import rule_texts
-from cxbridge.explain.rules.rewritten import as_written
-from tests.explain.worlds import world
+from cxbridge_studio.explain.rules.environment import rule_texts
+from cxbridge_studio.explain.rules.rewritten import as_written
+from studio_tests.explain.worlds import world
 
 
 def test_what_a_live_rule_sets_is_read_as_in_a_file(tmp_path):

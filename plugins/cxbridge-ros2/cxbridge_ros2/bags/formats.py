@@ -12,7 +12,7 @@ from cxbridge.trace.formats.mcap.records import MAGIC
 METADATA: Final = "metadata.yaml"
 """The file that makes a folder a bag."""
 
-_READER: Final = "cxbridge.ros2.bags.reader:BagRun"
+_READER: Final = "cxbridge_ros2.bags.reader:BagRun"
 _SQLITE: Final = b"SQLite format 3\0"
 _PROFILE: Final = b"ros2"
 _AT_PROFILE: Final = len(MAGIC) + 1 + 8
@@ -40,6 +40,6 @@ FORMATS = (
     Format("rosbag", 6, recognises=_is_bag, reader=_READER),
 )
 COPIES = (
-    CopyFormat("rosbag", 50, "cxbridge.ros2.bags.writer:open_mcap"),
-    CopyFormat("rosbag-sqlite3", 51, "cxbridge.ros2.bags.writer:open_sqlite3"),
+    CopyFormat("rosbag", 50, "cxbridge_ros2.bags.writer:open_mcap"),
+    CopyFormat("rosbag-sqlite3", 51, "cxbridge_ros2.bags.writer:open_sqlite3"),
 )
