@@ -42,7 +42,7 @@ DAEMON_COMPONENTS: Final = (
     Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
     Row("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
     Row("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
-    Row("foxglove", f"{_PACKAGE}.servers.foxglove:FoxgloveComponent", _serves_foxglove),
-    Row("web", f"{_PACKAGE}.servers.web:WebComponent", _serves_web),
-    Row("ros2-node", f"{_PACKAGE}.servers.ros2:Ros2NodeComponent", _is_node),
+    Row("foxglove", "cxbridge_web.servers.foxglove:FoxgloveComponent", _serves_foxglove),
+    Row("web", "cxbridge_web.servers.web:WebComponent", _serves_web),
+    Row("ros2-node", "cxbridge_ros2.components.node:Ros2NodeComponent", _is_node),
 )
