@@ -28,7 +28,7 @@ from typing import Any, BinaryIO, Final, NamedTuple, NoReturn, Self
 
 import pytest
 
-from tests.support import ROOT
+from tests.support import ROOT, TEST_FOLDERS
 
 Program = str
 """``cxbridge`` or ``pytest``; another name is a module of the tests, of which ``main`` is called."""
@@ -321,6 +321,7 @@ def main(number: int) -> None:
     if _Serving(socket.socket(fileno=number)).serve():
         name = sys.argv[0]
         own = {"cxbridge": run, "pytest": pytest.console_main}
+        sys.path += [each for each in TEST_FOLDERS if each not in sys.path]
         end.run(own[name] if name in own else importlib.import_module(name).main)
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import random
 from collections.abc import Sequence
+from functools import cache
 from pathlib import Path
 from typing import TypeVar
 
@@ -14,6 +15,30 @@ T = TypeVar("T")
 
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout."""
+
+PACKAGES = (ROOT / "cxbridge", *sorted((ROOT / "plugins").glob("*/cxbridge_*")))
+"""The packages of cxbridge and of the plug-ins of this repository."""
+
+
+TEST_FOLDERS = tuple(map(str, sorted((ROOT / "plugins").glob("*/tests"))))
+"""The folders with the tests of the plug-ins."""
+
+
+@cache
+def module_files() -> dict[str, Path]:
+    """Return the modules of :data:`PACKAGES`: files by dotted names."""
+    return {
+        ".".join(file.relative_to(package.parent).with_suffix("").parts): file
+        for package in PACKAGES
+        for file in sorted(package.rglob("*.py"))
+    }
+
+
+def short_path(file: Path) -> str:
+    """Return the path of a module below the package of cxbridge, or below the folder of its plug-in."""
+    package = next(package for package in PACKAGES if file.is_relative_to(package))
+    return file.relative_to(package if package.name == "cxbridge" else package.parent).as_posix()
+
 
 SHARED = ROOT.parent / "shared"
 """Facts and recordings of the real Fawkes; may be absent."""

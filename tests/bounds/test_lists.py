@@ -7,9 +7,8 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.support import ROOT
+from tests.support import ROOT, module_files, short_path
 
-PACKAGE = ROOT / "cxbridge"
 PACKERS = {"zstandard", "zstd", "lz4", "bz2", "gzip", "zlib", "lzma", "zipfile", "tarfile", "base64"}
 PACKERS |= {"websockets", "foxglove"}
 QUEUES = {"deque", "Queue", "SimpleQueue", "LifoQueue", "PriorityQueue"}
@@ -23,8 +22,8 @@ def listed(heading: str) -> set[str]:
 
 
 def files() -> Iterator[tuple[str, ast.Module]]:
-    for path in sorted(PACKAGE.rglob("*.py")):
-        yield path.relative_to(PACKAGE).as_posix(), ast.parse(Path(path).read_text())
+    for path in module_files().values():
+        yield short_path(path), ast.parse(Path(path).read_text())
 
 
 def is_unlimited(node: ast.AST) -> bool:

@@ -20,7 +20,7 @@ from typing import Any
 import pytest
 
 from tests.bounds.attacks import attacks, seconds
-from tests.support import ROOT, many
+from tests.support import ROOT, many, module_files
 
 MOST_S = 0.2
 """Processor time for one text; a linear expression takes microseconds, a quadratic one milliseconds."""
@@ -34,7 +34,7 @@ WHOLE, PARTS = "fullmatch", "search"
 ANCHORED = {"match", "fullmatch"}
 
 _COLLECT = """
-import importlib, pkgutil, re, sys
+import importlib, re, sys
 import cxbridge
 found, compile_it = set(), re._compile
 def collecting(pattern, flags):
@@ -43,10 +43,10 @@ def collecting(pattern, flags):
         found.add((pattern, int(flags), frame.f_code.co_filename, frame.f_lineno))
     return compile_it(pattern, flags)
 re._compile = collecting
-for module in pkgutil.walk_packages(cxbridge.__path__, "cxbridge."):
-    if not module.name.endswith("__main__"):
+for module in sys.argv[1:]:
+    if not module.endswith("__main__"):
         try:
-            importlib.import_module(module.name)
+            importlib.import_module(module)
         except ImportError:
             pass
 re._compile = compile_it
@@ -63,7 +63,7 @@ def tree_of(path: str) -> ast.Module:
 def methods_by_name(path: str = "") -> dict[str, set[str]]:
     """Return the names of methods that are called on each name of a file; empty: of the package."""
     found: dict[str, set[str]] = {}
-    for each in [path] if path else map(str, (ROOT / "cxbridge").rglob("*.py")):
+    for each in [path] if path else map(str, module_files().values()):
         for node in ast.walk(tree_of(each)):
             if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name):
                 found.setdefault(node.value.id, set()).add(node.attr)
@@ -86,7 +86,11 @@ def methods_of(path: str, line: int) -> tuple[str, ...]:
 def compiled() -> tuple[tuple[Any, int, tuple[str, ...]], ...]:
     """Return the expressions that modules compile when they are imported, with their flags and methods."""
     done = subprocess.run(
-        [sys.executable, "-c", _COLLECT], cwd=ROOT, capture_output=True, text=True, check=True
+        [sys.executable, "-c", _COLLECT, *module_files()],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+        check=True,
     )
     found = ast.literal_eval(done.stdout.splitlines()[-1])
     return tuple((pattern, flags, methods_of(path, line)) for pattern, flags, path, line in found)
@@ -94,7 +98,7 @@ def compiled() -> tuple[tuple[Any, int, tuple[str, ...]], ...]:
 
 def literals() -> Iterator[tuple[Any, int, tuple[str, ...]]]:
     """Yield the literals in calls of the module re."""
-    for path in sorted((ROOT / "cxbridge").rglob("*.py")):
+    for path in module_files().values():
         for node in ast.walk(tree_of(str(path))):
             if (
                 isinstance(node, ast.Call)

@@ -16,7 +16,7 @@ from cxbridge.rights import FRAMES, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
 from cxbridge_web.foxglove.settings import FoxgloveSettings
 from cxbridge_web.settings import WebSettings
-from tests.support import ROOT
+from tests.support import module_files
 
 WAYS = {
     "blackboard": (),
@@ -71,8 +71,7 @@ _BINDING = {
 
 def calls() -> Iterator[tuple[str, ast.Call, str, str]]:
     """Yield each call in the package: its module, the call, its receiver and its name."""
-    for path in sorted((ROOT / "cxbridge").rglob("*.py")):
-        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    for module, path in module_files().items():
         for node in ast.walk(ast.parse(path.read_text())):
             if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
                 yield module, node, ast.unparse(node.func.value), node.func.attr

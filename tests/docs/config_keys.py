@@ -11,7 +11,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 
-from tests.support import ROOT
+from tests.support import module_files
 
 _READERS = {"get", "exists", "is_list", "keys", "search", "below"}
 _CALL = re.compile(r"config\w*\.(?:get|exists|is_list|keys|search|below)")
@@ -23,8 +23,7 @@ Names = Mapping[str, ast.expr]
 def keys_that_are_read() -> dict[str, str]:
     """Each key or pattern of keys, with a place where it is read."""
     found = {}
-    for path in (ROOT / "cxbridge").rglob("*.py"):
-        module = ".".join(path.relative_to(ROOT).with_suffix("").parts)
+    for module, path in module_files().items():
         if not module.startswith("cxbridge.config.") and _CALL.search(path.read_text()):
             tree = _tree(module)
             source = _Source({**_imports(tree), **_constants(module)})
@@ -43,8 +42,8 @@ def keys_that_are_read() -> dict[str, str]:
 @cache
 def _tree(module: str) -> ast.Module:
     """A module's source; an empty one for what is not ours."""
-    path = ROOT / (module.replace(".", "/") + ".py")
-    return ast.parse(path.read_text() if path.is_file() else "")
+    path = module_files().get(module)
+    return ast.parse("" if path is None else path.read_text())
 
 
 @cache

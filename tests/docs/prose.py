@@ -21,7 +21,8 @@ from proselint.config import DEFAULT, Config
 from proselint.registry import CheckRegistry
 from proselint.tools import LintFile
 
-ROOT = Path(__file__).resolve().parent.parent.parent
+from tests.support import ROOT, module_files
+
 WORDS = Path(__file__).with_name("prose.toml")
 
 _BEGINS = re.compile(r"[|#*>:-]|\d+\. ")
@@ -135,7 +136,7 @@ def pages() -> Iterator[tuple[Path, str]]:
     for path in (ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))):
         yield path, prose_of_markdown(path.read_text())
     yield ROOT / "CHANGELOG.md", prose_of_markdown(unreleased((ROOT / "CHANGELOG.md").read_text()))
-    for path in sorted((ROOT / "cxbridge").rglob("*.py")):
+    for path in module_files().values():
         yield path, prose_of_python(path.read_text())
 
 

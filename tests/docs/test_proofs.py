@@ -7,7 +7,7 @@ import re
 from tests.support import ROOT
 
 TEXT = (ROOT / "docs" / "proofs.md").read_text()
-FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive")
+FOLDERS = (ROOT, ROOT / "tests", ROOT / "tests" / "executive", *ROOT.glob("plugins/*/tests/*_tests"))
 COLUMNS = {2: "features/test_planner.py", 3: "planning/test_plugins.py"}
 """What a name without a file belongs to, by the column of the table of bad input."""
 

@@ -8,6 +8,7 @@ import pytest
 
 from tests.docs import prose
 from tests.docs.prose import Linter, prose_of_markdown, prose_of_python, unreleased
+from tests.support import ROOT
 
 LINTER = Linter()
 
@@ -102,6 +103,6 @@ def test_only_the_unreleased_part_of_the_changelog_is_read():
 def test_all_files_are_read_and_a_finding_is_status_1(monkeypatch, capsys):
     names = {path.name for path, _ in prose.pages()}
     assert {"README.md", "CHANGELOG.md", "index.md", "errors.py"} <= names
-    monkeypatch.setattr(prose, "pages", lambda: [(prose.ROOT / "docs" / "bad.md", "Whoever asks.")])
+    monkeypatch.setattr(prose, "pages", lambda: [(ROOT / "docs" / "bad.md", "Whoever asks.")])
     assert prose.main([]) == 1
     assert re.fullmatch(r"docs/bad.md:1: 'Whoever': .+\n", capsys.readouterr().out)

@@ -15,7 +15,7 @@ import pytest
 from cxbridge.clipstext.goal_slots import DECLARATION, GOAL_SLOTS, read_slots
 from tests.history.test_lives import AGENT, SCENARIO
 from tests.history.test_views_agree import NODE
-from tests.support import ROOT
+from tests.support import PACKAGES, ROOT
 
 ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (multislot warning)"
 REST = """
@@ -38,7 +38,8 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A copy of the package with one more slot of goals."""
     folder = tmp_path_factory.mktemp("package")
     ignored = shutil.ignore_patterns("__pycache__")
-    shutil.copytree(ROOT / "cxbridge", folder / "cxbridge", ignore=ignored)
+    for copied in PACKAGES:
+        shutil.copytree(copied, folder / copied.name, ignore=ignored)
     for each in ("interfaces", "luaskills"):
         (folder / each).symlink_to(ROOT / each)
     goal = folder / "cxbridge" / DECLARATION.relative_to(ROOT / "cxbridge")

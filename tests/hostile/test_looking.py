@@ -22,7 +22,6 @@ from urllib.request import urlopen
 import pytest
 from clips._clips import ffi
 
-import cxbridge
 from cxbridge.cli.main import invoke
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
@@ -31,6 +30,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.looking import ENDLESS, LOOKING, LookEnvironment
 from cxbridge.plugins import GROUP
 from tests.cli.test_help import COMMANDS
+from tests.support import module_files, short_path
 
 RECORDING = "run.mcap"
 PROGRAM = Path(sys.executable).with_name("cxbridge")
@@ -161,8 +161,7 @@ def shadowed() -> list[str]:
 @cache
 def own_texts() -> dict[str, str]:
     """Return the texts of our modules by their paths in the package."""
-    package = Path(cxbridge.__file__).parent
-    return {file.relative_to(package).as_posix(): file.read_text() for file in package.rglob("*.py")}
+    return {short_path(file): file.read_text() for file in module_files().values()}
 
 
 def sprung(folder: Path) -> set[str]:
@@ -436,7 +435,7 @@ def test_an_evaluation_without_end_ends(env, tmp_path, text):
     assert ENDLESS in {each.code for each in env.loader.diagnostics}
 
 
-ENVIRONMENTS = {"cli/health.py": 1, "rcll/referee.py": 1}
+ENVIRONMENTS = {"cli/health.py": 1, "cxbridge_rcll/referee.py": 1}
 """Where all functions work, and no look comes: with constructs of ours, and in a game that is played."""
 
 
@@ -456,10 +455,10 @@ def test_each_process_of_python_finds_no_module_in_the_current_folder():
 
 STARTS = {
     "process/python.py": 1,  # with -P
-    "sweep/remote.py": 1,  # with -P: it travels alone
+    "cxbridge_explore/sweep/remote.py": 1,  # with -P: it travels alone
     "extras.py": 1,  # a text for people
 }
 """Where Python is named as a program."""
 
-SPAWNS = {"process/python.py": 1, "explore/determinism.py": 1}
+SPAWNS = {"process/python.py": 1, "cxbridge_explore/determinism.py": 1}
 """Where processes of multiprocessing come from; those of determinism are forked."""

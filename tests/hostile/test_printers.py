@@ -51,7 +51,7 @@ from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery, nursery
 from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, module_files
 
 PACKAGE = ROOT / "cxbridge"
 FORGED = "E 12:00:00.000000 Forged: a line of nobody"
@@ -368,7 +368,7 @@ def test_no_command_prints_what_a_terminal_obeys(
 
 def test_no_module_prints_past_the_one_place() -> None:
     """`print` and its like are in cli/console.py; who writes to a terminal by itself says so."""
-    for file in PACKAGE.rglob("*.py"):
+    for file in module_files().values():
         if file.name in {"console.py", "printing.py"}:
             continue
         if not PRINTS.search(text := file.read_text()):

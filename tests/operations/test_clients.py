@@ -9,13 +9,18 @@ from pathlib import Path
 import msgspec
 import pytest
 
-import cxbridge
 from cxbridge.operations.table import operations
+from tests.support import module_files, short_path
 
-PACKAGE = Path(cxbridge.__file__).parent
 ASKING = {"ask_daemon": 1, "request": 1, "_ask": 0}
 """Functions that ask for an operation, and which of their arguments is its name."""
-CLIENTS = ("cli", "daemon/client.py", "monitor")
+CLIENTS = (
+    "cli/",
+    "daemon/client.py",
+    "cxbridge_studio/monitor/",
+    "cxbridge_studio/cli/",
+    "cxbridge_ros2/cli/",
+)
 ADDED = {"debug_prompt.py": "env"}
 """A parameter that a client gives with every request that has it."""
 
@@ -52,12 +57,14 @@ def complaints(verb: str, given: set[str], *, is_all: bool, added: str = "") -> 
 
 def clients() -> list[Path]:
     """The sources that ask a daemon."""
-    places = [PACKAGE / name for name in CLIENTS]
-    files = [file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place])]
-    return [file for file in files if any(calls_in(file.read_text()))]
+    return [
+        file
+        for file in module_files().values()
+        if short_path(file).startswith(CLIENTS) and any(calls_in(file.read_text()))
+    ]
 
 
-@pytest.mark.parametrize("file", clients(), ids=lambda file: str(file.relative_to(PACKAGE)))
+@pytest.mark.parametrize("file", clients(), ids=short_path)
 def test_requests_are_as_the_table_has_them(file):
     wrong = [
         complaint
@@ -68,8 +75,13 @@ def test_requests_are_as_the_table_has_them(file):
 
 
 def test_the_command_line_and_the_monitor_are_among_the_clients():
-    names = {str(file.relative_to(PACKAGE)) for file in clients()}
-    assert {"cli/commands/env.py", "cli/daemon_debug.py", "daemon/client.py", "monitor/live.py"} <= names
+    names = set(map(short_path, clients()))
+    assert {
+        "cli/commands/env.py",
+        "cxbridge_studio/cli/daemon_debug.py",
+        "daemon/client.py",
+        "cxbridge_studio/monitor/live.py",
+    } <= names
 
 
 @pytest.mark.parametrize(

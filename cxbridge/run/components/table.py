@@ -18,6 +18,7 @@ if TYPE_CHECKING:
 EXECUTIVE: Final = "executive"
 PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
+_ROS2 = "cxbridge_ros2.components"
 
 
 def local_skillers(context: RunContext) -> tuple[SkillerSettings, ...]:
@@ -61,17 +62,25 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda context: context.skill_board is not None,
     ),
-    Row("ros2-performers", "cxbridge_ros2.components.performers:Ros2Performers", configured("/ros2/performers")),
+    Row(
+        "ros2-performers",
+        f"{_ROS2}.performers:Ros2Performers",
+        configured("/ros2/performers"),
+    ),
     Row(
         "ros2-experts",
-        "cxbridge_ros2.components.experts:Ros2Experts",
+        f"{_ROS2}.experts:Ros2Experts",
         lambda context: bool(context.config.keys(context.experts.section)),
     ),
-    Row("ros2-interfaces", "cxbridge_ros2.components.interfaces:Ros2Interfaces", configured("/ros2/interfaces")),
-    Row("ros2-skiller", "cxbridge_ros2.components.skiller:Ros2Skiller", configured("/ros2/skiller")),
+    Row(
+        "ros2-interfaces",
+        f"{_ROS2}.interfaces:Ros2Interfaces",
+        configured("/ros2/interfaces"),
+    ),
+    Row("ros2-skiller", f"{_ROS2}.skiller:Ros2Skiller", configured("/ros2/skiller")),
     Row(
         "ros2-tf",
-        "cxbridge_ros2.components.transforms:Ros2Transforms",
+        f"{_ROS2}.transforms:Ros2Transforms",
         lambda context: has_ours(context.config, "/ros2/tf"),
     ),
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),

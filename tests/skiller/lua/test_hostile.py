@@ -15,7 +15,7 @@ from cxbridge.events import Level
 from cxbridge.skiller.lua.engine import MEBIBYTE, Limits
 from cxbridge.skiller.luacalls import ONLY_FAWKES
 from tests.skiller.rig import SKILLS, Rig, write_skills
-from tests.support import ROOT
+from tests.support import module_files
 
 LIMITS = Limits(instructions_per_loop=200_000, seconds_per_loop=10, memory=64 * MEBIBYTE)
 
@@ -181,7 +181,7 @@ def test_one_function_evaluates_and_one_caller_calls_it():
     """All ways to a Lua Skiller end in its message ExecSkill, and there the mode decides."""
     callers = [
         (path.name, line.strip())
-        for path in sorted((ROOT / "cxbridge").rglob("*.py"))
+        for path in module_files().values()
         for line in path.read_text().splitlines()
         if "engine.compile(" in line or '_call("compile"' in line or 'call("compile"' in line
     ]

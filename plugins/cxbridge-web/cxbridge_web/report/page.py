@@ -14,11 +14,11 @@ from cxbridge.history.linking import links
 from cxbridge.history.model import goal_forest
 from cxbridge.trace.formats.base import Attachment, Run
 from cxbridge.trace.html.look import goal_look
-from cxbridge.trace.html.modules import bundle
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, notes, pairs, table
 from cxbridge.trace.html.text import html
 from cxbridge_web.report.model import ReportLimits, RunModel
+from cxbridge_web.report.modules import bundle
 from cxbridge_web.report.reading import LONGEST_VALUE, read
 
 SCRIPTS = ("data.js", "lists.js", "timeline.js", "report.js")
@@ -66,7 +66,7 @@ def _asset(name: str) -> str:
 
 def _shared_style(name: str) -> str:
     """Return a style sheet of the page."""
-    return asset(f"web/static/css/{name}.css", "cxbridge")
+    return asset(f"static/css/{name}.css", "cxbridge_web")
 
 
 def _remarks(model: RunModel) -> list[str]:

@@ -13,8 +13,8 @@ from functools import cache
 from importlib import resources
 from typing import Final
 
-FOLDER: Final = "web/static/js"
-"""Where the modules are, within the package ``cxbridge``."""
+FOLDER: Final = "static/js"
+"""Where the modules are, within the package ``cxbridge_web``."""
 
 _IMPORT: Final = re.compile(
     r'^import\s+(?P<names>\{[^}]*\}|\*\s+as\s+\w+)\s+from\s+"(?P<path>[^"]+)";\n', re.MULTILINE
@@ -48,7 +48,7 @@ def bundle(entry: str) -> str:
 
 def _read(path: str) -> str:
     """Return the text of a module."""
-    return resources.files("cxbridge").joinpath(FOLDER, path).read_text(encoding="utf-8")
+    return resources.files("cxbridge_web").joinpath(FOLDER, path).read_text(encoding="utf-8")
 
 
 def _add(path: str, exports: dict[str, list[str]], parts: list[str], above: tuple[str, ...]) -> None:

@@ -6,8 +6,8 @@ import re
 
 import pytest
 
-from cxbridge.trace.html import modules
-from cxbridge.trace.html.modules import ModuleFormError, bundle
+from cxbridge_web.report import modules
+from cxbridge_web.report.modules import ModuleFormError, bundle
 from cxbridge_web.report.page import SHARED_SCRIPT
 
 
