@@ -120,4 +120,4 @@ def test_each_view_is_the_same_after_a_reload(tab, tmp_path):
             before = shown()
             tab.reload()
             shown = opened(tab, view)
-            wait_for(tab, lambda shown=shown, before=before: shown() == before)
+            wait_for(tab, lambda shown=shown, before=before: shown() == before)  # type: ignore[misc]
