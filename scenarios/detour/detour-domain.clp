@@ -1,0 +1,28 @@
+;;; The rooms and the doors that are open, and one door that falls shut.
+
+(defglobal ?*DETOUR-DOORS* =
+  (create$ hall office office store hall yard yard shed shed store))
+
+(defrule detour-domain-load
+  (executive-init)
+  (not (domain-loaded))
+  =>
+  (parse-pddl-domain (path-resolve "domain.pddl"))
+  (blackboard-open-reading "SkillerInterface" "robot")
+  (assert (skiller-control (skiller "robot"))
+          (domain-fact (name at) (param-values hall)))
+  (loop-for-count (?n 1 (div (length$ ?*DETOUR-DOORS*) 2))
+    (bind ?one (nth$ (- (* 2 ?n) 1) ?*DETOUR-DOORS*))
+    (bind ?other (nth$ (* 2 ?n) ?*DETOUR-DOORS*))
+    (assert (domain-fact (name door) (param-values ?one ?other))
+            (domain-fact (name door) (param-values ?other ?one))))
+  (assert (domain-loaded)))
+
+(defrule detour-door-falls-shut
+  "This is the eye: while the robot drives to the office, the door behind the office falls shut."
+  (plan-action (action-name drive) (param-values hall office) (state RUNNING))
+  ?in <- (domain-fact (name door) (param-values office store))
+  ?out <- (domain-fact (name door) (param-values store office))
+  =>
+  (printout warn "The door between office and store falls shut" crlf)
+  (retract ?in ?out))

@@ -1,0 +1,52 @@
+;;; One goal: the robot is in the store. It is planned again when its plan holds no longer.
+
+(defglobal ?*DETOUR-WANTED* = "(at store)")
+
+(defrule detour-begin
+  "Once, as soon as the domain is there and the Skiller obeys us."
+  (domain-loaded)
+  (skiller-control (skiller "robot") (acquired TRUE))
+  (not (detour-begun))
+  =>
+  (assert (goal (id STORE) (class VISIT) (mode SELECTED))
+          (detour-begun)))
+
+(defrule detour-plan
+  (goal (id ?id) (class VISIT) (mode SELECTED))
+  (not (planner-call (goal-id ?id)))
+  =>
+  (planner-plan ?id ?*DETOUR-WANTED*))
+
+(defrule detour-whose-skiller
+  ?action <- (plan-action (skiller "Skiller"))
+  =>
+  (modify ?action (skiller "robot")))
+
+(defrule detour-commit
+  ?goal <- (goal (id ?id) (mode EXPANDED))
+  (plan (id ?plan) (goal-id ?id))
+  (not (plan-action (plan-id ?plan) (skiller "Skiller")))
+  =>
+  (modify ?goal (mode COMMITTED) (committed-to ?plan)))
+
+(defrule detour-dispatch
+  ?goal <- (goal (class VISIT) (mode COMMITTED))
+  =>
+  (modify ?goal (mode DISPATCHED)))
+
+(defrule detour-plan-again
+  "The world has changed, no action has failed: as soon as none runs, the rest of the plan goes.
+   Before the next action is selected, therefore the salience."
+  (declare (salience ?*SALIENCE-MODERATE*))
+  (plan-valid (plan-id ?plan) (valid FALSE) (message ?why))
+  ?goal <- (goal (id ?id) (mode DISPATCHED) (committed-to ?plan))
+  (not (plan-action (plan-id ?plan) (state ~FORMULATED&~FINAL)))
+  =>
+  (printout warn "Goal '" ?id "' is planned again: " ?why crlf)
+  (plan-retract-all-for-goal ?id)
+  (modify ?goal (mode SELECTED) (committed-to nil)))
+
+(defrule detour-goes-on
+  ?goal <- (goal (class VISIT) (mode ?mode&FINISHED|EVALUATED))
+  =>
+  (modify ?goal (mode (if (eq ?mode FINISHED) then EVALUATED else RETRACTED))))
