@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.executive.planning.engines.registry import AUTO, NAMES, Choice
+from cxbridge.executive.planning.engines.registry import AUTO, Choice
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 
 _SHARE: Final = 0.6
@@ -51,7 +51,8 @@ class Attempts:
     def summary(self) -> PlanResult:
         """Return the result when no planner had the last word."""
         messages = "; ".join(each.message for each in self._results)
-        for status in (PlanStatus.NO_PLAN, PlanStatus.TIMEOUT, PlanStatus.FAILED):
+        # that some planners find no plan proves nothing when others have failed
+        for status in (PlanStatus.TIMEOUT, PlanStatus.FAILED, PlanStatus.NO_PLAN):
             for result in self._results:
                 if result.status is status:
                     return self.explained(replace(result, message=messages))
@@ -63,6 +64,8 @@ class Attempts:
         fitting = [planner.name for planner in self._choice.planners]
         tried = [each.planner for each in self._results] or fitting[:1]
         said = f" (tried: {', '.join((*tried, *fitting[len(tried) : len(tried) + 1]))})" if fitting else ""
-        others = [name for name in NAMES if name not in fitting and self._asked == AUTO]
-        more = f", or install one of {', '.join(others)}" if others else ", or another planner"
+        absent = self._choice.absent
+        more = f", or install one of {', '.join(absent)}" if absent else ""
+        if self._asked != AUTO:
+            more = f", or try the planner {AUTO}"
         return f"{said}: give more time{more}"

@@ -51,10 +51,12 @@ class Choice(NamedTuple):
 
     :param planners: in the order in which they are tried.
     :param reasons: why the others are not among them, or why one comes late.
+    :param absent: the names of those that could take the problem and are not installed.
     """
 
     planners: tuple[Planner, ...]
     reasons: tuple[str, ...]
+    absent: tuple[str, ...] = ()
 
 
 def choose_planners(
@@ -70,13 +72,15 @@ def choose_planners(
         planner.check(domain, problem)
         return Choice((planner,), ())
     fitting: list[tuple[int, Planner]] = []
-    reasons, absent = [], []
+    reasons, absent, names = [], [], []
     for each in _order(needs_of(domain, problem)):
         planner = make_planner(each)
         if planner.not_installed:
             absent.append(planner.not_installed)
-            continue
         reason = planner.refuses(domain, problem)
+        if planner.not_installed:
+            names += [] if reason else [each]
+            continue
         if reason:
             reasons.append(reason)
             continue
@@ -86,7 +90,7 @@ def choose_planners(
     if not fitting:
         raise UnsupportedProblemError(f"no planner can take this problem: {'; '.join(reasons + absent)}")
     fitting.sort(key=lambda pair: pair[0])  # it is stable: the order among equals stays
-    return Choice(tuple(planner for _, planner in fitting), tuple(reasons))
+    return Choice(tuple(planner for _, planner in fitting), tuple(reasons), tuple(names))
 
 
 def _order(needs: Collection[Need]) -> tuple[str, ...]:

@@ -17,6 +17,7 @@ from cxbridge.executive.planning.engines.texts import read_task
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
+_WORDS: Final = 300
 _END_S: Final = 0.5
 """How long before the end of its time an engine that looks for better plans ends."""
 
@@ -132,7 +133,8 @@ class UnifiedPlanner(Planner):
             return None
         if result.plan is None:
             log = "; ".join(message.message.strip() for message in result.log_messages or ())
-            raise PlanningError(f"{self.name} ended with {status}: {log[-500:] or 'it does not say why'}")
+            said = " ".join(log.split())[-_WORDS:] or "it does not say why"
+            raise PlanningError(f"{self.name} ended with {status}: {said}")
         if hasattr(result.plan, "timed_actions"):
             steps = sorted(result.plan.timed_actions, key=lambda step: step[0])
             return tuple(
