@@ -19,7 +19,7 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.extras import missing_package
+from cxbridge.extras import missing_package, plugin_command
 from cxbridge.suggestions import did_you_mean
 
 if TYPE_CHECKING:
@@ -32,9 +32,18 @@ GROUP: Final = "cxbridge"
 """The group of entry points. Each entry point names a module with the tables of a plug-in."""
 
 HOOKS: Final = frozenset(
-    {"COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "OPERATIONS", "OPTIONS", "SOURCES", "TRANSPORTS"}
-)
-"""The tables that a plug-in's module may have."""
+    {
+        "COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "MEMBERS", "OPERATIONS", "OPTIONS", "SOURCES",
+        "TRANSPORTS",
+    }
+)  # fmt: skip
+"""The tables of cxbridge to which a plug-in's module may add rows."""
+
+_OWN_HOOKS: Final = "HOOKS"
+"""The name of a plug-in's own tables, to which other plug-ins may add rows."""
+
+_NO_TABLES: Final = frozenset({"API", _OWN_HOOKS})
+"""The names in capitals of a plug-in's module that are no tables."""
 
 _GROUP: Final = re.compile(r"^\[([^\]\n]+)\]", re.MULTILINE)
 
@@ -116,14 +125,13 @@ class Plugin(Struct, frozen=True, eq=False):
 class Table(Generic[T]):
     """Named objects of one kind: those of cxbridge, then those of plug-ins, sorted by the plug-ins' names.
 
-    :param hook: the table's name in the modules of plug-ins.
+    :param hook: the table's name in the modules of plug-ins: one of :data:`HOOKS`, or declared by a plug-in.
     :param accepts: whether an object is of the table's kind.
     :param kind: the table's kind in words, for errors.
     :param rows: the rows of cxbridge.
     """
 
     def __init__(self, hook: str, accepts: Callable[[Any], bool], kind: str, *rows: Row) -> None:
-        assert hook in HOOKS, hook
         self.hook = hook
         self._accepts = accepts
         self._kind = kind
@@ -204,6 +212,15 @@ def installed_plugins() -> tuple[Plugin, ...]:
     return _read_plugins(tuple(_folders_with_plugins()))
 
 
+def package_hint(name: str) -> str:
+    """Return how to install the package that has a command, an option, a feature or a member of a test.
+
+    Empty when no known package has it.
+    """
+    package = package_with(name)
+    return f"{name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
+
+
 @lru_cache(maxsize=16)
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     if not folders:
@@ -214,31 +231,40 @@ def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     for package in distributions(path=[folder for folder, _ in folders]):
         for entry in package.entry_points.select(group=GROUP):
             found.setdefault(entry.name, []).append((entry, f"{package.name} {package.version}"))
-    return tuple(_read(name, found[name]) for name in sorted(found))
+    imported = {name: _import(name, found[name]) for name in sorted(found)}
+    hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
+    return tuple(_read(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
-def _read(name: str, entries: list[tuple[EntryPoint, str]]) -> Plugin:
+def _import(name: str, entries: list[tuple[EntryPoint, str]]) -> tuple[str, ModuleType | PluginError]:
+    """Return the package of a plug-in, and its module or why it cannot be used."""
     entry, package = entries[0]
     packages = sorted({each for _, each in entries})
     if len(packages) > 1:
         of = " and ".join(packages)
-        error = PluginError(f"two plug-ins are called '{name}': of {of}", hint="uninstall one of them")
-        return Plugin(name, of, error=error)
+        return of, PluginError(f"two plug-ins are called '{name}': of {of}", hint="uninstall one of them")
     try:
-        rows = _tables(name, package, import_module(entry.value))
-    except PluginError as error:
-        return Plugin(name, package, error=error)
+        return package, import_module(entry.value)
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
         reason = f"{type(error).__name__}: {error}"
-        broken = PluginError(
-            f"the plug-in '{name}' of {package} cannot be loaded: {reason}", hint=_hint(name)
-        )
-        return Plugin(name, package, error=broken)
-    return Plugin(name, package, rows)
+        message = f"the plug-in '{name}' of {package} cannot be loaded: {reason}"
+        return package, PluginError(message, hint=_hint(name))
 
 
-def _tables(name: str, package: str, module: Any) -> Mapping[str, tuple[Row, ...]]:
-    """Return the tables of a plug-in's module."""
+def _read(name: str, package: str, module: ModuleType | PluginError, hooks: frozenset[str]) -> Plugin:
+    if isinstance(module, PluginError):
+        return Plugin(name, package, error=module)
+    try:
+        return Plugin(name, package, _tables(name, package, module, hooks))
+    except PluginError as error:
+        return Plugin(name, package, error=error)
+
+
+def _tables(name: str, package: str, module: Any, hooks: frozenset[str]) -> Mapping[str, tuple[Row, ...]]:
+    """Return the tables of a plug-in's module.
+
+    :param hooks: the names of all tables.
+    """
     api = getattr(module, "API", None)
     if api != API:
         raise PluginError(
@@ -246,14 +272,16 @@ def _tables(name: str, package: str, module: Any) -> Mapping[str, tuple[Row, ...
             f"this cxbridge has version {API}",
             hint=f"install a version of {package.partition(' ')[0]} that goes with this cxbridge",
         )
-    tables = {hook: value for hook, value in vars(module).items() if hook.isupper() and hook != "API"}
+    tables = {
+        hook: value for hook, value in vars(module).items() if hook.isupper() and hook not in _NO_TABLES
+    }
     for hook, rows in tables.items():
         if hook.startswith("_"):
             continue
-        if hook not in HOOKS:
+        if hook not in hooks:
             raise PluginError(
                 f"the plug-in '{name}' of {package} has a table {hook}, but no hook has that name",
-                hint=did_you_mean(hook, HOOKS, f"the hooks: {', '.join(sorted(HOOKS))}"),
+                hint=did_you_mean(hook, hooks, f"the hooks: {', '.join(sorted(hooks))}"),
             )
         if not isinstance(rows, tuple) or not all(isinstance(row, Row) for row in rows):
             raise PluginError(
@@ -264,7 +292,7 @@ def _tables(name: str, package: str, module: Any) -> Mapping[str, tuple[Row, ...
         {
             hook: tuple(replace(row, origin=f"{name} ({package})") for row in rows)
             for hook, rows in tables.items()
-            if hook in HOOKS
+            if hook in hooks
         }
     )
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import threading
+import re
 from collections.abc import Generator, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from cxbridge.testing.agent_run import AgentRun
-    from cxbridge_explore.result import ExploreResult
 
 _BENCH: pytest.StashKey[Bench] = pytest.StashKey()
 _FAILED: pytest.StashKey[bool] = pytest.StashKey()
 _SCRIPTED = "scripted"
-_LIBRARY = Path(__file__).parent
+_LIBRARY = re.compile(r"cxbridge(_\w+)?(\.|$)")
+"""The names of modules of cxbridge and its plug-ins."""
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -109,46 +109,13 @@ class Bench:
         self.runs.append(made)
         return made
 
-    def explore(
-        self,
-        scenario: str | Path,
-        *properties: str,
-        faults: int = 1,
-        depth: int | None = None,
-        world: str | Path | None = None,
-        timeout: float = 600.0,
-        **options: Any,
-    ) -> ExploreResult:
-        """Play a scenario in every way that its world can go; see ``cxbridge explore``.
+    def __getattr__(self, name: str) -> Any:
+        """Return a member of a plug-in, e.g. ``cx.explore`` of cxbridge-explore."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        from cxbridge.testing.members import find_member  # noqa: PLC0415  as in run
 
-        :param properties: names or forms of what every run is to have; by default those of the command.
-        :param faults: how many faults a run may meet.
-        :param depth: at how many choice points the world may do other than usual; None: at all.
-        :param world: a file that says what can happen; by default the one beside the scenario.
-        :param timeout: seconds of a run's clock until it is given up.
-        :param options: as ``config`` and ``spec`` of the command line.
-        :raises AssertionError: when a property is violated.
-        :raises CxbridgeError: when something is wrong.
-        """
-        from cxbridge.process.forking import HAS_FORK  # noqa: PLC0415
-        from cxbridge.run.options import RunOptions  # noqa: PLC0415
-        from cxbridge_explore.bounds import Bounds, Means  # noqa: PLC0415
-        from cxbridge_explore.explore import explore  # noqa: PLC0415
-        from cxbridge_explore.judging import properties_of  # noqa: PLC0415
-        from cxbridge_explore.worldmodel.reading import read_world  # noqa: PLC0415
-
-        given = RunOptions(scenario=self.find(scenario), skiller="none", timeout=timeout, **options)
-        result = explore(
-            given,
-            Bounds(faults=faults, depth=depth),
-            # a copy of this process has none of its threads, but the locks that they hold
-            Means(fork=HAS_FORK and threading.active_count() == 1),
-            properties=properties_of(given, properties),
-            world=None if world is None else read_world(self.find(world)),
-        )
-        if result.violations:
-            pytest.fail("\n".join(result.lines()), pytrace=False)
-        return result
+        return find_member("cx", self, name)
 
     def find(self, path: str | Path) -> Path:
         """Return a path as seen from the test's folder, else from pytest's root, else as it is."""
@@ -244,7 +211,7 @@ def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
     while frame is not None:
         frames.append(frame)
         frame = frame.tb_next
-    shown = [each for each in frames if _LIBRARY not in Path(each.tb_frame.f_code.co_filename).parents]
+    shown = [each for each in frames if not _LIBRARY.match(each.tb_frame.f_globals.get("__name__", ""))]
     if len(shown) == len(frames):
         return
     from cxbridge.errors import CxbridgeError  # noqa: PLC0415  as above

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from pkgutil import resolve_name
 
 import pytest
 
@@ -138,6 +139,36 @@ def test_its_options(greeter, tmp_path):
     assert run("Hi").returncode == 0
     assert make_options(folder, greeting="Hi").option("greeting") == "Hi"
     assert make_options(folder).option("greeting") is None
+
+
+def test_its_member(greeter, tmp_path, cx):
+    folder = write_scenario(tmp_path / "s", agent=AGENT, feature="greeting")
+    run = cx.run(folder)
+    run.to_end()
+    with pytest.raises(AssertionError, match="nobody has greeted Robin"):
+        run.assert_greeted("Robin")
+    run.assert_fact('(guest (name "Robin"))')
+    run.assert_greeted("Robin")
+
+
+def test_a_member_that_no_plug_in_has(cx, monkeypatch):
+    with pytest.raises(AttributeError, match=r"cx has no member 'greet'; docs/testing\.md"):
+        cx.greet()
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    with pytest.raises(AttributeError, match=r"cx\.explore belongs to the plug-in cxbridge-explore: .*install"):
+        cx.explore("scenarios/courier")
+
+
+def test_its_own_table(greeter, tmp_path, monkeypatch):
+    tables = (
+        'from cxbridge.plugins import Row\nAPI = 1\nGREETER_VOICES = (Row("loud", "loud.voice:shout"),)\n'
+    )
+    voice = "def shout(text):\n    return text.upper()\n"
+    install(tmp_path / "second", monkeypatch, "loud", {"plugin.py": tables, "voice.py": voice})
+    try:
+        assert resolve_name("greeter.choir:sing")("hello") == "HELLO"
+    finally:
+        forget("loud")
 
 
 def test_a_run_imports_only_the_tables(greeter, tmp_path):

@@ -16,8 +16,8 @@ from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import group_of_commands, top_rows
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.extras import missing_package, plugin_command
-from cxbridge.plugins import installed_plugins, package_with
+from cxbridge.extras import missing_package
+from cxbridge.plugins import installed_plugins, package_hint
 from cxbridge.printing import indented
 
 USAGE = 2
@@ -124,8 +124,8 @@ def _package_hint(error: Exception) -> str:
     name = getattr(error, "option_name", "")
     if not name and (unknown := _UNKNOWN_COMMAND.search(str(getattr(error, "message", "")))):
         name = unknown[1]
-    package = package_with(name)
-    return f"\n  hint: {name} belongs to the plug-in {package}: {plugin_command(package)}" if package else ""
+    hint = package_hint(name)
+    return f"\n  hint: {hint}" if hint else ""
 
 
 def _call(arguments: Sequence[str] | None) -> object:

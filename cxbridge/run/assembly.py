@@ -140,7 +140,7 @@ class Assembly(Closing):
         """Let the executive's rules run their finalization."""
         self._thinking.finalize()
 
-    def die(self) -> None:
+    def kill(self) -> None:
         """Do nothing any more, as a process that was killed: no rule fires for the shutdown.
 
         What it has is kept until :meth:`close`.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
@@ -21,7 +20,6 @@ if TYPE_CHECKING:
 
 _MOTOR_SWITCH = "/clips-motor-switch"
 _PLANNER = "/planner"
-_PROTOBUF = "/clips-protobuf"
 
 
 def _blackboard(context: RunContext) -> Feature:
@@ -68,16 +66,6 @@ def _planner(context: RunContext) -> Feature:
     return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
 
 
-def _protobuf(context: RunContext) -> Feature:
-    from cxbridge_protobuf.feature import ProtobufFeature  # noqa: PLC0415
-    from cxbridge_protobuf.settings import ProtobufSettings  # noqa: PLC0415
-
-    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
-    if context.is_look:
-        settings = replace(settings, modules=())
-    return ProtobufFeature(settings, context.additions.connections)
-
-
 def _motor_switch(context: RunContext) -> Feature:
     from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
 
@@ -111,7 +99,6 @@ FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
     Row("tf", f"{__name__}:_tf"),
     Row("navgraph", f"{__name__}:_navgraph"),
     Row("planner", f"{__name__}:_planner", early=configured(_PLANNER)),
-    Row("protobuf", f"{__name__}:_protobuf", early=configured(_PROTOBUF)),
     Row("motor-switch", f"{__name__}:_motor_switch", early=configured(_MOTOR_SWITCH)),
     Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
     Row("problem-expert", f"{__name__}:_problem_expert"),

@@ -12,6 +12,7 @@ from pathlib import Path
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
 from cxbridge.file_access import is_readable_file
+from cxbridge.plugins import package_hint
 from cxbridge.suggestions import did_you_mean, nearest
 
 STAGES = ("stage-1", "stage-2", "stage-3")
@@ -143,7 +144,8 @@ def check_features(config: Configuration, spec: str, available: Collection[str])
             raise _error(
                 f"{stage} asks for the feature '{name}', which is not available",
                 config.get(f"{path}/name"),
-                f"there are: {', '.join(sorted(available))}; an entry that just loads files says "
+                package_hint(name)
+                or f"there are: {', '.join(sorted(available))}; an entry that just loads files says "
                 "feature-request: false",
             )
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 from contextlib import ExitStack
 from dataclasses import replace
 from functools import partial
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 from msgspec import structs
 
@@ -24,6 +24,16 @@ from cxbridge.run.program.additions import NOTHING, Additions
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
     from cxbridge.run.replay.replay import Replay
+
+
+class AgentWatcher(Protocol):
+    """Watches the agents of a run."""
+
+    def left(self, agent: Assembly) -> None:
+        """Take note of an agent that was killed."""
+
+    def joined(self, agent: Assembly) -> None:
+        """Take note of an agent that was made again and is not started yet."""
 
 
 class Team(Closing):
@@ -53,6 +63,8 @@ class Team(Closing):
         self._options, self._agent_context, self._additions = options, agent_context, additions
         self._components = components
         self._dead: list[Assembly] = []
+        self.watchers: list[AgentWatcher] = []
+        """Called when an agent is killed or started again."""
         with ExitStack() as undo:
             undo.callback(self._memory.close)
             made = []
@@ -85,13 +97,15 @@ class Team(Closing):
             agent.start()
 
     def kill(self, agent: Assembly) -> None:
-        """Let an agent end as by ``kill -9``; what it shares with others stays as it is.
+        """Let an agent end as by ``kill -9``; the databases that it shares with others stay as they are.
 
-        To be called between two loops. It is none of :attr:`agents` any more.
+        To be called between two loops. The agent is none of :attr:`agents` any more.
         """
-        agent.die()
+        agent.kill()
         self._dead.append(agent)
         self.agents = tuple(other for other in self.agents if other is not agent)
+        for watcher in self.watchers:
+            watcher.left(agent)
 
     def reorder(self, names: Sequence[str]) -> None:
         """Let the agents take their turns in this order from the next loop on."""
@@ -101,15 +115,17 @@ class Team(Closing):
         for agent in self.agents:
             agent.enter_loop()
 
-    def come_back(self, name: str) -> Assembly:
-        """Make an agent that was killed once more, as its process that starts again; it is to be started.
+    def restart(self, name: str) -> None:
+        """Make and start an agent that was killed, as a process that starts again.
 
-        :raises CxbridgeError: when it cannot be made.
+        :raises CxbridgeError: when the agent cannot be made.
         """
         one, more = self._one(self._agent_context, name), self._components(name)
         agent = Assembly(self._options, one, None, self._additions, more)
         self.agents = (*self.agents, agent)
-        return agent
+        for watcher in self.watchers:
+            watcher.joined(agent)
+        agent.start()
 
     @property
     def is_over(self) -> bool:

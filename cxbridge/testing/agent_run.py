@@ -26,12 +26,11 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.watchdog import end_spins
 from cxbridge.testing.golden import GoldenFiles
+from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills
-from cxbridge.testing.watching import violations_of
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
-from cxbridge_explore.properties.monitor import Property
 from cxbridge_studio.check.broken import with_findings
 
 PATIENCE_S: Final = 60.0
@@ -102,6 +101,17 @@ class AgentRun(Closing):
             self._check(self._checks.start)
             self._stack = stack.pop_all()
 
+    def __getattr__(self, name: str) -> Any:
+        """Return a member of a plug-in, e.g. ``run.assert_properties`` of cxbridge-explore."""
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return find_member("run", self, name)
+
+    @property
+    def assembly(self) -> Assembly:
+        """The agent of the run."""
+        return self._assembly
+
     def _note(self, event: Event) -> None:
         if isinstance(event, LogLine):
             if event.text.startswith(_HALTED):
@@ -148,16 +158,7 @@ class AgentRun(Closing):
 
         :raises AssertionError: when it is not within so many seconds of the run's clock.
         """
-        end = self.seconds + timeout
-        met = False
-
-        def done() -> bool:
-            nonlocal met
-            met = bool(condition())
-            return met or self.seconds >= end
-
-        self._run(done)
-        if not met:
+        if not self.wait_for(condition, timeout):
             raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
 
     def to_end(self, timeout: float = 600.0) -> None:
@@ -168,35 +169,28 @@ class AgentRun(Closing):
         :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
             before.
         """
-        end = self.seconds + timeout
-        self._run(lambda: self.is_over or self.seconds >= end)
+        self.wait_for(lambda: self.is_over, timeout)
         executive = self._assembly.executive
         if not self.is_over and not executive.maintained:
             raise AssertionError(self._with_goals(f"the run was not over within {timeout:g} s"))
         if executive.env.quit_requested and executive.goals.open_roots and not executive.maintained:
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
-    def assert_properties(self, *properties: str | Property, timeout: float = 600.0) -> None:
-        """Run to the end, and check properties on the way; the agent is finalized then.
+    def wait_for(self, condition: Callable[[], object], timeout: float = 60.0) -> bool:
+        """Run until the condition is true after a loop, or so many seconds of the run's clock have passed.
 
-        :param properties: names of built-in ones, or their text form; to be watched from now on.
-        :raises AssertionError: when one is violated.
+        :returns: whether the condition is true.
         """
-        lacking = violations_of(
-            properties,
-            self._assembly,
-            lambda done, limit: self._until(done, self.seconds + limit),
-            lambda: self.is_over,
-            timeout,
-        )
-        if lacking:
-            violations = [
-                f"{each.property} is violated at {each.seconds:.2f} s: {each.message}" for each in lacking
-            ]
-            raise AssertionError("\n".join(violations))
+        end = self.seconds + timeout
+        met = False
 
-    def _until(self, done: Callable[[], object], end: float) -> None:
-        self._run(lambda: bool(done()) or self.seconds >= end)
+        def done() -> bool:
+            nonlocal met
+            met = bool(condition())
+            return met or self.seconds >= end
+
+        self._run(done)
+        return met
 
     @property
     def is_over(self) -> bool:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Mapping
 
     from cxbridge.executive.feature import Feature
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.trace.formats.base import RunWriter
-    from cxbridge_protobuf.connections import MakeConnections
 
 
 @dataclass(frozen=True, slots=True)
@@ -24,14 +24,14 @@ class Additions:
         the configuration they serve the Skillers of the run.
     :param writers: get the events of the run, and are closed at its end.
     :param planning: makes what plans for the environment of that name; None: planners.
-    :param connections: makes what carries the messages of the feature protobuf; None: sockets.
+    :param values: read by features and components of plug-ins, by names that begin with the plug-in's.
     """
 
     features: tuple[Feature, ...] = ()
     executors: tuple[type[SkillExecutor], ...] = ()
     writers: tuple[RunWriter, ...] = ()
     planning: Callable[[str], PlanningService] | None = None
-    connections: MakeConnections | None = None
+    values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
 NOTHING = Additions()

@@ -46,7 +46,7 @@ class ExploredRun(JudgedRun):
         assembly = self.world.assembly
         self._use = UseWatch(assembly.bus, assembly.agents) if coverage else None
         self.properties = PropertyWatch(properties, assembly.agents, assembly.clock)
-        self.world.onlookers.append(self.properties)
+        self.world.watchers.append(self.properties)
 
     def used(self) -> tuple[Used, ...]:
         """Return what was used of the agent for the first time since the last call."""

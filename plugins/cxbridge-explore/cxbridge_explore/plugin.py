@@ -6,8 +6,16 @@ from cxbridge.plugins import Row
 
 API = 1
 
+HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
+"""The tables of this plug-in, to which other plug-ins add rows: ``cxbridge_explore.game.kinds``."""
+
 COMMANDS = (
     Row("explore", "cxbridge_explore.cli.explore"),
     Row("game", "cxbridge_explore.cli.game"),
     Row("sweep", "cxbridge_explore.cli.sweep"),
+)
+
+MEMBERS = (
+    Row("cx.explore", "cxbridge_explore.members:explore"),
+    Row("run.assert_properties", "cxbridge_explore.members:assert_properties"),
 )

@@ -4,21 +4,24 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from cxbridge.clock import split_us
 from cxbridge.errors import ClipsError, ProtobufError
 from cxbridge.events import Logger
 from cxbridge.executive.feature import Feature
-from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol, Value
-from cxbridge_protobuf.settings import NetworkSettings, ProtobufSettings
+from cxbridge_protobuf.settings import CONNECTIONS, NetworkSettings, ProtobufSettings
 
 if TYPE_CHECKING:
+    from cxbridge.run.context import RunContext
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.inbox import Presence, Received
 
-_FILE = CORE_DIR / "features" / "protobuf.clp"
+_FILE = Path(__file__).with_name("protobuf.clp")
 _LOG = "CLIPS-Protobuf"
 _FIRST_HANDLE = 1 << 40
 _MANY = 100_000
@@ -78,6 +81,17 @@ class ProtobufFeature(Feature):
         user = self._users.pop(env.name, None)
         if user is not None:
             user.network.close()
+
+
+def make_feature(context: RunContext) -> ProtobufFeature:
+    """Return the feature of a run. A look at an agent imports no compiled messages, which are programs.
+
+    :raises ConfigError: when a setting is wrong.
+    """
+    settings = ProtobufSettings.from_config(context.config, context.paths.expand)
+    if context.is_look:
+        settings = replace(settings, modules=())
+    return ProtobufFeature(settings, context.additions.values.get(CONNECTIONS))
 
 
 class ProtobufUser:

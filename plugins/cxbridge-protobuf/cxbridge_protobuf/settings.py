@@ -10,6 +10,9 @@ from typing import Any, Final
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 
+CONNECTIONS: Final = "protobuf.connections"
+"""The name in ``Additions.values`` of a program's ``MakeConnections``; sockets carry messages by default."""
+
 _PREFIX: Final = "/clips-protobuf/"
 
 

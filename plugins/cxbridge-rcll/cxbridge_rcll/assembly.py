@@ -14,6 +14,7 @@ from cxbridge.run.source import source_of
 from cxbridge.run.team import Team
 from cxbridge_explore.game.judge import Standing
 from cxbridge_explore.game.score import Score
+from cxbridge_protobuf.settings import CONNECTIONS
 from cxbridge_rcll.controller import Script
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.local import LocalReferee
@@ -169,7 +170,8 @@ class GameParts:
     def added(self, additions: Additions) -> Additions:
         """Return what a run gets besides what its options say: robots, and what carries messages."""
         executors = (*additions.executors, robot_executor(self.world))
-        return replace(additions, executors=executors, connections=self.referee.connections)
+        values = {**additions.values, CONNECTIONS: self.referee.connections}
+        return replace(additions, executors=executors, values=values)
 
     def referee_components(self) -> Iterator[MakeComponent]:
         """Yield what makes the referee, and who leads it through the game."""

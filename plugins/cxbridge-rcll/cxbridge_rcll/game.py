@@ -21,7 +21,7 @@ from cxbridge_rcll.settings import LeagueSettings
 from cxbridge_rcll.simtest import Verdict
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Collection, Sequence
 
     from cxbridge.run.assembly import Assembly
     from cxbridge.run.team import Team
@@ -47,6 +47,20 @@ class LeagueGame(LeagueSettings):
 
     world: Path | None = None
     failures: float = 0.0
+
+    @property
+    def quiet(self) -> Collection[str]:
+        """The components whose log lines are shown with ``--verbose`` only."""
+        return ("Referee",)
+
+    def of_agent(self, agent: Path) -> LeagueGame:
+        """Return the same game of another agent: a folder that is laid over the first agent's.
+
+        :raises CxbridgeError: when the options contradict each other.
+        """
+        run = replace(self.run, overlays=(agent, *self.run.overlays))
+        run.check()
+        return replace(self, run=run)
 
     @property
     def cut_options(self) -> RunOptions:

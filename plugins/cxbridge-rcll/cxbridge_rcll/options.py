@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import MISSING, dataclass, fields
+from dataclasses import MISSING, dataclass, fields, replace
+from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from cxbridge.errors import CxbridgeError
+
+if TYPE_CHECKING:
+    from cxbridge.run.options import RunOptions
+    from cxbridge_explore.worlds.run import MakeAssembly
+    from cxbridge_rcll.game import LeagueGame
+    from cxbridge_rcll.remote import Address
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,10 +52,15 @@ class RefboxOptions:
         ),
     ] = ()
 
-    def refuse(self) -> None:
-        """Refuse what only a game of the league has.
+    @property
+    def is_chosen(self) -> bool:
+        """Whether a game of the league is named."""
+        return self.refbox_dir is not None
 
-        :raises CxbridgeError: when some of it is given.
+    def refuse(self) -> None:
+        """Refuse the options of a game of the league.
+
+        :raises CxbridgeError: when an option is given.
         """
         for each in fields(self):
             if each.default is not MISSING and getattr(self, each.name) != each.default:
@@ -57,3 +69,117 @@ class RefboxOptions:
                     f"--{name.replace('_', '-')} is for games of the league",
                     hint="name the referee: --refbox-dir",
                 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExploredLeague(RefboxOptions):
+    """A game of the league that is explored."""
+
+    seed: Annotated[int, typer.Option(help="The seed of the game of the league.")] = 0
+    minutes: Annotated[
+        float,
+        typer.Option(min=0, metavar="M", help="Minutes of the production of the game of the league."),
+    ] = 20.0
+
+    def explored(self, options: RunOptions) -> tuple[RunOptions, MakeAssembly]:
+        """Return the options of a run that ends with the production, and what makes the run."""
+        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - the command's help needs no game
+
+        game = LeagueGame(
+            run=options,
+            refbox_dir=self.refbox_dir,
+            proto_dirs=self.proto_dirs,
+            referee_config=self.referee_config,
+            minutes=self.minutes,
+        )
+        return game.cut_options, partial(game.make, self.seed)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlayedLeague(RefboxOptions):
+    """A game of the league that is played."""
+
+    failures: Annotated[
+        float,
+        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of a robot fails, in the league."),
+    ] = 0.0
+    referee: Annotated[
+        str | None,
+        typer.Option(
+            metavar="HOST:PORT",
+            help="Play in the league with a referee box that runs there, instead of --refbox-dir.",
+            show_default=False,
+        ),
+    ] = None
+    speed: Annotated[
+        float,
+        typer.Option(
+            min=0.01, metavar="N", help="How fast time passes for the referee box of --referee: its speedup."
+        ),
+    ] = 1.0
+
+    simtest: Annotated[
+        str,
+        typer.Option(
+            metavar="TESTBED",
+            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD: exit status 1 when it fails.",
+            show_default=False,
+        ),
+    ] = ""
+
+    @property
+    def is_chosen(self) -> bool:
+        """Whether a game of the league is named."""
+        return self.refbox_dir is not None or self.referee is not None
+
+    def game(
+        self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool
+    ) -> LeagueGame:
+        """Return the game.
+
+        :raises CxbridgeError: when the options contradict each other.
+        """
+        from cxbridge_rcll.game import LeagueGame  # noqa: PLC0415 - as above
+
+        if world is not None and self.failures:
+            raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
+        if run.fawkes_dir is None and not run.overlays:
+            raise CxbridgeError(
+                "there is no agent to play",
+                hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
+            )
+        address = self._address()
+        if several and address is not None:
+            raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
+        found = LeagueGame(
+            run=run,
+            refbox_dir=self.refbox_dir,
+            referee=address,
+            speed=self.speed,
+            proto_dirs=self.proto_dirs,
+            referee_config=self.referee_config,
+            world=world,
+            failures=self.failures,
+            simtest=self.simtest,
+        )
+        return found if minutes is None else replace(found, minutes=minutes)
+
+    def _address(self) -> Address | None:
+        """Return where the referee box runs; None: its rules are in the process of the agent.
+
+        :raises CxbridgeError: when an option is for the other way.
+        """
+        from cxbridge_rcll.remote import Address  # noqa: PLC0415 - as above
+
+        if self.referee is None:
+            if self.speed != 1:
+                raise CxbridgeError("--speed is for --referee", hint="a game with --refbox-dir never waits")
+            return None
+        if self.refbox_dir is not None:
+            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="leave one")
+        if self.referee_config:
+            raise CxbridgeError(
+                "--referee-config is for --refbox-dir",
+                hint="a referee box that runs has its own configuration",
+            )
+        return Address.parse(self.referee)

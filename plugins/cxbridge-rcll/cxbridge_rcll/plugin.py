@@ -2,4 +2,9 @@
 
 from __future__ import annotations
 
+from cxbridge.plugins import Row
+
 API = 1
+
+EXPLORED_GAMES = (Row("rcll", "cxbridge_rcll.options:ExploredLeague"),)
+PLAYED_GAMES = (Row("rcll", "cxbridge_rcll.options:PlayedLeague"),)

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import shlex
 import sys
+from collections.abc import Callable
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 import typer
 
@@ -17,14 +17,13 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.errors import CxbridgeError
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.options import BrokenOptions, RunOptions, ScenarioOptions, SourceOptions
-from cxbridge_rcll.options import RefboxOptions
+from cxbridge_explore.game.kinds import EXPLORED_GAMES, ExploredGame, chosen_game
 
 if TYPE_CHECKING:
     from cxbridge_explore.checkpoint import About
     from cxbridge_explore.result import ExploreResult
     from cxbridge_explore.worldmodel.model import WorldModel
     from cxbridge_explore.worlds.run import MakeAssembly
-    from cxbridge_rcll.game import LeagueGame
     from cxbridge_studio.explain.coverage.model import Coverage
 
 RESUME: Final = "explore.resume"
@@ -122,28 +121,17 @@ class _Judging:
     ] = None
 
 
+def _game_options() -> list[type[Any]]:
+    return [EXPLORED_GAMES.load(row) for row in EXPLORED_GAMES.rows]
+
+
 @dataclass(frozen=True, kw_only=True)
-class _League(RefboxOptions):
-    """A game that is explored, instead of a scenario."""
+class _Games:
+    """A game that is explored, instead of a scenario: options of plug-ins."""
 
-    seed: Annotated[int, typer.Option(help="The seed of the game of the league.")] = 0
-    minutes: Annotated[
-        float,
-        typer.Option(min=0, metavar="M", help="Minutes of the production of the game of the league."),
-    ] = 20.0
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    def game(self, options: RunOptions) -> LeagueGame:
-        """Return the game."""
-        from cxbridge_rcll.game import LeagueGame
-
-        assert self.refbox_dir is not None
-        return LeagueGame(
-            run=options,
-            refbox_dir=self.refbox_dir,
-            proto_dirs=self.proto_dirs,
-            referee_config=self.referee_config,
-            minutes=self.minutes,
-        )
+    more: tuple[ExploredGame, ...] = ()
 
 
 @option_groups
@@ -152,7 +140,7 @@ def explore(
     bounds: _Bounds,
     means: _Means,
     judging: _Judging,
-    league: _League,
+    games: _Games,
     *,
     resume: Annotated[
         Path | None,
@@ -176,18 +164,16 @@ def explore(
     from cxbridge_explore.worldmodel.reading import read_world
     from cxbridge_explore.worlds.run import make_scenario
 
-    if league.refbox_dir is None:
-        league.refuse()
+    game = chosen_game(games.more)
     check_folders(judging.html)
     options, make = RunOptions(**vars(agent), skiller="none"), make_scenario
-    if league.refbox_dir is not None:
-        game = league.game(options)
-        options, make = game.cut_options, partial(game.make, league.seed)
+    if game is not None:
+        options, make = game.explored(options)
     limits = Bounds(**vars(bounds))
     given = {name: value for name, value in vars(means).items() if value is not None}
     how = Means(**given, coverage=judging.coverage or judging.html is not None)
     show = _show_line if sys.stderr.isatty() else None
-    properties = properties_of(options, judging.properties, is_cut=league.refbox_dir is not None)
+    properties = properties_of(options, judging.properties, is_cut=game is not None)
     world = None if judging.world is None else read_world(judging.world)
     result = explore_scenario(
         options, limits, how, properties=properties, world=world, make=make, resume=resume, show=show

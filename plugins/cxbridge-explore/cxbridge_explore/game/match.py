@@ -6,24 +6,15 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import as_completed
 from concurrent.futures.process import BrokenProcessPool
 from dataclasses import dataclass
-from typing import Any, Final, Protocol
+from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.python import spawned_pool
+from cxbridge_explore.game.kinds import Game
 from cxbridge_explore.game.score import GameResult
 from cxbridge_explore.sweep.statistics import CONFIDENCE, Interval, Quantiles, mean_interval
 
 _SHOWN_SEEDS: Final = 10
-
-
-class Game(Protocol):
-    """A game that can be played with any seed, in another process, too."""
-
-    def play(self, seed: int) -> GameResult:
-        """Play it.
-
-        :raises CxbridgeError: when something is wrong.
-        """
 
 
 def play_games(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -41,6 +41,15 @@ class ScenarioGame:
     run: RunOptions
     minutes: float | None = None
     world: Path | None = None
+
+    @property
+    def quiet(self) -> Collection[str]:
+        """The components whose log lines are shown with ``--verbose`` only: none."""
+        return ()
+
+    def of_agent(self, agent: Path) -> ScenarioGame:
+        """Return the same game of another scenario."""
+        return replace(self, run=replace(self.run, scenario=agent))
 
     def play(
         self,

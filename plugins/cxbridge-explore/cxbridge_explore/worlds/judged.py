@@ -40,7 +40,7 @@ class JudgedRun(Closing):
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
         self._watch = StuckWatch(assembly.agents, on=True)
-        self.world.onlookers += [self._checks, self._watch]
+        self.world.watchers.extend([self._checks, self._watch])
         self._watchdog = end_spins(assembly)
         self._watchdog.start()
         self._is_stuck = self._is_checked = False

@@ -6,7 +6,7 @@ from collections.abc import Callable, Hashable
 from contextlib import ExitStack
 from dataclasses import dataclass
 from functools import partial
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.clock import MICROSECONDS
@@ -16,7 +16,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.run import make_run
 from cxbridge.run.source import source_of
-from cxbridge.run.team import Team
+from cxbridge.run.team import AgentWatcher, Team
 from cxbridge_explore.worldmodel.known import check_world
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worldmodel.reading import find_world, read_world
@@ -42,16 +42,6 @@ class WorldResult:
     is_over: bool
     seconds: float
     choices: tuple[Choice, ...]
-
-
-class Onlooker(Protocol):
-    """Looks at the agents of a run, of which one may be killed, and come back."""
-
-    def left(self, agent: Assembly) -> None:
-        """Take an agent that was killed for gone."""
-
-    def joined(self, agent: Assembly) -> None:
-        """Look at an agent that is back; it is not started yet."""
 
 
 MakeAssembly = Callable[[RunOptions, Additions], "Assembly | Team"]
@@ -91,8 +81,6 @@ class WorldRun(Closing):
         make: MakeAssembly = make_scenario,
     ) -> None:
         self.options = options
-        self.onlookers: list[Onlooker] = []
-        """Who is to know when an agent is killed, and when it is back."""
         self._is_started = False
         self._asked = NotedChooser(chooser)
         self._world = world_beside(options) if world is None else world
@@ -122,26 +110,23 @@ class WorldRun(Closing):
     def _team_choices(self, team: Assembly | Team) -> tuple[list[KillChoices], OrderChoices | None]:
         if not isinstance(team, Team):
             return [], None
-        kills = [
-            KillChoices(each, team, self._ask, self._bring_back, self._lose) for each in self._world.kills
-        ]
+        team.watchers.append(self)
+        kills = [KillChoices(each, team, self._ask) for each in self._world.kills]
         order = None if self._world.order is None else OrderChoices(self._world.order, team, self._ask)
         return kills, order
 
-    def _lose(self, agent: Assembly) -> None:
+    @property
+    def watchers(self) -> list[AgentWatcher]:
+        """The watchers of the run's agents. The agent of a run without others is not killed."""
+        return self.assembly.watchers if isinstance(self.assembly, Team) else []
+
+    def left(self, agent: Assembly) -> None:
         """Let go of the world of an agent that was killed."""
         self._parts.pop(agent.name).close()
-        for onlooker in self.onlookers:
-            onlooker.left(agent)
 
-    def _bring_back(self, name: str) -> None:
-        """Start an agent again that was killed."""
-        assert isinstance(self.assembly, Team)  # else there is nobody to kill
-        agent = self.assembly.come_back(name)
-        self._parts[name] = self._part(agent)
-        for onlooker in self.onlookers:
-            onlooker.joined(agent)
-        agent.start()
+    def joined(self, agent: Assembly) -> None:
+        """Make the world of an agent that starts again."""
+        self._parts[agent.name] = self._part(agent)
 
     def _happen(self) -> None:
         """Let happen what happens between two loops."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from itertools import permutations
 
 from cxbridge.run.assembly import Assembly
@@ -74,22 +73,10 @@ class AbsenceChoices:
 
 
 class KillChoices:
-    """Kills agents of a team, and starts them again.
+    """Kills agents of a team, and starts them again."""
 
-    :param bring_back: makes and starts an agent of that name again.
-    :param gone: called with an agent that was killed.
-    """
-
-    def __init__(
-        self,
-        kill: Kill,
-        team: Team,
-        ask: Asking,
-        bring_back: Callable[[str], object],
-        gone: Callable[[Assembly], object],
-    ) -> None:
+    def __init__(self, kill: Kill, team: Team, ask: Asking) -> None:
         self._kill, self._team, self._ask = kill, team, ask
-        self._bring_back, self._gone = bring_back, gone
         self._schedule = Schedule(kill.times)
         self._options = unless("lives", fault("killed", kill.probability))
         self._back: list[tuple[float, str]] = []
@@ -102,7 +89,7 @@ class KillChoices:
     def loop(self) -> None:
         """Choose, if it is time to; start again who is to come back."""
         while self._back and self._back[0][0] <= self._ask.seconds:
-            self._bring_back(self._back.pop(0)[1])
+            self._team.restart(self._back.pop(0)[1])
         if not self._schedule.is_due(self._ask.seconds):
             return
         for agent in self._team.agents:
@@ -115,7 +102,6 @@ class KillChoices:
             if self._kill.back is not None:
                 self._back.append((self._ask.seconds + self._kill.back, agent.name))
             self._team.kill(agent)
-            self._gone(agent)
 
 
 class OrderChoices:

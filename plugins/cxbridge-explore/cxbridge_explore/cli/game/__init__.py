@@ -5,7 +5,6 @@ from __future__ import annotations
 import os
 import shlex
 import sys
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -18,15 +17,14 @@ from cxbridge.cli.story import RunLog
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, LogLine
 from cxbridge.run.options import RunOptions
-from cxbridge_explore.cli.game.options import AgentOptions, LeagueOptions, PlayOptions
+from cxbridge_explore.cli.game.options import AgentOptions, GameOptions, PlayOptions
+from cxbridge_explore.game.kinds import chosen_game
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Collection, Mapping
 
-    from cxbridge_explore.game.match import Game
-    from cxbridge_explore.game.scenario import ScenarioGame
+    from cxbridge_explore.game.kinds import Game
     from cxbridge_explore.game.score import GameResult
-    from cxbridge_rcll.game import LeagueGame
 
 TESTS_FAILED: Final = 1
 """Exit status of a game whose agent's own tests failed."""
@@ -38,15 +36,15 @@ FAULT: Final = 4
 
 
 class _GameLog(RunLog):
-    """As the log of a run; what the league's referee prints only with ``--verbose``."""
+    """As the log of a run; the lines of a game's quiet components only with ``--verbose``."""
 
-    def __init__(self, console: ConsoleOptions) -> None:
+    def __init__(self, console: ConsoleOptions, quiet: Collection[str]) -> None:
         super().__init__(quiet=console.quiet, verbose=console.verbose)
-        self._all = console.verbose
+        self._hidden = frozenset(() if console.verbose else quiet)
 
     def __call__(self, event: Event) -> None:
         """Print a log line, if it is to be shown."""
-        if self._all or not (isinstance(event, LogLine) and event.component == "Referee"):
+        if not (isinstance(event, LogLine) and event.component in self._hidden):
             super().__call__(event)
 
 
@@ -54,17 +52,17 @@ class _GameLog(RunLog):
 def game(
     agent: AgentOptions,
     play: PlayOptions,
-    league: LeagueOptions,
+    others: GameOptions,
     console: ConsoleOptions,
     *,
     as_json: AsJson = False,
 ) -> int:
     """Play a game on the virtual clock, and print the score; play many with --games or --against.
 
-    A game is a scenario with a referee that publishes GameInterface; or, with --refbox-dir, a game of the
-    RoboCup Logistics League, judged by the referee's own rules in the same process. The orders, and what
-    fails, are drawn by the seed: the same seed is the same game. With --referee a referee box that runs
-    judges one game of the league in real time, and draws what it wants.
+    A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The orders, and
+    what fails, are drawn by the seed: the same seed is the same game. With cxbridge-rcll, --refbox-dir plays
+    the RoboCup Logistics League, judged by the referee's own rules in the same process; with --referee a
+    referee box that runs judges one game of the league in real time, and draws what it wants.
 
     Exit status: 0 each game came to its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
     come to its end; 4 a fault of a run itself.
@@ -72,14 +70,13 @@ def game(
     Example: cxbridge game workshop --games 20 --against workshop-2
     """
     options = RunOptions(**vars(agent), skiller="none")
-    first = _league_game(options, play, league) if league.is_played else _scenario_game(options, play, league)
     against = play.second_agent()
-    if play.games == 1 and against is None:
+    several = play.games > 1 or against is not None
+    first = _make_game(options, play, others, several=several)
+    if not several:
         check_folders(play.html)
-        log = _GameLog(console)
+        log = _GameLog(console, first.quiet)
         return _one(first.play(play.seed, log, log.attach), play.html, as_json=as_json)
-    if league.referee is not None:
-        raise CxbridgeError("a referee box plays one game", hint="play many with --refbox-dir")
     if options.trace or options.log or options.bblog:
         raise CxbridgeError(
             "many games cannot be recorded to one file", hint="play the one of a seed: --seed N"
@@ -89,54 +86,26 @@ def game(
     return _many(_games(first, against), play, as_json=as_json)
 
 
-def _scenario_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> ScenarioGame:
+def _make_game(options: RunOptions, play: PlayOptions, others: GameOptions, *, several: bool) -> Game:
+    """Return the game that is played: that of a scenario, unless options of a plug-in name another."""
     from cxbridge_explore.game.scenario import ScenarioGame
 
-    league.refuse()
+    other = chosen_game(others.more)
+    if other is not None:
+        return other.game(options, minutes=play.minutes, world=play.world, several=several)
     options.check()
     return ScenarioGame(run=options, minutes=play.minutes, world=play.world)
 
 
-def _league_game(options: RunOptions, play: PlayOptions, league: LeagueOptions) -> LeagueGame:
-    from cxbridge_rcll.game import LeagueGame
-
-    if play.world is not None and league.failures:
-        raise CxbridgeError("--world says what fails, and --failures, too", hint="leave one")
-    if options.fawkes_dir is None and not options.overlays:
-        raise CxbridgeError(
-            "there is no agent to play",
-            hint="name the team's checkout with --overlay, and a Fawkes checkout with --fawkes-dir",
-        )
-    found = LeagueGame(
-        run=options,
-        refbox_dir=league.refbox_dir,
-        referee=league.address,
-        speed=league.speed,
-        proto_dirs=league.proto_dirs,
-        referee_config=league.referee_config,
-        world=play.world,
-        failures=league.failures,
-        simtest=league.simtest,
-    )
-    return found if play.minutes is None else replace(found, minutes=play.minutes)
-
-
-def _games(first: ScenarioGame | LeagueGame, against: Path | None) -> dict[str, Game]:
+def _games(first: Game, against: Path | None) -> dict[str, Game]:
     """Return the games that meet the same seeds, by the names of their agents.
 
-    :param against: a scenario, or a folder that is laid over the league's agent.
+    :param against: the second agent; None: there is none.
     """
-    from cxbridge_explore.game.scenario import ScenarioGame
-
     name = str(first.run.scenario or (first.run.overlays or (first.run.fawkes_dir,))[0])
-    games: dict[str, Game] = {name: first}
+    games = {name: first}
     if against is not None:
-        if isinstance(first, ScenarioGame):
-            games[str(against)] = replace(first, run=replace(first.run, scenario=against))
-        else:
-            run = replace(first.run, overlays=(against, *first.run.overlays))
-            run.check()
-            games[str(against)] = replace(first, run=run)
+        games[str(against)] = first.of_agent(against)
         if len(games) == 1:
             raise CxbridgeError(f"--against names the same agent: {against}", hint="name another one")
     return games

@@ -2,18 +2,16 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any, ClassVar
 
 import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import LogOptions, ScenarioOptions, SourceOptions, TraceOptions
-from cxbridge_rcll.options import RefboxOptions
-
-if TYPE_CHECKING:
-    from cxbridge_rcll.remote import Address
+from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGame
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -33,7 +31,7 @@ class PlayOptions:
         Path | None,
         typer.Option(
             metavar="SCENARIO",
-            help="A second agent, on the same seeds. With --refbox-dir: a folder that is laid over the "
+            help="A second agent, on the same seeds. In a game of a plug-in: a folder that is laid over the "
             "first one's.",
             show_default=False,
         ),
@@ -45,7 +43,7 @@ class PlayOptions:
         typer.Option(
             min=0,
             metavar="M",
-            help="Minutes of the production; by default as the scenario says, in the league 20.",
+            help="Minutes of the production; by default as the game says.",
             show_default=False,
         ),
     ] = None
@@ -77,60 +75,14 @@ class PlayOptions:
         return self.second or self.against
 
 
+def _game_options() -> list[type[Any]]:
+    return [PLAYED_GAMES.load(row) for row in PLAYED_GAMES.rows]
+
+
 @dataclass(frozen=True, kw_only=True)
-class LeagueOptions(RefboxOptions):
-    """A game of the RoboCup Logistics League."""
+class GameOptions:
+    """A game that is no scenario: options of plug-ins."""
 
-    failures: Annotated[
-        float,
-        typer.Option(min=0, max=1, metavar="P", help="How likely a skill of a robot fails, in the league."),
-    ] = 0.0
-    referee: Annotated[
-        str | None,
-        typer.Option(
-            metavar="HOST:PORT",
-            help="Play in the league with a referee box that runs there, instead of --refbox-dir.",
-            show_default=False,
-        ),
-    ] = None
-    speed: Annotated[
-        float,
-        typer.Option(
-            min=0.01, metavar="N", help="How fast time passes for the referee box of --referee: its speedup."
-        ),
-    ] = 1.0
+    added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
-    simtest: Annotated[
-        str,
-        typer.Option(
-            metavar="TESTBED",
-            help="Let the league's agent test itself, e.g. FULL or ENTER-FIELD: exit status 1 when it fails.",
-            show_default=False,
-        ),
-    ] = ""
-
-    @property
-    def is_played(self) -> bool:
-        """Whether a game of the league is played."""
-        return self.refbox_dir is not None or self.referee is not None
-
-    @property
-    def address(self) -> Address | None:
-        """Where the referee box runs; None: its rules are in the process of the agent.
-
-        :raises CxbridgeError: when an option is for the other way.
-        """
-        from cxbridge_rcll.remote import Address
-
-        if self.referee is None:
-            if self.speed != 1:
-                raise CxbridgeError("--speed is for --referee", hint="a game with --refbox-dir never waits")
-            return None
-        if self.refbox_dir is not None:
-            raise CxbridgeError("--referee and --refbox-dir both name the referee", hint="leave one")
-        if self.referee_config:
-            raise CxbridgeError(
-                "--referee-config is for --refbox-dir",
-                hint="a referee box that runs has its own configuration",
-            )
-        return Address.parse(self.referee)
+    more: tuple[PlayedGame, ...] = ()

@@ -1,0 +1,29 @@
+"""Members that plug-ins add to the fixture ``cx`` and to the runs that it makes."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any, Final
+
+from cxbridge.plugins import Table, package_hint
+
+MEMBERS: Final[Table[Callable[..., Any]]] = Table(
+    "MEMBERS", callable, "a function whose first parameter is the fixture or the run"
+)
+"""The functions by name: ``cx.NAME`` gets the fixture, ``run.NAME`` gets an ``AgentRun``."""
+
+
+def find_member(owner: str, thing: object, name: str) -> Callable[..., Any]:
+    """Return the function of a plug-in as a method of the fixture or of a run.
+
+    :param owner: ``cx`` or ``run``.
+    :param thing: the fixture or the run.
+    :raises AttributeError: when no installed plug-in has the member; the error names the package that has it.
+    """
+    member = f"{owner}.{name}"
+    row = next((row for row in MEMBERS.rows if row.name == member), None)
+    if row is not None:
+        return partial(MEMBERS.load(row), thing)
+    hint = package_hint(member) or "docs/testing.md lists the members"
+    raise AttributeError(f"{owner} has no member '{name}'; {hint}", name=name, obj=thing)

@@ -1,0 +1,98 @@
+"""The members of this plug-in in tests: ``cx.explore`` and ``run.assert_properties``."""
+
+from __future__ import annotations
+
+import threading
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from cxbridge.process.forking import HAS_FORK
+from cxbridge.run.ending.stuck import StuckWatch
+from cxbridge.run.options import RunOptions
+from cxbridge_explore.bounds import Bounds, Means
+from cxbridge_explore.explore import explore as explore_scenario
+from cxbridge_explore.judging import properties_of
+from cxbridge_explore.properties.monitor import Ending, Property, RunEnd
+from cxbridge_explore.properties.reading import find_property
+from cxbridge_explore.properties.watch import PropertyWatch
+from cxbridge_explore.worldmodel.reading import read_world
+
+if TYPE_CHECKING:
+    from cxbridge.pytest_plugin import Bench
+    from cxbridge.testing.agent_run import AgentRun
+    from cxbridge_explore.result import ExploreResult
+
+
+def explore(
+    cx: Bench,
+    scenario: str | Path,
+    *properties: str,
+    faults: int = 1,
+    depth: int | None = None,
+    world: str | Path | None = None,
+    timeout: float = 600.0,
+    **options: Any,
+) -> ExploreResult:
+    """Play a scenario in every way that its world can go; see ``cxbridge explore``.
+
+    :param cx: the fixture.
+    :param properties: names or forms of the properties of every run; by default those of the command.
+    :param faults: the most faults of a run.
+    :param depth: at how many choice points the world may do other than usual; None: at all.
+    :param world: a file that says what can happen; by default the one beside the scenario.
+    :param timeout: seconds of a run's clock until it is given up.
+    :param options: as ``config`` and ``spec`` of the command line.
+    :raises AssertionError: when a property is violated.
+    :raises CxbridgeError: when the scenario, the world or an option is wrong.
+    """
+    given = RunOptions(scenario=cx.find(scenario), skiller="none", timeout=timeout, **options)
+    result = explore_scenario(
+        given,
+        Bounds(faults=faults, depth=depth),
+        # a copy of this process has none of its threads, but the locks that they hold
+        Means(fork=HAS_FORK and threading.active_count() == 1),
+        properties=properties_of(given, properties),
+        world=None if world is None else read_world(cx.find(world)),
+    )
+    if result.violations:
+        pytest.fail("\n".join(result.lines()), pytrace=False)
+    return result
+
+
+def assert_properties(run: AgentRun, *properties: str | Property, timeout: float = 600.0) -> None:
+    """Run to the end, and check properties on the way; the agent is finalized then.
+
+    :param properties: names of built-in ones, or their text form; to be watched from now on.
+    :param timeout: seconds of the run's clock.
+    :raises AssertionError: when a property is violated.
+    """
+    agent = run.assembly
+    watch = PropertyWatch(
+        [each if isinstance(each, Property) else find_property(each) for each in properties],
+        [agent],
+        agent.clock,
+    )
+    stuck = StuckWatch([agent], on=True)
+    is_stuck = False
+
+    def done() -> bool:
+        nonlocal is_stuck
+        watch.look()
+        is_stuck = not run.is_over and stuck.look()
+        return is_stuck or run.is_over
+
+    run.wait_for(done, timeout)
+    is_at_end = run.is_over or agent.executive.maintained
+    ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
+    watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
+    agent.stop()
+    watch.released()
+    if watch.violations:
+        raise AssertionError(
+            "\n".join(
+                f"{each.property} is violated at {each.seconds:.2f} s: {each.message}"
+                for each in watch.violations
+            )
+        )
