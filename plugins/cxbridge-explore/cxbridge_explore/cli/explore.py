@@ -166,7 +166,8 @@ def explore(
 
     game = chosen_game(games.more)
     check_folders(judging.html)
-    options, make = RunOptions(**vars(agent), skiller="none"), make_scenario
+    options = RunOptions(**vars(agent), skiller="none")
+    make: MakeAssembly = make_scenario
     if game is not None:
         options, make = game.explored(options)
     limits = Bounds(**vars(bounds))
