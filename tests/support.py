@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import os
 import random
+import socket
 from collections.abc import Sequence
+from contextlib import suppress
 from functools import cache
 from pathlib import Path
 from typing import TypeVar
@@ -85,3 +87,19 @@ def share(cases: Sequence[T], usual: int) -> list[T]:
 def many(full: int, usual: int) -> int:
     """How many examples a proof takes: all with CXBRIDGE_FULL in the environment, else the usual number."""
     return full if FULL else usual
+
+
+_SLICE = 1_500
+_WORKER = int("0" + os.environ.get("PYTEST_XDIST_WORKER", "").lstrip("gw")) % 8
+_START = random.randrange(_SLICE)
+_UNTRIED = (20_000 + _SLICE * _WORKER + (_START + step) % _SLICE for step in range(_SLICE))
+"""Below the ports that the system hands out; each once, and none that another worker tries."""
+
+
+def free_port(kind: int = socket.SOCK_STREAM) -> int:
+    """A port that nobody uses now, nor any other test of this run."""
+    for port in _UNTRIED:
+        with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
+            probe.bind(("127.0.0.1", port))
+            return port
+    raise AssertionError("no port is left")

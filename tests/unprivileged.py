@@ -6,7 +6,10 @@ import ctypes
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Final
+
+import pytest
 
 _VERSION: Final = 0x20080522
 _DAC_OVERRIDE: Final = 1
@@ -50,3 +53,14 @@ def unprivileged() -> Iterator[None]:
 def _check(result: int) -> None:
     if result != 0:
         raise OSError(ctypes.get_errno(), os.strerror(ctypes.get_errno()))
+
+
+@pytest.fixture
+def dark(tmp_path: Path) -> Iterator[Path]:
+    """Return a folder that may not even be searched."""
+    folder = tmp_path / "dark"
+    folder.mkdir()
+    (folder / "more.yaml").write_text("a: 1\n")
+    folder.chmod(0)
+    yield folder
+    folder.chmod(0o755)

@@ -20,9 +20,6 @@ from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge_protobuf.network import Network
-from cxbridge_protobuf.settings import NetworkSettings
-from cxbridge_protobuf.types import MessageTypes
 from cxbridge_web.http.serving import HttpThread
 from cxbridge_web.settings import WebSettings
 from tests.support import ROOT
@@ -76,6 +73,11 @@ def close_a_thread_that_has_work() -> None:
 
 
 def close_a_network() -> None:
+    pytest.importorskip("cxbridge_protobuf", reason="needs cxbridge-protobuf")
+    from cxbridge_protobuf.network import Network
+    from cxbridge_protobuf.settings import NetworkSettings
+    from cxbridge_protobuf.types import MessageTypes
+
     network = Network(MessageTypes(lambda _text: None), NetworkSettings(), lambda: 0)
     network.enable_server(free_port())
     network.connect("127.0.0.1", free_port())

@@ -17,9 +17,9 @@ from cxbridge.cli.styling import _filled
 from cxbridge.errors import CxbridgeError
 from cxbridge_web.cli import options as web_options
 from cxbridge_web.cli.options import WebOptions
-from protobuf_tests.conftest import free_port
 from tests.programs import Started
 from tests.run.mini import write_scenario
+from tests.support import free_port
 
 WAIT_S = 60
 

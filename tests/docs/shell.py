@@ -19,9 +19,9 @@ from pathlib import Path
 from typing import Self
 
 from cxbridge.cli.main import invoke
-from protobuf_tests.conftest import free_port
 from tests.forked import IGNORED, nursery
 from tests.programs import Started
+from tests.support import free_port
 
 WAIT_S = 60
 """Seconds after which a command has failed."""

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -10,7 +10,6 @@ import pytest
 from cxbridge.clock import VirtualClock
 from cxbridge.events import Event, EventBus, Level, LogLine
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge_protobuf import compiler
 from tests.executive.core.core_bench import Bench
 
 
@@ -48,31 +47,6 @@ def env(bus: EventBus, log: Log) -> Iterator[ClipsEnvironment]:
     environment = ClipsEnvironment("executive", bus)
     yield environment
     environment.destroy()
-
-
-_compiled: dict[object, tuple[bytes | None, str]] = {}
-_compile = compiler._run
-
-
-def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
-    """What :mod:`cxbridge_protobuf.compiler` does, a process each time, once for the same files."""
-    texts = tuple(
-        (file.relative_to(folder), file.read_bytes())
-        for folder in path
-        for file in sorted(folder.rglob("*.proto"))
-    )
-    key = (*compiler._command(), compiler._SECONDS, *names, texts)
-    if key not in _compiled:
-        _compiled[key] = _compile(names, here, path)
-    return _compiled[key]
-
-
-@pytest.fixture(autouse=True, scope="session")
-def _fast_compiler() -> Iterator[None]:
-    """The compiler of .proto files takes its time, and most tests want the same of it."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(compiler, "_run", _compile_once)
-        yield
 
 
 @pytest.fixture(autouse=True)

@@ -228,26 +228,3 @@ def test_a_golden_file_without_times_has_none_to_compare(project, pytester):
     timed = project("succeeds()\n    run.to_end()\n    run.assert_golden(time_tolerance=0.2)")
     timed.assert_outcomes(failed=1)
     timed.stdout.fnmatch_lines(["*holds no times*"])
-
-
-EXPLORING = """
-def test_each_failure_is_survived(cx):
-    assert cx.explore("mini", "run-ends").outcomes == {"completed": 1, "unsuccessful": 1}
-
-
-def test_no_goal_fails(cx):
-    cx.explore("mini", "never (goal (outcome FAILED))", faults=1)
-"""
-
-
-def test_an_exploration_fails_with_the_shortest_path(project, pytester):
-    pytester.makepyfile(test_explored=EXPLORING)
-    result = pytester.runpytest_subprocess("-p", "cxbridge.pytest_plugin", "test_explored.py")
-    result.assert_outcomes(passed=1, failed=1)
-    result.stdout.fnmatch_lines(
-        [
-            "2 runs, 1 states, 0 merged: complete",
-            "violated: never (goal (outcome FAILED)): *",
-            "*work{*: fails*",
-        ]
-    )

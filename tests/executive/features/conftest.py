@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
+from pathlib import Path
+
 import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.config import Configuration
+from cxbridge.executive.feature import Feature
 from cxbridge.executive.features.blackboard import BlackBoardFeature
 from cxbridge.executive.features.config import ConfigFeature
 from cxbridge.executive.features.motor_switch import MotorSwitchFeature
@@ -18,7 +22,6 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.navgraph import NavGraph
-from cxbridge_protobuf.feature import ProtobufFeature
 from tests.executive.conftest import Log
 
 CONFIG = """
@@ -37,6 +40,28 @@ a:
     - name: one
     - name: two
 """
+
+
+PLUGINS = tuple(name for name in ("cxbridge_protobuf",) if find_spec(name))
+"""The installed plug-ins with a feature of Fawkes: the tests of all features have it, too."""
+
+if PLUGINS:
+    from protobuf_tests.conftest import PROTOS, _fast_compiler
+
+    __all__ = ["_fast_compiler"]
+
+
+def plugin_features(*folders: Path) -> list[Feature]:
+    """Return the features of the installed plug-ins.
+
+    :param folders: of message definitions, besides those of the plug-in's tests.
+    """
+    if not PLUGINS:
+        return []
+    from cxbridge_protobuf.feature import ProtobufFeature
+    from cxbridge_protobuf.settings import ProtobufSettings
+
+    return [ProtobufFeature(ProtobufSettings((PROTOS, *folders)) if folders else None)]
 
 
 @pytest.fixture
@@ -67,7 +92,7 @@ def manager(bus, board, log, memory):
         PddlParserFeature(),
         RedefineWarningFeature(),
         RobotMemoryFeature(memory),
-        ProtobufFeature(),
+        *plugin_features(),
         TfFeature(board),
         NavGraphFeature(lambda: NavGraph("Empty")),
         MotorSwitchFeature(board),

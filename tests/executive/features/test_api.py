@@ -7,6 +7,7 @@ import json
 import pytest
 
 from cxbridge.errors import ClipsError
+from tests.executive.features.conftest import PLUGINS
 from tests.support import SHARED, needs_shared
 
 OURS = {
@@ -15,10 +16,10 @@ OURS = {
     "redefine-warning",
     "pddl-parser",
     "robot_memory",
-    "protobuf",
     "tf",
     "navgraph",
     "motor-switch",
+    *(name.removeprefix("cxbridge_") for name in PLUGINS),
 }
 VARIADIC = {"append$", "path-add"}
 
@@ -99,7 +100,7 @@ def test_the_globals_templates_and_rules_of_the_library(env):
         ("config", "confval"),
         ("blackboard", "blackboard-interface"),
         ("blackboard", "blackboard-interface-info"),
-        ("protobuf", "protobuf-msg"),
+        *(("protobuf", "protobuf-msg") for _ in PLUGINS),
         ("navgraph", "navgraph"),
         ("navgraph", "navgraph-node"),
         ("navgraph", "navgraph-edge"),

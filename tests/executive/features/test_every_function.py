@@ -35,19 +35,16 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge.tf import StampedTransform, Transform, TransformPublisher
-from cxbridge_protobuf.feature import ProtobufFeature
-from cxbridge_protobuf.settings import ProtobufSettings
-from protobuf_tests.conftest import PROTOS, WAIT, free_port
-from tests.executive.features.conftest import CONFIG
+from tests.executive.features.conftest import CONFIG, PLUGINS, plugin_features
 from tests.executive.features.function_rows import BLACKBOARD, ENDS, HOST, OTHERS, PROTOBUF, TF, TOO_MANY, Row
 from tests.executive.features.robmem_rows import ROBOT_MEMORY
-from tests.support import SHARED, needs_shared
+from tests.support import SHARED, free_port, needs_shared
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
+ROWS: dict[str, Row] = HOST | BLACKBOARD | OTHERS | TF | (PROTOBUF if PLUGINS else {}) | ROBOT_MEMORY
 
-ROWS: dict[str, Row] = HOST | BLACKBOARD | OTHERS | TF | PROTOBUF | ROBOT_MEMORY
+FEATURES = ("blackboard", "robot_memory", "pddl-parser", "tf", "navgraph", "motor-switch")
 
-FEATURES = ("blackboard", "robot_memory", "pddl-parser", "protobuf", "tf", "navgraph", "motor-switch")
+WAIT = 30
 
 ELSEWHERE = {"skill-call-ext"}
 """Of Fawkes' plug-in clips-agent, which is older than the executive and has an environment of its own."""
@@ -139,6 +136,7 @@ class World:
         for name in ("hall", "kitchen"):
             graph.add_node(NavGraphNode(name, 0, 0))
         graph.add_edge(NavGraphEdge("hall", "kitchen"))
+        self.added = plugin_features(folder / "msgs")
         self.manager = EnvironmentManager(
             bus,
             [
@@ -147,7 +145,7 @@ class World:
                 PddlParserFeature(),
                 RedefineWarningFeature(),
                 RobotMemoryFeature(self.memory),
-                ProtobufFeature(ProtobufSettings((PROTOS, folder / "msgs"))),
+                *self.added,
                 TfFeature(self.board),
                 NavGraphFeature(lambda: graph),
                 MotorSwitchFeature(self.board),
@@ -158,7 +156,7 @@ class World:
         self.executive = Executive(self.manager, config, mapper, CoreFiles())
         self.env = self.executive.env
         self.executive.init()
-        for feature in FEATURES:
+        for feature in (*FEATURES, *(each.name for each in self.added)):
             assert self.manager.request(ENVIRONMENT, feature) == "TRUE"
         for file in ("plan", "goal", "domain"):
             assert self.env.batch(CORE_DIR / "cx" / f"{file}.clp")
@@ -242,7 +240,13 @@ def test_a_call_that_does_not(world, log, name):
 @needs_shared
 def test_there_is_a_row_for_each_function():
     features = json.loads((SHARED / "compat" / "clips-functions.json").read_text())["features"]
-    names = {function["name"] for feature in features for function in feature["functions"]}
+    absent = set() if PLUGINS else {"protobuf"}
+    names = {
+        function["name"]
+        for feature in features
+        if feature["feature"] not in absent
+        for function in feature["functions"]
+    }
     assert set(ROWS) == names - ELSEWHERE
 
 

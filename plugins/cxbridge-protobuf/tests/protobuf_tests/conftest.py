@@ -2,20 +2,21 @@
 
 from __future__ import annotations
 
-import os
-import random
-import socket
 import threading
-from contextlib import suppress
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TypeVar
 
 import pytest
 
+from cxbridge_protobuf import compiler
 from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
+from tests.executive.conftest import bus, env, log
+
+__all__ = ["bus", "env", "log"]  # fixtures
 
 PROTOS = Path(__file__).parent / "protos"
 WAIT = 30
@@ -68,6 +69,31 @@ class Net(Network):
         return event.text
 
 
+_compiled: dict[object, tuple[bytes | None, str]] = {}
+_compile = compiler._run
+
+
+def _compile_once(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
+    """What :mod:`cxbridge_protobuf.compiler` does, a process each time, once for the same files."""
+    texts = tuple(
+        (file.relative_to(folder), file.read_bytes())
+        for folder in path
+        for file in sorted(folder.rglob("*.proto"))
+    )
+    key = (*compiler._command(), compiler._SECONDS, *names, texts)
+    if key not in _compiled:
+        _compiled[key] = _compile(names, here, path)
+    return _compiled[key]
+
+
+@pytest.fixture(autouse=True, scope="session")
+def _fast_compiler() -> Iterator[None]:
+    """The compiler of .proto files takes its time, and most tests want the same of it."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(compiler, "_run", _compile_once)
+        yield
+
+
 @pytest.fixture(scope="session")
 def compiled():
     """Skips without a .proto compiler."""
@@ -95,19 +121,3 @@ def nets(types):
     yield make
     for net in made:
         net.close()
-
-
-_SLICE = 1_500
-_WORKER = int("0" + os.environ.get("PYTEST_XDIST_WORKER", "").lstrip("gw")) % 8
-_START = random.randrange(_SLICE)
-_UNTRIED = (20_000 + _SLICE * _WORKER + (_START + step) % _SLICE for step in range(_SLICE))
-"""Below the ports that the system hands out; each once, and none that another worker tries."""
-
-
-def free_port(kind: int = socket.SOCK_STREAM) -> int:
-    """A port that nobody uses now, nor any other test of this run."""
-    for port in _UNTRIED:
-        with socket.socket(socket.AF_INET, kind) as probe, suppress(OSError):
-            probe.bind(("127.0.0.1", port))
-            return port
-    raise AssertionError("no port is left")

@@ -18,7 +18,8 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge_protobuf.feature import ProtobufFeature
 from cxbridge_protobuf.frames import Frame, encode
 from cxbridge_protobuf.settings import ProtobufSettings
-from protobuf_tests.conftest import PROTOS, WAIT, free_port
+from protobuf_tests.conftest import PROTOS, WAIT
+from tests.support import free_port
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

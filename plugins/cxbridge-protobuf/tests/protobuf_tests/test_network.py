@@ -14,7 +14,8 @@ from cxbridge_protobuf.crypto import CIPHERS
 from cxbridge_protobuf.frames import Frame, encode, seal
 from cxbridge_protobuf.inbox import Origin, Presence, Received, Warned
 from cxbridge_protobuf.types import frame_of
-from protobuf_tests.conftest import WAIT, free_port
+from protobuf_tests.conftest import WAIT
+from tests.support import free_port
 
 ORDER = Frame(3000, 2, b"\x08\x05")
 """An Order with id 5."""

@@ -12,7 +12,7 @@ from cxbridge_protobuf.inbox import Presence, Received
 from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import Message, MessageTypes, frame_of
-from protobuf_tests.conftest import free_port
+from tests.support import free_port
 
 MESSAGES = """
 syntax = "proto2";

@@ -16,9 +16,9 @@ from cxbridge.run.options import RunOptions
 from cxbridge_rcll import remote
 from cxbridge_rcll.game import LeagueGame
 from cxbridge_rcll.remote import Address
-from protobuf_tests.conftest import free_port
 from rcll_tests.league import AGENT, write_team
 from rcll_tests.referee_box import message_types, referee_box, write_messages
+from tests.support import free_port
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

@@ -12,9 +12,8 @@ import pytest
 from cxbridge.events import Level
 from cxbridge.run import RunOptions
 from cxbridge.run.assembly import Assembly
-from protobuf_tests.conftest import free_port
 from tests.executive.conftest import Log
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_robotino
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, free_port, needs_robotino
 
 pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
 

@@ -1,0 +1,36 @@
+"""The members that the plug-in adds to the fixture of tests."""
+
+from __future__ import annotations
+
+import pytest
+
+from tests.run.mini import write_scenario
+
+pytest_plugins = ["pytester"]
+
+EXPLORING = """
+def test_each_failure_is_survived(cx):
+    assert cx.explore("mini", "run-ends").outcomes == {"completed": 1, "unsuccessful": 1}
+
+
+def test_no_goal_fails(cx):
+    cx.explore("mini", "never (goal (outcome FAILED))", faults=1)
+"""
+
+
+def test_an_exploration_fails_with_the_shortest_path(
+    pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # others' plug-ins take longer to import than the run takes
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
+    write_scenario(pytester.path / "mini", mapping="act: work{what=?(text)s}")
+    pytester.makepyfile(test_explored=EXPLORING)
+    result = pytester.runpytest_subprocess("-p", "cxbridge.pytest_plugin", "test_explored.py")
+    result.assert_outcomes(passed=1, failed=1)
+    result.stdout.fnmatch_lines(
+        [
+            "2 runs, 1 states, 0 merged: complete",
+            "violated: never (goal (outcome FAILED)): *",
+            "*work{*: fails*",
+        ]
+    )
