@@ -14,6 +14,10 @@ RUN    := $(VENV)/.ready-run
 DEV    := $(VENV)/.ready-dev
 # the plug-ins: each folder is a distribution
 PLUGINS := $(wildcard plugins/*)
+RUN_PLUGINS := plugins/cxbridge-studio plugins/cxbridge-web
+# with the extras that the tests need
+DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2,%/cxbridge-ros2[zenoh],$(PLUGINS)))
+CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
 .PHONY: help setup locked run run-pddl test lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
@@ -32,7 +36,7 @@ $(VENV)/bin/python:
 ifdef LOCKED
 $(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
 	$(PIP) --require-hashes -r requirements/run.txt -r requirements/build.txt
-	$(PIP) --no-deps --no-build-isolation -e . $(PLUGINS:%=-e %)
+	$(PIP) --no-deps --no-build-isolation -e . $(RUN_PLUGINS:%=-e %)
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
@@ -41,11 +45,11 @@ $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python locked
 	@touch $@ $(RUN)
 else
 $(RUN): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python
-	$(PIP) -e '.[test]' $(PLUGINS:%=-e %)
+	$(PIP) -e '.[test]' $(RUN_PLUGINS:%=-e %)
 	@touch $@
 
 $(DEV): pyproject.toml $(PLUGINS:%=%/pyproject.toml) | $(VENV)/bin/python
-	$(PIP) -e '.[dev]' $(PLUGINS:%=-e %)
+	$(PIP) -e '.[dev]' $(DEV_PLUGINS:%=-e '%')
 	@touch $@ $(RUN)
 endif
 
@@ -128,10 +132,12 @@ UV ?= uv
 LOCK := $(UV) pip compile --quiet --upgrade --universal --generate-hashes --python-version 3.11 --no-annotate --no-header \
 	--no-emit-index-url --no-emit-find-links
 
+# the distributions of this repository are installed from it: requirements/ has only what they need
+OURS := $(PLUGINS:plugins/%=--no-emit-package %) --no-emit-package cxbridge
 lock:
-	$(LOCK) --extra dev pyproject.toml -o requirements/dev.txt
-	$(LOCK) --extra test pyproject.toml -o requirements/run.txt
-	$(LOCK) --extra protobuf --extra zstd pyproject.toml -o requirements/container.txt
+	printf -- '-e .[dev]\n$(DEV_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/dev.txt
+	printf -- '-e .[test]\n$(RUN_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/run.txt
+	printf -- '-e .[zstd]\n$(CONTAINER_PLUGINS:%=-e %\n)' | $(LOCK) $(OURS) - -o requirements/container.txt
 	printf 'hatchling>=1.25,<2\neditables>=0.5,<1\n' | $(LOCK) - -o requirements/build.txt
 
 doctor: $(RUN)

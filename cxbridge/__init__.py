@@ -12,7 +12,7 @@ are in ``__init__.pyi``.
 
 from typing import Any
 
-__version__ = "0.1.0"
+__version__ = "0.2.0"
 
 _NAMES = {
     "BlackBoard": "cxbridge.blackboard.base",

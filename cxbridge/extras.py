@@ -12,22 +12,16 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 
+CORE: Final = "cxbridge"
 _DEVELOPERS = "dev"
 PURPOSES: Final[Mapping[str, str]] = {
     "test": "pytest, which the plug-in for tests needs; `make run` installs it",
     "planners": "temporal and other planners by unified-planning; the scenario `temporal`",
-    "monitor": "`cxbridge monitor`",
-    "lsp": "`cxbridge lsp`, for editors",
-    "protobuf": "the feature `protobuf` with .proto files and encrypted peers",
-    "ros2": "skills that are actions and services of ROS 2, or go to PlanSys2 and come from it",
-    "ros2-zenoh": "the same for robots with rmw_zenoh_cpp",
-    "foxglove": "live connections to Foxglove",
-    "dask": "`cxbridge sweep` on a cluster",
-    "parquet": "rows of `cxbridge sweep` as Parquet",
     "zstd": "recordings that another program has packed with zstd; cxbridge writes none",
+    "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
-"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it."""
+"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it; not of extras with a plug-in's name."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
 _MODULES = {"eclipse-zenoh": "zenoh"}
@@ -35,62 +29,80 @@ _MODULES = {"eclipse-zenoh": "zenoh"}
 _CHECKOUT = Path(__file__).resolve().parent.parent
 
 
-def extras() -> Mapping[str, Sequence[str]]:
-    """Return the requirements of each extra for users, e.g. ``{"monitor": ["textual<9,>=1"]}``.
+def extras(package: str = CORE) -> Mapping[str, Sequence[str]]:
+    """Return the requirements of each extra for users, e.g. ``{"zstd": ["zstandard<1,>=0.23"]}``.
 
-    Empty where cxbridge is not installed but imported from its source tree.
+    Empty where the package is not installed, e.g. imported from its source tree.
+
+    :param package: cxbridge, or the package of a plug-in.
     """
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
     found: dict[str, list[str]] = {}
     try:
-        requirements = metadata.requires("cxbridge") or []
+        requirements = metadata.requires(package) or []
     except metadata.PackageNotFoundError:
         return {}
     for requirement in requirements:
-        what, _, marker = requirement.partition(";")
+        name, _, marker = requirement.partition(";")
         extra = _EXTRA.search(marker)
         if extra is not None and extra[1] != _DEVELOPERS:
-            found.setdefault(extra[1], []).append(what.strip())
+            found.setdefault(extra[1], []).append(name.strip())
     return found
 
 
-def missing(extra: str) -> list[str]:
+def missing(extra: str, package: str = CORE) -> list[str]:
     """Return the requirements of an extra whose packages are not installed."""
-    return [requirement for requirement in extras().get(extra, ()) if not _installed(requirement)]
+    return [requirement for requirement in extras(package).get(extra, ()) if not _installed(requirement)]
 
 
-def install_command(extra: str) -> str:
+def install_command(extra: str, package: str = CORE) -> str:
     """Return the shell command that installs an extra.
 
     It works while cxbridge is on no package index: a checkout is installed with its extra; elsewhere
     the command names the packages of the extra.
+
+    :param package: the package that has the extra.
     """
-    if (_CHECKOUT / "pyproject.toml").is_file():
+    folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
+    if (folder / "pyproject.toml").is_file():
         # pip leaves an editable installation as it is only when it is named as one
-        return _pip("-e", f"{_shown(_CHECKOUT)}[{extra}]")
-    requirements = extras().get(extra)
-    return _pip(*requirements) if requirements else _pip(f"cxbridge[{extra}]")
+        return _pip("-e", f"{_shown(folder)}[{extra}]")
+    requirements = extras(package).get(extra)
+    return _pip(*requirements) if requirements else _pip(f"{package}[{extra}]")
 
 
 def plugin_command(package: str) -> str:
     """Return the shell command that installs a plug-in, from the checkout or from the package index."""
-    folder = _CHECKOUT / "plugins" / package
-    return _pip("-e", _shown(folder)) if folder.is_dir() else _pip(package)
+    folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
+    return _pip("-e", _shown(folder)) if (folder / "pyproject.toml").is_file() else _pip(package)
 
 
 def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
-    """Return the error for a user who lacks an extra; None when the module is of no extra.
+    """Return the error for a user who lacks a package; None when neither cxbridge nor a plug-in needs it.
 
     :param error: of the import.
     """
+    from importlib import metadata  # noqa: PLC0415 - as above
+
     module = (error.name or "").partition(".")[0]
-    for extra, requirements in extras().items():
-        for requirement in requirements:
-            name = _NAME.match(requirement)
-            if name is not None and module and _module(name[0]) == module.lower():
-                return CxbridgeError(f"the package '{module}' is not there", hint=install_command(extra))
+    for package in _packages():
+        for requirement in metadata.requires(package) or []:
+            text, _, marker = requirement.partition(";")
+            name, extra = _NAME.match(text), _EXTRA.search(marker)
+            is_meant = name is not None and module and _module(name[0]) == module.lower()
+            if is_meant and (extra is None or extra[1] != _DEVELOPERS):
+                hint = plugin_command(package) if extra is None else install_command(extra[1], package)
+                return CxbridgeError(f"the package '{module}' is not there", hint=hint)
     return None
+
+
+def _packages() -> list[str]:
+    """Return cxbridge, and the installed packages whose names begin with its name."""
+    from importlib import metadata  # noqa: PLC0415 - as above
+
+    names = {package.name for package in metadata.distributions() if package.name}
+    return [CORE, *sorted(name for name in names if name.startswith(f"{CORE}-"))]
 
 
 def _module(package: str) -> str:

@@ -33,10 +33,17 @@ GROUP: Final = "cxbridge"
 
 HOOKS: Final = frozenset(
     {
-        "COMMANDS", "COMPONENTS", "FEATURES", "FORMATS", "MEMBERS", "OPERATIONS", "OPTIONS", "SOURCES",
+        "COMMANDS",
+        "COMPONENTS",
+        "FEATURES",
+        "FORMATS",
+        "MEMBERS",
+        "OPERATIONS",
+        "OPTIONS",
+        "SOURCES",
         "TRANSPORTS",
     }
-)  # fmt: skip
+)
 """The tables of cxbridge to which a plug-in's module may add rows."""
 
 _OWN_HOOKS: Final = "HOOKS"

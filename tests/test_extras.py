@@ -19,7 +19,7 @@ from tests.support import ROOT
 
 REQUIRES = [
     "msgspec>=0.19",
-    "textual<9,>=1; extra == 'monitor'",
+    "zstandard<1,>=0.23; extra == 'zstd'",
     "up-aries<1,>=0.4 ; (python_version >= '3.11') and extra == \"planners\"",
     "no-such-package>=1; extra == 'planners'",
     "mypy>=1; extra == 'dev'",
@@ -29,10 +29,8 @@ REQUIRES = [
 @pytest.fixture
 def installed(monkeypatch):
     """An installation whose metadata are known."""
-    monkeypatch.setattr(metadata, "requires", lambda _: REQUIRES)
-    monkeypatch.setattr(
-        metadata, "version", lambda name: {"textual": "1.0"}[name] if name == "textual" else absent()
-    )
+    monkeypatch.setattr(metadata, "requires", lambda package: REQUIRES if package == "cxbridge" else [])
+    monkeypatch.setattr(metadata, "version", lambda name: "1.0" if name == "zstandard" else absent())
 
 
 def absent():
@@ -41,22 +39,22 @@ def absent():
 
 def test_extras_are_those_of_users(installed):
     assert extras.extras() == {
-        "monitor": ["textual<9,>=1"],
+        "zstd": ["zstandard<1,>=0.23"],
         "planners": ["up-aries<1,>=0.4", "no-such-package>=1"],
     }
 
 
 def test_what_is_missing(installed):
-    assert extras.missing("monitor") == []
+    assert extras.missing("zstd") == []
     assert extras.missing("planners") == ["up-aries<1,>=0.4", "no-such-package>=1"]
 
 
 def test_a_checkout_is_installed_with_its_extra(monkeypatch, tmp_path):
     monkeypatch.chdir(ROOT)
-    assert shlex.split(extras.install_command("monitor"))[1:] == ["-m", "pip", "install", "-e", ".[monitor]"]
+    assert shlex.split(extras.install_command("zstd"))[1:] == ["-m", "pip", "install", "-e", ".[zstd]"]
     monkeypatch.chdir(tmp_path)
-    words = shlex.split(extras.install_command("monitor"))
-    assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[monitor]"]
+    words = shlex.split(extras.install_command("zstd"))
+    assert words == [sys.executable, "-m", "pip", "install", "-e", f"{ROOT}[zstd]"]
 
 
 def test_without_a_checkout_the_command_names_packages(installed, monkeypatch, tmp_path):
@@ -70,37 +68,60 @@ def test_the_folder_was_removed(monkeypatch, tmp_path):
         raise FileNotFoundError
 
     monkeypatch.setattr(Path, "cwd", classmethod(gone))
-    assert f"{ROOT}[monitor]" in extras.install_command("monitor")
+    assert f"{ROOT}[zstd]" in extras.install_command("zstd")
 
 
 def test_the_doctor_names_missing_extras_and_their_command(installed):
     found = {finding.what: finding for finding in examine() if finding.what.startswith("extra ")}
-    assert found.keys() == {"extra monitor", "extra planners"}
-    assert found["extra monitor"].fine
+    assert found.keys() == {"extra zstd", "extra planners"}
+    assert found["extra zstd"].fine
     assert not found["extra planners"].fine
     assert not found["extra planners"].required
     assert found["extra planners"].remedy == extras.install_command("planners")
 
 
+PROJECTS = {
+    file.parent.name: tomllib.loads(file.read_text())["project"]
+    for file in sorted((ROOT / "plugins").glob("*/pyproject.toml"))
+}
+"""The plug-ins of the repository."""
+
+
 def test_the_extras_are_those_of_the_project_and_of_the_manual():
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
-    assert extras.PURPOSES.keys() == project["optional-dependencies"].keys()
-    row = r"^\| `cxbridge\[([\w-]+)\]` \| (.*?)(?: \(\[.*\))? \|$"
-    rows = re.findall(row, _manual("installing"), re.MULTILINE)
-    assert dict(rows) == extras.PURPOSES
-    assert extras.extras().keys() == extras.PURPOSES.keys() - {"dev"}
+    plugins = {name.removeprefix("cxbridge-"): [f"{name}=={project['version']}"] for name in PROJECTS}
+    found = dict(project["optional-dependencies"])
+    assert {name: found.pop(name) for name in plugins} == plugins
+    assert found.keys() == extras.PURPOSES.keys()
+    rows = dict(
+        re.findall(
+            r"^\| `(cxbridge[\w-]*\[[\w-]+\])` \| (.*?)(?: \(\[.*\))? \|$",
+            _manual("installing"),
+            re.MULTILINE,
+        )
+    )
+    assert rows.keys() == {
+        *(f"cxbridge[{name}]" for name in project["optional-dependencies"]),
+        *(
+            f"{name}[{extra}]"
+            for name, each in PROJECTS.items()
+            for extra in each.get("optional-dependencies", ())
+        ),
+    }
+    assert {name: rows[f"cxbridge[{name}]"] for name in extras.PURPOSES} == extras.PURPOSES
+    assert extras.extras().keys() == project["optional-dependencies"].keys() - {"dev"}
 
 
 def test_commands_and_pages_name_extras_that_there_are():
-    named = {
-        name
-        for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("cxbridge/**/*.py")]
-        for name in re.findall(
-            r"(?:cxbridge|\.)\[([a-z0-9-]+)\]'|(?:install_command|missing)\(\"(\w+)\"\)|extra `([\w-]+)`",
-            file.read_text("utf-8"),
-        )
-    }
-    assert {name for names in named for name in names if name} <= extras.PURPOSES.keys()
+    known = {"cxbridge": tomllib.loads((ROOT / "pyproject.toml").read_text())["project"], **PROJECTS}
+    extra = re.compile(
+        r"(cxbridge[\w-]*|'\.)\[([a-z0-9,-]+)\]'?|(?:install_command|missing)\(.(\w+).(?:, .([\w-]+).)?\)"
+    )
+    for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("**/cxbridge*/**/*.py")]:
+        for package, names, name, of in extra.findall(file.read_text("utf-8")):
+            project = known[of or package.replace("'.", "") or "cxbridge"]
+            absent = set((names or name).split(",")) - project.get("optional-dependencies", {}).keys()
+            assert not absent, (file, absent)
 
 
 def _manual(page: str) -> str:

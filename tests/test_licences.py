@@ -10,10 +10,19 @@ import pytest
 
 from tests.support import ROOT
 
-PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+PROJECTS = [
+    tomllib.loads(file.read_text())["project"]
+    for file in (ROOT / "pyproject.toml", *sorted((ROOT / "plugins").glob("*/pyproject.toml")))
+]
+OURS = {project["name"] for project in PROJECTS}
 DEPENDENCIES = [
-    *PROJECT["dependencies"],
-    *(each for extra in PROJECT["optional-dependencies"].values() for each in extra),
+    requirement
+    for project in PROJECTS
+    for requirement in (
+        *project["dependencies"],
+        *(each for extra in project.get("optional-dependencies", {}).values() for each in extra),
+    )
+    if re.split(r"[\[=<>]", requirement)[0] not in OURS
 ]
 PAGE = (ROOT / "docs" / "dependencies.md").read_text()
 TABLE = dict(
@@ -80,7 +89,7 @@ def test_it_is_the_one_that_the_package_has(package):
 
 
 def test_what_ships_with_pyperplan_says_so():
-    assert any(name_of(each) == "pyperplan" for each in PROJECT["dependencies"])
+    assert any(name_of(each) == "pyperplan" for each in PROJECTS[0]["dependencies"])
     for file, words in {
         "README.md": "pyperplan, a dependency, is under GPL-3.0 or later",
         "Dockerfile": 'image.licenses="GPL-3.0-or-later"',
@@ -113,13 +122,29 @@ def allowed(requirement):
     )
 
 
-@pytest.mark.parametrize(
-    ("file", "extra"),
-    [("dev.txt", "dev"), ("run.txt", "test"), ("container.txt", "protobuf"), ("container.txt", "zstd")],
-)
-def test_locked_versions_fit_the_project_and_have_hashes(file, extra):
+PLUGINS = {project["name"].removeprefix("cxbridge-") for project in PROJECTS[1:]}
+LOCKED = {
+    "dev.txt": {"cxbridge": "dev", "cxbridge-web": "foxglove", "cxbridge-ros2": "zenoh"}
+    | {f"cxbridge-{name}": "" for name in PLUGINS - {"web", "ros2"}},
+    "run.txt": {"cxbridge": "test", "cxbridge-studio": "", "cxbridge-web": ""},
+    "container.txt": {"cxbridge": "zstd", "cxbridge-protobuf": "", "cxbridge-web": ""},
+}
+"""The distributions that each lock is for, with their extra."""
+
+
+@pytest.mark.parametrize("file", LOCKED)
+def test_locked_versions_fit_the_project_and_have_hashes(file):
     versions = locked(file)
-    wanted = [*PROJECT["dependencies"], *PROJECT["optional-dependencies"].get(extra, ())]
+    wanted = [
+        requirement
+        for project in PROJECTS
+        if project["name"] in LOCKED[file]
+        for requirement in (
+            *project["dependencies"],
+            *project.get("optional-dependencies", {}).get(LOCKED[file][project["name"]], ()),
+        )
+        if re.split(r"[\[=<>]", requirement)[0] not in OURS
+    ]
     assert {name_of(each) for each in wanted} <= set(versions)
     for each in wanted:
         assert allowed(each)(versions[name_of(each)]), each

@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 from typing import Any
 
 from cxbridge import __version__
-from cxbridge.extras import PURPOSES, extras, install_command, missing
+from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing
 from cxbridge.plugins import Plugin, installed_plugins
 
 _PACKAGES = (
@@ -27,9 +27,7 @@ _PACKAGES = (
     "pyyaml",
     "pyzmq",
     "rich",
-    "starlette",
     "typer",
-    "uvicorn",
 )
 """What pyproject.toml depends on; a test compares them."""
 
@@ -68,7 +66,12 @@ def examine() -> list[HealthCheck]:
         ),
         *(_package(name) for name in _PACKAGES),
         *(_extra(name) for name in extras()),
-        *map(_plugin, installed_plugins()),
+        *map(_plugin, plugins := installed_plugins()),
+        *(
+            _extra(name, package)
+            for package in dict.fromkeys(each.package.partition(" ")[0] for each in plugins)
+            for name in extras(package)
+        ),
         *_planners(),
         _try("CLIPS", _clips, "install clipspy 1.0.6 or newer"),
         _try("Lua", _lua, "install lupa; it carries Lua 5.1"),
@@ -89,14 +92,15 @@ def _package(name: str) -> HealthCheck:
     return HealthCheck(name, fine=True, required=True, detail=version)
 
 
-def _extra(name: str) -> HealthCheck:
-    absent = missing(name)
+def _extra(name: str, package: str = CORE) -> HealthCheck:
+    absent = missing(name, package)
+    purpose = f"{PURPOSES[name]}; " if package == CORE and name in PURPOSES else ""
     return HealthCheck(
-        f"extra {name}",
+        f"extra {name}" if package == CORE else f"extra {name} of {package}",
         fine=not absent,
         required=False,
-        detail=f"{PURPOSES[name]}; not installed: {', '.join(absent)}" if absent else "installed",
-        remedy=install_command(name),
+        detail=f"{purpose}not installed: {', '.join(absent)}" if absent else "installed",
+        remedy=install_command(name, package),
     )
 
 

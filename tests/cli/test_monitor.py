@@ -13,7 +13,7 @@ def test_without_textual_it_is_said(monkeypatch, capsys):
     monkeypatch.delitem(sys.modules, "cxbridge_studio.monitor.screen", raising=False)
     monkeypatch.setitem(sys.modules, "textual", None)
     assert invoke(["monitor"]) == 2
-    assert "[monitor]" in capsys.readouterr().err
+    assert "cxbridge-studio" in capsys.readouterr().err
 
 
 def test_what_is_no_recording_is_one_error(tmp_path, capsys):

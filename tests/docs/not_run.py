@@ -76,7 +76,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "installing.md": {
         ". .venv/bin/activate": SAME,
         "pip install ~/cxbridge": INDEX,
-        "pip install dist/cxbridge-0.1.0-py3-none-any.whl": INDEX,
+        "pip install dist/cxbridge-0.2.0-py3-none-any.whl": INDEX,
         "cxbridge --install-completion": HOME,
         "useradd --system cxbridge": ROOT_RIGHTS,
         "python3 -m venv /opt/cxbridge && /opt/cxbridge/bin/pip install cxbridge": ROOT_RIGHTS,
@@ -164,7 +164,7 @@ NOT_RUN: dict[str, dict[str, str]] = {
     "sweep.md": {
         "cxbridge sweep test-scenario --runs 50 --html out/sweep.html --csv out/sweep.csv": SWEEP,
         "cxbridge sweep courier --against courier-v2 --runs 1000": SWEEP,
-        "pip install 'cxbridge[dask]'": INDEX,
+        "pip install 'cxbridge-explore[dask]'": INDEX,
         "cxbridge sweep courier --runs 100000 --engine dask://scheduler:8786 --resume out/rows.jsonl": DASK,
     },
     "tutorial-agent.md": {". .venv/bin/activate": SAME, "mkdir ~/cup && cd ~/cup": SAME},

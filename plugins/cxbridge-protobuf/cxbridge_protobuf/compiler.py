@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from cxbridge.errors import ProtobufError
-from cxbridge.extras import install_command
+from cxbridge.extras import plugin_command
 from cxbridge.process.python import python_command
 
 _SECONDS = 60
@@ -74,6 +74,6 @@ def _command() -> list[str]:
         return [found]
     raise ProtobufError(
         ".proto files need the protobuf compiler",
-        hint=f"{install_command('protobuf')}, or put protoc into the PATH, "
+        hint=f"{plugin_command('cxbridge-protobuf')}, or put protoc into the PATH, "
         "or name compiled modules in /clips-protobuf/modules",
     )

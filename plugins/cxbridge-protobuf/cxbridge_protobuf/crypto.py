@@ -10,7 +10,7 @@ import os
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.errors import ProtobufError
-from cxbridge.extras import install_command
+from cxbridge.extras import plugin_command
 
 if TYPE_CHECKING:
     from cryptography.hazmat.primitives.ciphers import Cipher
@@ -93,6 +93,6 @@ def _library() -> tuple[Any, Any, Any]:
         from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
     except ImportError:
         raise ProtobufError(
-            "encrypted peers need the package cryptography", hint=install_command("protobuf")
+            "encrypted peers need the package cryptography", hint=plugin_command("cxbridge-protobuf")
         ) from None
     return ciphers, algorithms, modes

@@ -34,7 +34,8 @@ class DaskEngine(Closing):
             self._dask: Any = import_module("distributed")
         except ModuleNotFoundError as error:
             raise CxbridgeError(
-                f"--engine dask:// needs the package '{error.name}'", hint=install_command("dask")
+                f"--engine dask:// needs the package '{error.name}'",
+                hint=install_command("dask", "cxbridge-explore"),
             ) from None
         for module in modules():
             cloudpickle.register_pickle_by_value(module)

@@ -52,7 +52,8 @@ def write_parquet(tables: dict[str, Sequence[RunRow]], file: Path) -> None:
         from pyarrow import parquet  # noqa: PLC0415 - an extra
     except ModuleNotFoundError:
         raise CxbridgeError(
-            "Parquet needs the package 'pyarrow'", hint=f"{install_command('parquet')}, or use --csv"
+            "Parquet needs the package 'pyarrow'",
+            hint=f"{install_command('parquet', 'cxbridge-explore')}, or use --csv",
         ) from None
     rows = [_plain(agent, row) for agent, found in tables.items() for row in found]
     with replacing(file) as fresh:

@@ -94,14 +94,8 @@ def _fast_compiler() -> Iterator[None]:
         yield
 
 
-@pytest.fixture(scope="session")
-def compiled():
-    """Skips without a .proto compiler."""
-    return pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
-
 @pytest.fixture
-def types(compiled):
+def types():
     problems: list[str] = []
     known = MessageTypes(problems.append)
     known.add_folders([PROTOS])

@@ -12,8 +12,6 @@ from hypothesis import strategies as st
 from cxbridge.errors import ProtobufError
 from cxbridge_protobuf.crypto import CIPHERS, Crypter, derive_key
 
-pytest.importorskip("cryptography", reason="the extra 'protobuf' (cryptography) is not installed")
-
 KEY = "16cf20322cb9067a2b072bfe210e6fb903eef057189c24928520ec857c3e0a09"
 """What EVP_BytesToKey of OpenSSL makes of `randomkey`: SHA-256, eight rounds, no salt, AES-256."""
 

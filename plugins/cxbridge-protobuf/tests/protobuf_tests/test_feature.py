@@ -21,8 +21,6 @@ from cxbridge_protobuf.settings import ProtobufSettings
 from protobuf_tests.conftest import PROTOS, WAIT
 from tests.support import free_port
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 REPORT, ORDER = "test_msgs.Report", "test_msgs.Order"
 NULL = ExternalAddress(0)
 

@@ -12,8 +12,6 @@ from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes, frame_of
 from protobuf_tests.conftest import PROTOS
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 CIPHER = "aes-128-cbc"
 
 

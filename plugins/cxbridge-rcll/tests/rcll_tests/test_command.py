@@ -9,8 +9,6 @@ import pytest
 from cxbridge.cli.main import invoke
 from rcll_tests.league import write_refbox, write_team
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 
 @pytest.fixture
 def words(tmp_path):

@@ -7,8 +7,6 @@ import pytest
 from explore_tests.test_explore import explored
 from rcll_tests.league import write_refbox, write_team
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 
 def test_each_call_may_fail(tmp_path):
     team, refbox = write_team(tmp_path / "team"), write_refbox(tmp_path / "refbox")

@@ -16,8 +16,6 @@ from cxbridge_rcll.game import LeagueGame
 from cxbridge_rcll.score import category_of
 from rcll_tests.league import MESSAGES, write_refbox, write_team
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 
 @pytest.fixture
 def options(tmp_path):

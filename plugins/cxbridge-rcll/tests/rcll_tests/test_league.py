@@ -12,8 +12,6 @@ import pytest
 
 from tests.support import FAWKES_DIR, ROBOTINO_DIR
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 REFBOX_DIR = os.environ.get("REFBOX_DIR", "")
 """A checkout of rcll-refbox."""
 

@@ -20,8 +20,6 @@ from rcll_tests.league import AGENT, write_team
 from rcll_tests.referee_box import message_types, referee_box, write_messages
 from tests.support import free_port
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 FAST = 40.0
 
 

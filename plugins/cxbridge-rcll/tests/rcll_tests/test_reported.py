@@ -10,8 +10,6 @@ from cxbridge_rcll.machines import MachinePlace, Workpiece
 from cxbridge_rcll.reported import ReportedGame
 from rcll_tests.referee_box import game_state, machine_info, message_types, order_info
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 
 @pytest.fixture(scope="module")
 def types(tmp_path_factory):

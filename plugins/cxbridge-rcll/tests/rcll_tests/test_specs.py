@@ -15,8 +15,6 @@ from cxbridge.run.assembly import Assembly
 from tests.executive.conftest import Log
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, free_port, needs_robotino
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 FEATURES = ["motor-switch", "navgraph", "pddl-parser", "protobuf", "robot_memory", "tf"]
 
 SKILLS = (

@@ -13,8 +13,6 @@ from cxbridge.run.options import RunOptions
 from cxbridge_rcll.game import LeagueGame
 from rcll_tests.league import AGENT, write_refbox, write_team
 
-pytest.importorskip("grpc_tools", reason="the extra 'protobuf' (grpcio-tools) is not installed")
-
 TEAM = AGENT.replace("/robot1/Skiller", "Skiller")
 
 PARAMETERS = """    team:

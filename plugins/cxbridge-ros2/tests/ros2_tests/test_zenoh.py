@@ -336,7 +336,7 @@ def test_a_file_of_the_user_configures_it(plain: int, monkeypatch: pytest.Monkey
 def test_the_extra_is_named_when_it_is_missing():
     error = extras.missing_package(ModuleNotFoundError("no zenoh", name="zenoh"))
     assert error is not None
-    assert "ros2-zenoh" in (error.hint or "") or "eclipse-zenoh" in (error.hint or "")
+    assert "cxbridge-ros2[zenoh]" in (error.hint or "") or "eclipse-zenoh" in (error.hint or "")
 
 
 # --- who comes late, and who goes away ----------------------------------------------------------------------

@@ -33,7 +33,7 @@ def lsp(
 ) -> int:
     """Serve an editor: the Language Server Protocol on stdin and stdout.
 
-    Without a scenario, the one in the editor's folder counts. Needs the extra 'lsp'. See docs/editors.md.
+    Without a scenario, the one in the editor's folder counts. See docs/editors.md.
 
     Exit status: 0 the editor has ended it; 2 bad usage.
 

@@ -24,6 +24,6 @@ def make_foxglove_server(bus: EventBus, settings: FoxgloveSettings) -> FoxgloveS
     except ModuleNotFoundError as error:
         raise CxbridgeError(
             f"live connections to Foxglove need the package '{error.name}'",
-            hint=install_command("foxglove"),
+            hint=install_command("foxglove", "cxbridge-web"),
         ) from None
     return FoxgloveServer(bus, settings)

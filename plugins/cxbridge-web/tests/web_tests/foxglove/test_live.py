@@ -238,7 +238,7 @@ def test_without_the_package_the_error_names_the_extra(monkeypatch):
     monkeypatch.delitem(sys.modules, "cxbridge_web.foxglove.live", raising=False)
     with pytest.raises(CxbridgeError, match="need the package 'foxglove'") as caught:
         make_foxglove_server(EventBus(RealClock()), FoxgloveSettings())
-    assert caught.value.hint == install_command("foxglove")
+    assert caught.value.hint == install_command("foxglove", "cxbridge-web")
 
 
 @pytest.mark.parametrize(("given", "port"), [(None, None), ("", 8765), ("0", 0), ("9001", 9001)])
