@@ -1,6 +1,7 @@
 # Two commands on a fresh machine with python3 (3.11 or newer) and make:
 #   make run    sets everything up, runs the Fawkes test scenario headless
 #   make test   sets everything up, passes the tests
+# One distribution in an environment of its own: make test-core, test-studio, test-web, ...
 # For development: make lint, types, platforms, unit, docs, package, bench, lock.
 # LOCKED=yes installs exactly the packages of requirements/, as continuous integration does.
 
@@ -20,7 +21,7 @@ DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/c
 CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help setup locked run run-pddl test lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test test-core lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -123,6 +124,13 @@ package: setup
 
 unit: setup
 	$(BIN)/python -m pytest -n $(WORKERS) --dist worksteal
+
+# the wheel of one distribution, what it declares, and its tests: test-core, or the name of a plug-in
+test-core: setup
+	$(BIN)/python -m tests.alone cxbridge -n $(WORKERS)
+
+test-%: setup
+	$(BIN)/python -m tests.alone cxbridge-$* -n $(WORKERS)
 
 bench: setup
 	$(BIN)/python -m benchmarks

@@ -21,7 +21,7 @@ PURPOSES: Final[Mapping[str, str]] = {
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
-"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it; not of extras with a plug-in's name."""
+"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it. Plug-ins' names are not here."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
 _MODULES = {"eclipse-zenoh": "zenoh"}
@@ -86,6 +86,9 @@ def missing_package(error: ModuleNotFoundError) -> CxbridgeError | None:
     from importlib import metadata  # noqa: PLC0415 - as above
 
     module = (error.name or "").partition(".")[0]
+    if module.startswith(f"{CORE}_"):
+        hint = plugin_command(module.replace("_", "-"))
+        return CxbridgeError(f"the package '{module}' is not there", hint=hint)
     for package in _packages():
         for requirement in metadata.requires(package) or []:
             text, _, marker = requirement.partition(";")

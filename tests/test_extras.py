@@ -115,7 +115,7 @@ def test_the_extras_are_those_of_the_project_and_of_the_manual():
 def test_commands_and_pages_name_extras_that_there_are():
     known = {"cxbridge": tomllib.loads((ROOT / "pyproject.toml").read_text())["project"], **PROJECTS}
     extra = re.compile(
-        r"(cxbridge[\w-]*|'\.)\[([a-z0-9,-]+)\]'?|(?:install_command|missing)\(.(\w+).(?:, .([\w-]+).)?\)"
+        r"(cxbridge[\w-]*|'\.)\[([a-z0-9,-]+)\]'?|install_command\([\"'](\w+)[\"'](?:, [\"']([\w-]+)[\"'])?\)"
     )
     for file in [*ROOT.glob("*.md"), *ROOT.glob("docs/*.md"), *ROOT.glob("**/cxbridge*/**/*.py")]:
         for package, names, name, of in extra.findall(file.read_text("utf-8")):

@@ -70,4 +70,4 @@ def test_without_the_package_one_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr(builtins, "__import__", refuse)
     with pytest.raises(ProtobufError, match="cryptography") as refused:
         Crypter("k", "aes-128-cbc")
-    assert "[protobuf]" in str(refused.value)
+    assert "cxbridge-protobuf" in str(refused.value)

@@ -62,7 +62,7 @@ def test_a_message_without_its_required_fields_cannot_be_sent(types):
         frame_of(types.create("test_msgs.Report"))
 
 
-def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(compiled, tmp_path):
+def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(tmp_path):
     for file in PROTOS.glob("*.proto"):
         (tmp_path / file.name).write_text(file.read_text())
     (tmp_path / "broken.proto").write_text('syntax = "proto2";\nmessage M {\n  optional strin name = 1;\n}\n')
@@ -72,14 +72,14 @@ def test_a_file_with_a_mistake_is_told_with_its_line_and_left_out(compiled, tmp_
     assert types.create("test_msgs.Order").DESCRIPTOR.name == "Order"
 
 
-def test_two_types_with_the_same_numbers(compiled, tmp_path):
+def test_two_types_with_the_same_numbers(tmp_path):
     body = "{ enum CompType { COMP_ID = 1; MSG_TYPE = 2; } }"
     (tmp_path / "two.proto").write_text(f'syntax = "proto2";\nmessage A {body}\nmessage B {body}\n')
     _, problems = known_types(tmp_path)
     assert ["1:2 already registered" in problem for problem in problems] == [True]
 
 
-def test_numbers_beyond_16_bits_are_refused(compiled, tmp_path):
+def test_numbers_beyond_16_bits_are_refused(tmp_path):
     (tmp_path / "big.proto").write_text(
         'syntax = "proto2";\nmessage Big { enum CompType { COMP_ID = 70000; MSG_TYPE = 2; } }\n'
     )
@@ -92,7 +92,7 @@ def test_a_folder_that_is_not_there(tmp_path):
     assert "nowhere" in problems[0]
 
 
-def test_a_folder_imports_from_another(compiled, tmp_path):
+def test_a_folder_imports_from_another(tmp_path):
     for name, folder in (("common.proto", "one"), ("report.proto", "two")):
         (tmp_path / folder).mkdir()
         (tmp_path / folder / name).write_text((PROTOS / name).read_text())
@@ -101,7 +101,7 @@ def test_a_folder_imports_from_another(compiled, tmp_path):
     assert types.create("test_msgs.Place").DESCRIPTOR.full_name == "test_msgs.Place"
 
 
-def test_a_compiled_module(compiled, tmp_path, monkeypatch):
+def test_a_compiled_module(tmp_path, monkeypatch):
     (tmp_path / "compiled_order.proto").write_text(
         'syntax = "proto3";\npackage compiled_msgs;\n'
         "message Note { enum CompType { ZERO = 0; COMP_ID = 5; MSG_TYPE = 6; } string text = 1; }\n"
@@ -128,7 +128,7 @@ def test_without_a_compiler_one_is_told_what_to_install(monkeypatch):
     monkeypatch.setattr("importlib.util.find_spec", lambda name: None)
     monkeypatch.setattr("shutil.which", lambda name: None)
     types, problems = known_types(PROTOS)
-    assert "[protobuf]" in problems[0]
+    assert "cxbridge-protobuf" in problems[0]
     with pytest.raises(ProtobufError):
         types.create("test_msgs.Order")
 
@@ -145,7 +145,7 @@ def test_numbers_of_a_type_without_any():
 
 
 @pytest.mark.skipif(ROBOTINO_DIR is None, reason="ROBOTINO_DIR names no checkout of the RCLL agent")
-def test_the_messages_of_the_league(compiled):
+def test_the_messages_of_the_league():
     assert ROBOTINO_DIR is not None
     types, problems = known_types(ROBOTINO_DIR / "src/agents/llsf2013/msgs")
     assert not problems

@@ -16,7 +16,7 @@ from typing import Any
 import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
-pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
+pytest.importorskip("zenoh", reason="the extra zenoh is not installed")
 
 from cxbridge.rights import Right, Rights
 from cxbridge_ros2.actions import ActionClient, CancelCode, GoalStatus, SentGoal

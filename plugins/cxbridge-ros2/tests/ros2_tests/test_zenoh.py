@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-pytest.importorskip("zenoh", reason="the extra ros2-zenoh is not installed")
+pytest.importorskip("zenoh", reason="the extra zenoh is not installed")
 
 from cxbridge import extras
 from cxbridge.errors import ConfigError, Ros2Error

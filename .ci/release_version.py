@@ -1,0 +1,21 @@
+"""Checks that a tag is the version of all distributions: ``python3 .ci/release_version.py v0.2.0``."""
+
+import sys
+import tomllib
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def main(tag: str) -> int:
+    """Return 0 when each pyproject.toml has the version of the tag; else print those that differ."""
+    files = [ROOT / "pyproject.toml", *sorted(ROOT.glob("plugins/*/pyproject.toml"))]
+    versions = {file: tomllib.loads(file.read_text())["project"]["version"] for file in files}
+    wrong = {file: version for file, version in versions.items() if f"v{version}" != tag}
+    for file, version in wrong.items():
+        print(f"{file.relative_to(ROOT)}: version {version}, but the tag is {tag}", file=sys.stderr)
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main(sys.argv[1]))

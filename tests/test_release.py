@@ -1,0 +1,60 @@
+"""The release workflow: its steps are commands that there are; only publishing may publish."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+
+import yaml
+
+from cxbridge import __version__
+from tests.support import ROOT
+
+WORKFLOW = yaml.safe_load((ROOT / ".github" / "workflows" / "release.yml").read_text())
+JOBS = WORKFLOW["jobs"]
+
+
+def test_a_tag_that_is_not_the_version_is_refused():
+    def check(tag):
+        call = [sys.executable, ROOT / ".ci" / "release_version.py", tag]
+        return subprocess.run(call, capture_output=True, text=True, check=False)
+
+    assert check(f"v{__version__}").returncode == 0
+    refused = check("v9.9.9")
+    assert refused.returncode == 1
+    assert (
+        f"plugins/cxbridge-web/pyproject.toml: version {__version__}, but the tag is v9.9.9" in refused.stderr
+    )
+
+
+def test_its_commands_are_there():
+    commands = [step["run"] for job in JOBS.values() for step in job["steps"] if "run" in step]
+    files = {name for text in commands for name in re.findall(r"[\w./-]*\.ci/[\w.]+", text)}
+    assert {name for name in files if not (ROOT / name).is_file()} == set()
+    targets = {name for text in commands for name in re.findall(r"make \"?([\w-]+)", text)}
+    assert targets == {"package", "test-"}
+    makefile = (ROOT / "Makefile").read_text()
+    assert all(re.search(rf"^{name}(%|core)?:", makefile, re.MULTILINE) for name in targets)
+
+
+def test_what_is_published_is_what_was_built_and_attested():
+    assert [JOBS[name].get("needs") for name in ("build", "attest", "publish")] == [None, "build", "attest"]
+    assert JOBS["publish"]["environment"] == "pypi"
+    handed = [
+        (step["uses"].partition("@")[0].rpartition("/")[2], step["with"]["name"])
+        for job in JOBS.values()
+        for step in job["steps"]
+        if "artifact" in step.get("uses", "")
+    ]
+    assert handed == [("upload-artifact", "distributions"), *[("download-artifact", "distributions")] * 2]
+
+
+def test_only_the_last_jobs_may_sign_and_none_has_a_password():
+    assert WORKFLOW["permissions"] == {}
+    assert {name: job["permissions"] for name, job in JOBS.items()} == {
+        "build": {"contents": "read"},
+        "attest": {"attestations": "write", "id-token": "write"},
+        "publish": {"id-token": "write"},
+    }
+    assert "secrets." not in (ROOT / ".github" / "workflows" / "release.yml").read_text()
