@@ -35,6 +35,7 @@ HOOKS: Final = frozenset(
     {
         "COMMANDS",
         "COMPONENTS",
+        "DECIDERS",
         "FEATURES",
         "FORMATS",
         "MEMBERS",

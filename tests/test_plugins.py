@@ -141,6 +141,17 @@ def test_its_options(greeter, tmp_path):
     assert make_options(folder).option("greeting") is None
 
 
+def test_its_decider(greeter, tmp_path):
+    folder = write_scenario(tmp_path / "s", mapping="act: bow{deep=?(text)s}")
+    with Assembly(RunOptions(scenario=folder, skiller="simulator")) as assembly:
+        assembly.start()
+        assembly.loop.run(lambda: assembly.is_over)
+        (skiller,) = assembly.board.list("SkillerInterface")
+        reader = assembly.board.open_for_reading("SkillerInterface", skiller.id, owner="test")
+        reader.read()
+        assert reader.as_dict()["error"] == "my back"
+
+
 def test_its_member(greeter, tmp_path, cx):
     folder = write_scenario(tmp_path / "s", agent=AGENT, feature="greeting")
     run = cx.run(folder)

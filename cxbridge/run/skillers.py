@@ -2,20 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from contextlib import ExitStack
 from functools import partial
-from typing import TYPE_CHECKING, get_args
+from typing import TYPE_CHECKING, Final, get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, SkillError
 from cxbridge.executive.executive import place_of_skill
+from cxbridge.plugins import Table
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
 
 if TYPE_CHECKING:
     from cxbridge.run.context import RunContext
+    from cxbridge.skiller.simulation.deciders import Decider
 
 KINDS = ("lua", "simulator")
 """The Skillers of this process."""
@@ -128,6 +130,19 @@ class SkillerGroup(SkillerBackend):
             skiller.close()
 
 
+DECIDERS: Final[Table[Callable[[RunContext, str], Decider]]] = Table(
+    "DECIDERS",
+    callable,
+    "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
+)
+"""The deciders of plug-ins for simulated skills; ``make_simulator`` makes those of cxbridge as configured."""
+
+
+def make_deciders(context: RunContext, skiller: str) -> list[Decider]:
+    """Return the deciders of plug-ins for a simulated Skiller, or an agent on the skill board."""
+    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
+
+
 def make_skillers(context: RunContext, settings: Sequence[SkillerSettings]) -> SkillerGroup:
     """Make Skillers, for the hook :attr:`Hook.SKILL`.
 
@@ -160,6 +175,7 @@ def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
             mode=item.mode,
             read_samples=read_samples,
             navgraph=navgraph,
+            more=make_deciders(context, item.name),
         )
     from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
 

@@ -9,9 +9,11 @@ from typing import Final
 
 from cxbridge.run.context import RunContext
 from cxbridge.run.skillers import skiller_settings
-from cxbridge.skiller.simulation.estimators import Estimator, StaticEstimator
+from cxbridge.skiller.simulation.deciders import Decider, Deciders
+from cxbridge.skiller.simulation.estimators import StaticEstimator
+from cxbridge.skiller.simulation.execution import DecidedExecution
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
-from cxbridge.testing.skills import ScriptedEstimator, SkillScript
+from cxbridge.testing.skills import SkillScript
 from cxbridge.testing.world import OWNER
 
 _SKILL: Final = re.compile(r"\w+")
@@ -26,13 +28,15 @@ class ScriptedSkills(SkillScript):
     :param usual: know how the skills of Skillers end that nothing is said of; empty: after a second.
     """
 
-    def __init__(self, context: RunContext, usual: Sequence[Estimator] = ()) -> None:
+    def __init__(self, context: RunContext, usual: Sequence[Decider] = ()) -> None:
         super().__init__(context.clock)
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
         self._usual = (*usual, StaticEstimator(seconds=1.0, priority=-sys.maxsize))
         self._modes = {item.name: item.mode for item in skiller_settings(context.config, "simulator", served)}
         self._skillers: dict[str, SkillerSimulator] = {}
+        self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
+        """Executes the skills of the skill board as the script says."""
         context.skills.execution = self.execute
         for name in self._modes:
             self.come_back(name)
@@ -79,9 +83,9 @@ class ScriptedSkills(SkillScript):
             raise AssertionError(f"Skiller '{skiller}' is there")
         if skiller not in self._modes:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
-        context, estimators = self._context, [ScriptedEstimator(self, skiller), *self._usual]
+        context, deciders = self._context, [self.decider(skiller), *self._usual]
         self._skillers[skiller] = SkillerSimulator(
-            context.board, context.clock, context.bus, estimators, name=skiller, mode=self._modes[skiller]
+            context.board, context.clock, context.bus, deciders, name=skiller, mode=self._modes[skiller]
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:

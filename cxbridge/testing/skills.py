@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import re
 import sys
-from collections.abc import Callable, Collection, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Collection, Iterator
+from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from typing import Any, Final, Protocol, Self, TypeVar
+from typing import Any, Final, Protocol, Self
 
 from cxbridge.clock import MICROSECONDS, Clock
-from cxbridge.skiller.board.executor import SkillExecutor, Steps
-from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.simulation.estimators import Estimator, Outcome, as_text
-from cxbridge.skiller.simulation.execution import as_string_call, ending_as
+from cxbridge.skiller.simulation.deciders import Decider, Effect, Outcome
+from cxbridge.skiller.simulation.estimators import as_text
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 from cxbridge.suggestions import nearest
@@ -21,15 +19,7 @@ from cxbridge.suggestions import nearest
 FOREVER = 1e9
 """Seconds that a skill which hangs would take: three decades."""
 
-T = TypeVar("T")
-
-_USUAL: Final = Outcome(1.0)
-"""How calls end that nobody says anything of, where no executor knows."""
-
 _PATTERN: Final = re.compile(r"[*?[]")
-
-Effect = Callable[[], object]
-"""What a skill changes in the world when it ends."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -202,13 +192,8 @@ class SkillScript:
         known = {*mapped, *(call.name for call in self.calls)}
         return [text for rule in self._rules if (text := rule.complaint(known))]
 
-    def begin(
-        self, skiller: str, call: SkillStringCall, usual: T | Outcome = _USUAL
-    ) -> tuple[T | Outcome, Effect | None]:
-        """Note that a call begins; return how it ends, and what it changes then.
-
-        :param usual: how it ends when nothing is said of it.
-        """
+    def begin(self, skiller: str, call: SkillStringCall) -> Outcome | None:
+        """Note that a call begins; return how it ends, None when nothing is said of it."""
         noted = Call(
             (self._clock.now_us() - self._start_us) / MICROSECONDS, call.name, dict(call.args), skiller
         )
@@ -218,8 +203,9 @@ class SkillScript:
                 rule.calls.append(noted)
         for rule in self._candidates(call):
             behaviour = rule.take()
-            return behaviour.answer(noted) or usual, behaviour.then
-        return usual, None
+            outcome = behaviour.answer(noted)
+            return outcome if behaviour.then is None else replace(outcome or Outcome(), then=behaviour.then)
+        return None
 
     def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
         """Yield what is said of a call, the last said first."""
@@ -229,39 +215,20 @@ class SkillScript:
         if self.otherwise.says_something:
             yield self.otherwise
 
-    def execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
-        """Return the steps of a call on the skill board that begins."""
-        outcome, effect = self.begin(call.agent, as_string_call(call), None)
-        return ending_as(outcome, executor, call, effect)
+    def decider(self, skiller: str) -> ScriptedDecider:
+        """Return the decider of a Skiller, or of an agent on the skill board."""
+        return ScriptedDecider(self, skiller)
 
 
-class ScriptedEstimator(Estimator):
-    """Lets a simulated Skiller do what the script says.
-
-    :param skiller: whose calls these are.
-    """
+class ScriptedDecider(Decider):
+    """Lets the skills of a Skiller, or of an agent on the skill board, end as the script says."""
 
     priority = sys.maxsize
 
     def __init__(self, script: SkillScript, skiller: str) -> None:
         self._script = script
         self._skiller = skiller
-        self._ends: dict[int, tuple[SkillStringCall, float, Effect]] = {}
 
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
+    def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return what the script says about a call that begins; None: nothing."""
-        outcome, effect = self._script.begin(self._skiller, call, None)
-        if outcome is None:
-            if effect is None:
-                return None
-            outcome = _USUAL
-        if effect is not None:
-            self._ends[id(call)] = (call, outcome.seconds, effect)
-        return outcome
-
-    def progress(self, call: SkillStringCall, seconds: float) -> None:
-        """Change the world when the skill has come to its end."""
-        end = self._ends.get(id(call))
-        if end is not None and seconds >= end[1]:
-            del self._ends[id(call)]
-            end[2]()
+        return self._script.begin(self._skiller, call)

@@ -14,7 +14,8 @@ from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
 from cxbridge.interfaces import SkillerInterface
-from cxbridge.skiller.simulation.estimators import Outcome, StaticEstimator
+from cxbridge.skiller.simulation.deciders import Outcome
+from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from cxbridge.skiller.status import Status
 from tests.cli.boards import WAIT_S, Looping, SharedBoard, silent_bus
@@ -23,7 +24,7 @@ from tests.cli.boards import WAIT_S, Looping, SharedBoard, silent_bus
 class Estimator(StaticEstimator):
     """Skills called ``fail`` fail, those called ``long`` take long, others no time."""
 
-    def estimate(self, call):
+    def decide(self, call):
         if call.name == "fail":
             return Outcome(0.0, Status.S_FAILED, "on purpose")
         return Outcome(1000.0 if call.name == "long" else 0.0, Status.S_FINAL, "")

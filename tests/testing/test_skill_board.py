@@ -7,7 +7,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run.options import RunOptions
-from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.testing.agent_run import AgentRun
 from tests.support import ROOT
 

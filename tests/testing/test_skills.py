@@ -7,10 +7,10 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
-from cxbridge.testing.skills import FOREVER, ScriptedEstimator, SkillScript
+from cxbridge.testing.skills import FOREVER, SkillScript
 
 
 @pytest.fixture
@@ -25,17 +25,17 @@ def skills(clock):
 
 def outcome(skills, name, skiller="Skiller", **args):
     arguments: dict[str | int, Any] = dict(args.items())
-    return skills.begin(skiller, SkillStringCall(name, arguments))[0]
+    return skills.decider(skiller).decide(SkillStringCall(name, arguments))
 
 
-def test_a_skill_of_which_nothing_is_said_succeeds_after_a_second(skills):
-    assert outcome(skills, "any") == Outcome(1.0)
+def test_a_skill_of_which_nothing_is_said_is_left_to_other_deciders(skills):
+    assert outcome(skills, "any") is None
 
 
 def test_what_is_said_first_counts_first_and_what_is_used_up_is_gone(skills):
     skills("pick").fails("slipped", after=2.0, times=2).succeeds(after=3.0, times=1)
     found = [outcome(skills, "pick") for _ in range(4)]
-    assert found == [*[Outcome(2.0, Status.S_FAILED, "slipped")] * 2, Outcome(3.0), Outcome(1.0)]
+    assert found == [*[Outcome(2.0, Status.S_FAILED, "slipped")] * 2, Outcome(3.0), None]
 
 
 def test_what_is_said_without_times_holds_for_ever(skills):
@@ -59,7 +59,7 @@ def test_what_is_said_without_times_holds_for_ever(skills):
 def test_calls_are_chosen_by_their_arguments(skills, args, matches):
     skills("pick", **args).fails("chosen")
     ended = outcome(skills, "pick", thing="cup", place="shelf-1", height=2)
-    assert (ended.error == "chosen") == matches
+    assert (ended is not None) == matches
 
 
 def test_what_was_said_last_counts_where_several_match(skills):
@@ -106,24 +106,13 @@ def test_times_below_one_are_refused(skills):
         skills("pick").fails(times=0)
 
 
-def test_the_effect_comes_once_at_the_end(skills):
+def test_the_outcome_has_the_effect(skills):
     seen = []
     skills("pick").succeeds(after=2.0, then=lambda: seen.append("picked"))
-    estimator, call = ScriptedEstimator(skills, "Skiller"), SkillStringCall("pick", {})
-    assert estimator.estimate(call) == Outcome(2.0)
-    estimator.progress(call, 1.9)
-    assert seen == []
-    estimator.progress(call, 2.0)
-    estimator.progress(call, 2.0)
-    assert seen == ["picked"]
-
-
-def test_an_aborted_skill_has_no_effect(skills):
-    seen = []
-    skills("pick").succeeds(then=lambda: seen.append("picked"))
-    estimator = ScriptedEstimator(skills, "Skiller")
-    first, second = SkillStringCall("pick", {}), SkillStringCall("pick", {})
-    estimator.estimate(first)
-    estimator.estimate(second)
-    estimator.progress(second, 1.0)
-    assert seen == ["picked"]
+    skills("place").does(lambda _: None, then=lambda: seen.append("placed"))
+    picked = outcome(skills, "pick")
+    placed = outcome(skills, "place")
+    assert (picked, placed) == (Outcome(2.0), Outcome())
+    picked.then()
+    placed.then()
+    assert seen == ["picked", "placed"]

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from functools import partial
-
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext
@@ -67,8 +65,12 @@ def _execution(context: RunContext) -> Execution:
         return context.skills.execution
     if context.options.skiller != "simulator":
         return as_executor
-    from cxbridge.skiller.simulation.execution import FailingExecution  # noqa: PLC0415 - for those who fail
+    from cxbridge.run.skillers import make_deciders  # noqa: PLC0415 - for simulations
+    from cxbridge.skiller.simulation.deciders import Deciders  # noqa: PLC0415
+    from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415
 
     make_failures(context.config, "")  # what is wrong shows now, not with the first call
-    return FailingExecution(partial(make_failures, context.config))
+    return DecidedExecution(
+        lambda agent: Deciders([make_failures(context.config, agent), *make_deciders(context, agent)])
+    )

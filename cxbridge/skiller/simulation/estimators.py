@@ -1,18 +1,17 @@
-"""The base of estimators, which decide how simulated skills end, and the one of fixed durations."""
+"""Deciders that know how long skills take: the one of fixed durations, and the settings of all."""
 
 from __future__ import annotations
 
 import math
 import re
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Generic, TypeVar
 
 from cxbridge.errors import SkillerError
 from cxbridge.skiller.backend import Mode
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
-from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
@@ -26,40 +25,6 @@ STATIC_PREFIX = f"{PREFIX}/static"
 _LONGEST_S = 1e9
 
 T = TypeVar("T")
-
-
-@dataclass(frozen=True, slots=True)
-class Outcome:
-    """How a simulated skill ends.
-
-    :param seconds: how long it takes.
-    """
-
-    seconds: float
-    status: Status = Status.S_FINAL
-    error: str = ""
-
-
-class Estimator(ABC):
-    """Knows how skills end.
-
-    :param priority: the one with the highest is asked first.
-    """
-
-    priority: int = 0
-
-    @abstractmethod
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
-        """Return how the skill ends; None when this estimator cannot tell. Called when the skill begins."""
-
-    def progress(self, call: SkillStringCall, seconds: float) -> None:  # noqa: B027 - most have nothing to do
-        """Do what a skill does meanwhile, in every loop; for skills that this estimator answered for.
-
-        :param seconds: since it began; at its end its duration.
-        """
-
-    def close(self) -> None:  # noqa: B027 - most have nothing to close
-        """Let go of everything."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -159,7 +124,7 @@ class EstimatorProperty(Generic[T]):
 
 
 @dataclass(frozen=True, slots=True)
-class StaticEstimator(Estimator):
+class StaticEstimator(Decider):
     """Durations from the configuration.
 
     :param whitelist: the first entry that matches gives the duration.
@@ -194,7 +159,7 @@ class StaticEstimator(Estimator):
             mode=mode,
         )
 
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
+    def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return the duration of the first entry that matches, the default otherwise."""
         chosen = SkillSelection(self.whitelist, self.blacklist)
         if self.mode == "strict" and chosen.refuses(call):

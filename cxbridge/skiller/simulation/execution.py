@@ -9,13 +9,11 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.clock import MICROSECONDS
 from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.skiller.simulation.deciders import Deciders, Outcome
 from cxbridge.skiller.skillstring import SkillStringCall
-from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.clock import Clock
-    from cxbridge.skiller.simulation.faults import FailureInjector
 
 
 def as_string_call(call: SkillCall) -> SkillStringCall:
@@ -24,29 +22,28 @@ def as_string_call(call: SkillCall) -> SkillStringCall:
     return SkillStringCall(call.skill, args)
 
 
-def ending_as(
-    outcome: Outcome | None,
-    executor: SkillExecutor,
-    call: SkillCall,
-    then: Callable[[], object] | None = None,
-) -> Steps:
+def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall) -> Steps:
     """Yield the steps of a call that ends in a given way.
 
-    What succeeds only takes its time. What fails is executed until it does: a robot is halfway by then.
+    A skill that succeeds only takes its time. A skill that fails is executed until it does: a robot is
+    halfway by then.
 
     :param outcome: None: as the executor ends it.
-    :param then: called at the end, unless the executor fails by itself.
     """
-    said = None
     if outcome is None:
+        return (yield from executor.execute(call))
+    said = None
+    if outcome.seconds is None and not outcome.failed:
         said = yield from executor.execute(call)
-    elif outcome.status is Status.S_FINAL:
-        yield from _wait(executor.clock, outcome.seconds)
-    else:
+    elif outcome.seconds is None:
+        yield from _share_of(executor.execute(call), outcome.share)
+    elif outcome.failed:
         yield from _until(executor, call, outcome.seconds)
-    if then is not None:
-        then()
-    if outcome is not None and outcome.status is not Status.S_FINAL:
+    else:
+        yield from _wait(executor.clock, outcome.seconds)
+    if outcome.then is not None:
+        outcome.then()
+    if outcome.failed:
         raise SkillFailedError(outcome.error)
     return said
 
@@ -73,31 +70,29 @@ def _wait(clock: Clock, seconds: float) -> Steps:
         yield passed_us / needed_us
 
 
-class FailingExecution:
-    """Executes skills, and lets them fail as the configuration of the simulator says.
+class DecidedExecution:
+    """Executes skills of the skill board, and lets them end as deciders say.
 
-    :param failures: those of each agent, made when it has its first call.
+    :param make: makes the deciders of an agent when it has its first call.
     """
 
-    def __init__(self, failures: Callable[[str], FailureInjector]) -> None:
-        self._make = failures
-        self._failures: dict[str, FailureInjector] = {}
+    def __init__(self, make: Callable[[str], Deciders]) -> None:
+        self._make = make
+        self._deciders: dict[str, Deciders] = {}
 
     def __call__(self, executor: SkillExecutor, call: SkillCall) -> Steps:
         """Return the steps of a call that begins."""
-        if call.agent not in self._failures:
-            self._failures[call.agent] = self._make(call.agent)
-        failure = self._failures[call.agent].struck(as_string_call(call))
-        steps = executor.execute(call)
-        return steps if failure is None else _failing(steps, failure.after, failure.error)
+        if call.agent not in self._deciders:
+            self._deciders[call.agent] = self._make(call.agent)
+        decision = self._deciders[call.agent].decide(as_string_call(call))
+        return ending_as(None if decision is None else decision.outcome, executor, call)
 
 
-def _failing(steps: Steps, share: float, error: str) -> Steps:
-    """Yield the steps of an executor until it says that it has done its share, or ends; then fail."""
+def _share_of(steps: Steps, share: float) -> Steps:
+    """Yield the steps of an executor until it says that it has done its share, or ends."""
     with closing(steps):
         for said in steps:
             fraction = said.fraction if isinstance(said, Progress) else said
             if fraction is not None and share < 1 and fraction >= share:
                 break
             yield said
-    raise SkillFailedError(error)

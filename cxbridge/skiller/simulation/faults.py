@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import random
+import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
-from cxbridge.skiller.simulation.estimators import Outcome, SkillPattern, read_pattern, wrong
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
+from cxbridge.skiller.simulation.estimators import SkillPattern, read_pattern, wrong
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
 
@@ -48,12 +50,14 @@ class Failure:
         return drawn or self._count in self.calls
 
 
-class FailureInjector:
+class FailureInjector(Decider):
     """Makes skills fail.
 
     :param failures: the first that strikes counts; all of them count the call.
     :param rng: draws; give it a seed of your own.
     """
+
+    priority = sys.maxsize
 
     def __init__(self, failures: Sequence[Failure] = (), rng: random.Random | None = None) -> None:
         self._failures = failures
@@ -69,17 +73,12 @@ class FailureInjector:
         """
         return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 
-    def apply(self, call: SkillStringCall, outcome: Outcome) -> Outcome:
-        """Return how the skill ends: as it would, or badly."""
-        failure = self.struck(call)
-        if failure is None:
-            return outcome
-        return Outcome(outcome.seconds * failure.after, Status.S_FAILED, failure.error)
-
-    def struck(self, call: SkillStringCall) -> Failure | None:
-        """Return in which way a call fails; None: not on purpose. Counts it."""
+    def decide(self, call: SkillStringCall) -> Outcome | None:
+        """Return in which way a call fails; None: not on purpose. Counts the call."""
         struck = [failure for failure in self._failures if failure.strikes(call, self._rng)]
-        return struck[0] if struck else None
+        if not struck:
+            return None
+        return Outcome(None, Status.S_FAILED, struck[0].error, share=struck[0].after)
 
 
 def _read(config: Configuration, prefix: str, key: str) -> Failure:

@@ -9,13 +9,16 @@ from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.navgraph import NavGraph
 from cxbridge.skiller.backend import Mode
-from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, StaticEstimator
+from cxbridge.skiller.simulation.deciders import Decider, Deciders
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.simulation.faults import FailureInjector
 from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
 from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.config import Configuration
 
@@ -26,7 +29,7 @@ ESTIMATORS_LOG = "ExecutionTimeEstimators"
 """What log lines about estimators are under."""
 
 
-def make_simulator(
+def make_simulator(  # noqa: PLR0913 - most have a default
     board: BlackBoard,
     clock: Clock,
     bus: EventBus,
@@ -36,21 +39,22 @@ def make_simulator(
     mode: Mode = "strict",
     read_samples: ReadSamples | None = None,
     navgraph: NavGraph | None = None,
+    more: Sequence[Decider] = (),
 ) -> SkillerSimulator:
     """Make a Skiller that only waits, for as long as the estimators in ``config`` say (else a second).
 
     :param name: id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
     :param navgraph: for the estimator of driving; None: there is none.
+    :param more: other deciders; closed with the simulator.
     :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
     :raises BlackBoardError: when somebody else writes the interface.
     """
     if config is None:
-        return SkillerSimulator(board, clock, bus, name=name, mode=mode)
+        return SkillerSimulator(board, clock, bus, more, name=name, mode=mode)
     log = bus.logger(ESTIMATORS_LOG)
     seed = config.get_uint(SEED_PATH, default=0)
-    failures = make_failures(config, name)
-    estimators: list[Estimator] = []
+    estimators: list[Decider] = []
     if config.keys(STATIC_PREFIX):
         estimators.append(StaticEstimator.from_config(config, mode=mode))
     if config.exists(f"{LOOKUP_PREFIX}/recordings") and read_samples is not None:
@@ -61,11 +65,11 @@ def make_simulator(
         estimators.append(NavGraphEstimator.from_config(config, navgraph, board))
     elif config.keys(NAVGRAPH_PREFIX):
         log.debug("/skiller/features/navgraph/enable is not true: the navigation graph estimates nothing")
+    deciders = [make_failures(config, name), *more, *(estimators or [StaticEstimator(seconds=1.0)])]
     try:
-        return SkillerSimulator(board, clock, bus, estimators, failures=failures, name=name, mode=mode)
+        return SkillerSimulator(board, clock, bus, deciders, name=name, mode=mode)
     except Exception:
-        for estimator in estimators:
-            estimator.close()
+        Deciders(deciders).close()
         raise
 
 

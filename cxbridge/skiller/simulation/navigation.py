@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import NavGraphNode
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
-    Estimator,
     EstimatorProperty,
-    Outcome,
     SkillSelection,
     as_text,
 )
@@ -51,7 +50,7 @@ class _Drive:
         return self.nodes[-1].x, self.nodes[-1].y, heading
 
 
-class NavGraphEstimator(Estimator):
+class NavGraphEstimator(Decider):
     """Answers for skills whose target is a node that can be reached: the length of the way by the speed.
 
     :param selection: ``speed`` is in metres a second.
@@ -112,7 +111,7 @@ class NavGraphEstimator(Estimator):
         """Where the robot is: x and y in metres, heading in radians."""
         return self._pose
 
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
+    def decide(self, call: SkillStringCall) -> Outcome | None:
         """Return how long the way takes; None when the target is not a node that can be reached."""
         if not self.selection.allows(call):
             return None

@@ -10,11 +10,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import SkillError
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
-    Estimator,
     EstimatorProperty,
-    Outcome,
     SkillPattern,
     SkillSelection,
     as_text,
@@ -52,7 +51,7 @@ ReadSamples = Callable[[Path], Iterable[Sample]]
 """Reads a recorded run. Raises :class:`cxbridge.errors.CxbridgeError` when it cannot."""
 
 
-class LookupEstimator(Estimator):
+class LookupEstimator(Decider):
     """Draws one of the recorded executions of a skill; each is as likely as another.
 
     :param samples: those whose skill string is not a single call are left out.
@@ -119,7 +118,7 @@ class LookupEstimator(Estimator):
             rng=rng,
         )
 
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
+    def decide(self, call: SkillStringCall) -> Outcome | None:
         """Draw an execution of this skill; None when there is none."""
         if not self.selection.allows(call):
             return None

@@ -1,4 +1,4 @@
-"""A Skiller that only waits: each skill takes the time that an estimator says, by the run's clock.
+"""A Skiller that only waits: each skill takes the time that a decider says, by the run's clock.
 
 What it writes is what Fawkes' skiller-simulator writes; where that is odd, ``mode='strict'`` does better
 (``docs/skiller.md`` lists the differences).
@@ -15,8 +15,8 @@ from cxbridge.errors import SkillError
 from cxbridge.events import EventBus
 from cxbridge.skiller.backend import Mode, SkillerBackend
 from cxbridge.skiller.control import ReaderWatch, sender_of, serial_of
-from cxbridge.skiller.simulation.estimators import Estimator, Outcome, StaticEstimator
-from cxbridge.skiller.simulation.faults import FailureInjector
+from cxbridge.skiller.simulation.deciders import Decider, Deciders, Effect, Outcome
+from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.skillstring import SkillStringCall, parse_as_fawkes, parse_skill_string
 from cxbridge.skiller.status import Status
 
@@ -29,19 +29,18 @@ LOG_COMPONENT = "SkillerSimulatorExecutionThread"
 
 @dataclass(frozen=True, slots=True)
 class _Part:
-    """A call of a skill string, and who knows how it ends."""
+    """A call of a skill string, and how it ends."""
 
     call: SkillStringCall
-    estimator: Estimator
+    decider: Decider
     outcome: Outcome
+    seconds: float
 
 
 class SkillerSimulator(SkillerBackend):
     """Pretends to execute skills.
 
-    :param estimators: asked in order of descending priority; empty: one second for everything. Closed with
-        the simulator.
-    :param failures: makes skills fail that would not; None: none.
+    :param deciders: say how skills end; empty: each skill takes a second. Closed with the simulator.
     :param name: id of the SkillerInterface that it writes.
     :param mode: what to do where Fawkes is odd.
     :raises BlackBoardError: when somebody else writes the interface.
@@ -52,9 +51,8 @@ class SkillerSimulator(SkillerBackend):
         board: BlackBoard,
         clock: Clock,
         bus: EventBus,
-        estimators: Sequence[Estimator] = (),
+        deciders: Sequence[Decider] = (),
         *,
-        failures: FailureInjector | None = None,
         name: str = "Skiller",
         mode: Mode = "strict",
     ) -> None:
@@ -63,16 +61,15 @@ class SkillerSimulator(SkillerBackend):
         self._clock = clock
         self._log = bus.logger(LOG_COMPONENT)
         self._board = board
-        known = estimators or (StaticEstimator(seconds=1.0),)
-        self._estimators = sorted(known, key=lambda estimator: -estimator.priority)
+        self._deciders = Deciders(deciders or (StaticEstimator(seconds=1.0),))
         self._readers = ReaderWatch(board)
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = board.open_for_writing(
             "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
         )
-        self._failures = failures or FailureInjector()
         self._outcome: Outcome | None = None
         self._parts: list[_Part] = []
+        self._effects: list[tuple[float, Effect]] = []
         self._start_us = self._end_us = 0
         self._enqueued = False
         self._handlers = {
@@ -90,7 +87,7 @@ class SkillerSimulator(SkillerBackend):
     def state(self, now_us: int) -> tuple[Hashable, ...]:
         """Return all that it does next depends on, besides its interface; times count from now.
 
-        In the middle of a call that begins, its estimators are asked: what it shows is not published yet.
+        In the middle of a call that begins, its deciders are asked: what it shows is not published yet.
         """
         shows = self._interface
         shown = shows.skill_string, shows.status, shows.error, bool(shows.exclusive_controller)
@@ -125,10 +122,9 @@ class SkillerSimulator(SkillerBackend):
             self._interface.write()
 
     def close(self) -> None:
-        """Close the interface and the estimators."""
+        """Close the interface and the deciders."""
         self._outcome = None
-        for estimator in self._estimators:
-            estimator.close()
+        self._deciders.close()
         self._readers.close()
         self._board.close(self._interface)
 
@@ -190,38 +186,41 @@ class SkillerSimulator(SkillerBackend):
 
     def _begin(self, text: str) -> None:
         try:
-            self._parts = [self._estimate(call) for call in self._parse(text)]
+            self._parts = [self._decide(call) for call in self._parse(text)]
         except SkillError as error:  # Fawkes lets the exception fly
             self._outcome = None
             self._log.error(str(error))
             self._interface.error = error.message
             self._interface.status = Status.S_FAILED
             return
-        self._outcome = _joined([part.outcome for part in self._parts])
+        self._outcome, seconds = _joined(self._parts)
+        effects = [(part.seconds, part.outcome.then) for part in self._parts if part.outcome.then]
+        self._effects = sorted(effects, key=lambda effect: effect[0])
         self._interface.status = Status.S_RUNNING
         self._start_us = self._clock.now_us()
-        self._end_us = self._start_us + round(self._outcome.seconds * MICROSECONDS)
-        self._log.info(f"Executing '{text}', will take {self._outcome.seconds:.2f} seconds")
+        self._end_us = self._start_us + round(seconds * MICROSECONDS)
+        self._log.info(f"Executing '{text}', will take {seconds:.2f} seconds")
 
     def _parse(self, text: str) -> list[SkillStringCall]:
         return parse_skill_string(text) if self.mode == "strict" else [parse_as_fawkes(text)]
 
-    def _estimate(self, call: SkillStringCall) -> _Part:
-        """Return how a call ends, as the first estimator that can tell says, unless it is made to fail."""
-        for estimator in self._estimators:
-            outcome = estimator.estimate(call)
-            if outcome is not None:
-                return _Part(call, estimator, self._failures.apply(call, outcome))
-        raise SkillError(
-            f"no estimator knows how long '{call.name}' takes",
-            hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
-        )
+    def _decide(self, call: SkillStringCall) -> _Part:
+        """Return how a call ends, as the deciders say."""
+        decision = self._deciders.decide(call)
+        if decision is None or decision.outcome.seconds is None:
+            raise SkillError(
+                f"no estimator knows how long '{call.name}' takes",
+                hint="give /plugins/execution-time-estimator/static/exec-time in the configuration",
+            )
+        return _Part(call, *decision, decision.outcome.seconds)
 
     def _progress(self, now_us: int) -> None:
-        """Let the estimators do what their skills do meanwhile."""
+        """Let the deciders change the world meanwhile, and skills that end have their effects."""
         seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
         for part in self._parts:
-            part.estimator.progress(part.call, min(seconds, part.outcome.seconds))
+            part.decider.progress(part.call, min(seconds, part.seconds))
+        while self._effects and self._effects[0][0] <= seconds:
+            self._effects.pop(0)[1]()
 
     def _stop(self, message: Any) -> bool:
         controller = self._interface.exclusive_controller
@@ -247,9 +246,8 @@ class SkillerSimulator(SkillerBackend):
         self._interface.status = outcome.status
 
 
-def _joined(outcomes: Sequence[Outcome]) -> Outcome:
+def _joined(parts: Sequence[_Part]) -> tuple[Outcome, float]:
     """Return how calls in a row end, which run at the same time: by the first failure, or by the last one."""
-    failed = [outcome for outcome in outcomes if outcome.status is not Status.S_FINAL]
-    if failed:
-        return min(failed, key=lambda outcome: outcome.seconds)
-    return max(outcomes, key=lambda outcome: outcome.seconds)
+    failed = [part for part in parts if part.outcome.failed]
+    last = (min if failed else max)(failed or parts, key=lambda part: part.seconds)
+    return last.outcome, last.seconds

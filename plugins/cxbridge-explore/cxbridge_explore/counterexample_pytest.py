@@ -11,7 +11,7 @@ from typing import Any, Final
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.skiller.simulation.estimators import Outcome
+from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.status import Status
 from cxbridge.testing.skills import FOREVER
 from cxbridge_explore.counterexample_playing import Played

@@ -13,10 +13,9 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import Level
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
-    Estimator,
     EstimatorProperty,
-    Outcome,
     SkillPattern,
     SkillSelection,
     StaticEstimator,
@@ -31,7 +30,7 @@ from tests.skiller.rig import Rig
 from tests.support import ROOT
 
 
-class Fixed(Estimator):
+class Fixed(Decider):
     """Answers for everything, and remembers the progress that is reported to it."""
 
     def __init__(self, priority: int, seconds: float) -> None:
@@ -40,7 +39,7 @@ class Fixed(Estimator):
         self.seen: list[float] = []
         self.closed = False
 
-    def estimate(self, call: SkillStringCall) -> Outcome | None:
+    def decide(self, call: SkillStringCall) -> Outcome | None:
         return None if call.name == "unknown" else Outcome(self.seconds)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
@@ -50,8 +49,8 @@ class Fixed(Estimator):
         self.closed = True
 
 
-def simulate(rig: Rig, *estimators: Estimator, **more: Any) -> SkillerSimulator:
-    simulator: SkillerSimulator = rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, estimators, **more))
+def simulate(rig: Rig, *deciders: Decider, **more: Any) -> SkillerSimulator:
+    simulator: SkillerSimulator = rig.add(SkillerSimulator(rig.board, rig.clock, rig.bus, deciders, **more))
     return simulator
 
 
@@ -93,9 +92,38 @@ def test_calls_in_a_row_end_with_the_last_one_or_with_the_first_failure():
     rig = Rig()
     failing = FailureInjector([Failure(SkillPattern("bad"), calls=[1], error="no", after=0.5)])
     slow = StaticEstimator(whitelist=[SkillPattern("slow", seconds=4.0)], seconds=1.0)
-    simulate(rig, slow, failures=failing)
+    simulate(rig, slow, failing)
     assert end(rig, "slow{} fast{}") == ("S_FINAL", "", 4.0)
     assert end(rig, "slow{} bad{}") == ("S_FAILED", "no", 0.5)
+
+
+class Effects(Decider):
+    """Lets each skill change the world at its end, as long as another decider says."""
+
+    priority = 9
+
+    def __init__(self) -> None:
+        self.seen: list[str] = []
+
+    def decide(self, call: SkillStringCall) -> Outcome | None:
+        return Outcome(then=lambda: self.seen.append(call.name))
+
+
+def test_an_effect_comes_once_at_the_end_and_an_aborted_skill_has_none():
+    rig, effects = Rig(), Effects()
+    simulate(rig, effects, StaticEstimator(seconds=2.0))
+    rig.exec("aborted{}")
+    assert end(rig, "pick{} place{}") == ("S_FINAL", "", 2.0)
+    rig.loop()
+    assert effects.seen == ["pick", "place"]
+
+
+def test_a_failure_without_a_duration_has_its_share_of_the_next_one():
+    failure = Outcome(None, Status.S_FAILED, "slipped", share=0.25)
+    assert failure.after(Outcome(4.0)) == Outcome(1.0, Status.S_FAILED, "slipped")
+    assert failure.after(Outcome()) == failure
+    broken = Outcome(4.0, Status.S_FAILED, "broken")
+    assert Outcome().after(broken) == broken
 
 
 @pytest.mark.parametrize(
@@ -119,14 +147,14 @@ def test_white_and_black_lists(selection: SkillSelection, allowed: bool):
 
 def test_the_blacklist_of_static_has_no_effect_in_fawkes():
     call, banned = parse_skill_call("say{}"), [SkillPattern("say")]
-    assert StaticEstimator(blacklist=banned, seconds=1.0).estimate(call) is None
-    assert StaticEstimator(blacklist=banned, seconds=1.0, mode="fawkes").estimate(call) == Outcome(1.0)
+    assert StaticEstimator(blacklist=banned, seconds=1.0).decide(call) is None
+    assert StaticEstimator(blacklist=banned, seconds=1.0, mode="fawkes").decide(call) == Outcome(1.0)
 
 
 def test_an_entry_without_a_time_has_the_default_one_but_not_in_fawkes():
     call, entries = parse_skill_call("say{}"), [SkillPattern("say")]
-    assert StaticEstimator(entries, seconds=1.0).estimate(call) == Outcome(1.0)
-    assert StaticEstimator(entries, seconds=1.0, mode="fawkes").estimate(call) is None
+    assert StaticEstimator(entries, seconds=1.0).decide(call) == Outcome(1.0)
+    assert StaticEstimator(entries, seconds=1.0, mode="fawkes").decide(call) is None
 
 
 # -- skill strings as Fawkes' estimators read them
@@ -172,7 +200,7 @@ PICKS = [
 
 
 def draws(estimator: LookupEstimator, text: str, times: int = 200) -> Counter[Any]:
-    return Counter(estimator.estimate(parse_skill_call(text)) for _ in range(times))
+    return Counter(estimator.decide(parse_skill_call(text)) for _ in range(times))
 
 
 def test_lookup_draws_from_executions_with_the_same_arguments():
@@ -203,7 +231,7 @@ def test_lookup_without_fully_matching_looks_at_the_entry_of_the_whitelist():
 def test_the_same_seed_gives_the_same_draws():
     def run(seed: int) -> list[Any]:
         estimator = LookupEstimator(PICKS, rng=random.Random(seed))
-        return [estimator.estimate(parse_skill_call("pick{}")) for _ in range(20)]
+        return [estimator.decide(parse_skill_call("pick{}")) for _ in range(20)]
 
     assert run(1) == run(1) != run(2)
 
@@ -219,7 +247,7 @@ def test_the_nth_call_fails_with_its_error():
             Failure(SkillPattern("pick"), calls=[1, 4], error="broken"),
         ]
     )
-    simulate(rig, StaticEstimator(seconds=0.0), failures=failures)
+    simulate(rig, StaticEstimator(seconds=0.0), failures)
     ends = [end(rig, f'pick{{what="{what}"}}')[:2] for what in ("pot", "cup", "cup", "pot", "pot")]
     assert ends == [
         ("S_FAILED", "broken"),
@@ -234,7 +262,7 @@ def test_a_probability_is_met_and_repeats_with_the_seed():
     def run(seed: int) -> list[bool]:
         injector = FailureInjector([Failure(SkillPattern("pick"), probability=0.2)], random.Random(seed))
         call = parse_skill_call("pick{}")
-        return [injector.apply(call, Outcome(1.0)).status is Status.S_FAILED for _ in range(1000)]
+        return [injector.decide(call) is not None for _ in range(1000)]
 
     assert 150 < sum(run(1)) < 250
     assert run(1) == run(1) != run(2)

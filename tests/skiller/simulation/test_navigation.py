@@ -12,7 +12,8 @@ from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
 from cxbridge.navgraph import NavGraph
 from cxbridge.navgraph.graph import NavGraphEdge, NavGraphNode
-from cxbridge.skiller.simulation.estimators import EstimatorProperty, Outcome, SkillPattern, SkillSelection
+from cxbridge.skiller.simulation.deciders import Outcome
+from cxbridge.skiller.simulation.estimators import EstimatorProperty, SkillPattern, SkillSelection
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
@@ -32,7 +33,7 @@ def graph() -> NavGraph:
 
 
 def seconds(estimator: NavGraphEstimator, text: str) -> float | None:
-    outcome = estimator.estimate(parse_skill_call(text))
+    outcome = estimator.decide(parse_skill_call(text))
     assert outcome is None or outcome == Outcome(outcome.seconds)
     return None if outcome is None else outcome.seconds
 
@@ -70,7 +71,7 @@ def test_without_a_start_it_is_the_closest_node_to_the_pose(graph: NavGraph):
 def test_the_pose_moves_along_the_way(graph: NavGraph):
     estimator = NavGraphEstimator(graph, SkillSelection(speed=2.0))
     call = parse_skill_call('goto{place="C"}')
-    estimator.estimate(call)
+    estimator.decide(call)
     poses = []
     for now in (0.0, 1.0, 1.5, 2.5, 3.5):
         estimator.progress(call, now)

@@ -160,7 +160,7 @@ plugins/execution-time-estimator:
 )
 def test_static_durations_from_the_configuration(text: str, seconds: float | None):
     estimator = StaticEstimator.from_config(Configuration.from_text(CONFIG))
-    outcome = estimator.estimate(parse_skill_call(text))
+    outcome = estimator.decide(parse_skill_call(text))
     assert (None if outcome is None else outcome.seconds) == seconds
     assert estimator.priority == 3
 

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
-from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, Estimator, Outcome, StaticEstimator
+from cxbridge.skiller.simulation.deciders import Decider, Outcome
+from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
 from cxbridge.skiller.simulation.execution import as_string_call
 from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge.skiller.status import Status
@@ -77,7 +78,7 @@ class SkillChoices:
     ) -> None:
         self._world, self._ask, self._prefix, self._began = world, ask, prefix, began
         config = context.config
-        self._usual: tuple[Estimator, ...] = ()
+        self._usual: tuple[Decider, ...] = ()
         if config.keys(STATIC_PREFIX):
             self._usual = (StaticEstimator.from_config(config),)
         self.answers: list[SkillAnswer] = []
@@ -132,8 +133,9 @@ class SkillChoices:
 
     def _usual_seconds(self, call: SkillStringCall) -> float:
         """Return after how long a call fails that nothing is said of."""
-        found = (estimator.estimate(call) for estimator in self._usual)
-        return next((outcome.seconds for outcome in found if outcome is not None), 1.0)
+        found = (decider.decide(call) for decider in self._usual)
+        seconds = next((outcome.seconds for outcome in found if outcome is not None), None)
+        return 1.0 if seconds is None else seconds
 
     def _subject(self, who: str, call: SkillStringCall) -> str:
         args = ", ".join(f"{key}={value!r}" for key, value in call.args.items())
