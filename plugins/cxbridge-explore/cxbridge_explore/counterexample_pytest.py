@@ -87,13 +87,14 @@ def _script(played: Played) -> Iterator[str]:
 def _behaviours(outcomes: Sequence[Outcome | None], *, on_board: bool) -> Iterator[str]:
     for outcome, same in groupby(outcomes):
         times = f"times={len(list(same))}"
+        seconds = _USUAL_S if outcome is None or outcome.seconds is None else outcome.seconds
         if outcome is None:
             yield f".does(usual, {times})" if on_board else f".succeeds({times})"
-        elif outcome.seconds >= FOREVER:
+        elif seconds >= FOREVER:
             yield f".hangs({times})"
         else:
             more = [repr(outcome.error)] if outcome.error else []
-            more += [f"after={outcome.seconds!r}"] if outcome.seconds != _USUAL_S else []
+            more += [f"after={seconds!r}"] if seconds != _USUAL_S else []
             verb = "fails" if outcome.status is Status.S_FAILED else "succeeds"
             yield f".{verb}({', '.join((*more, times))})"
 
