@@ -21,7 +21,7 @@ PURPOSES: Final[Mapping[str, str]] = {
     "all": "all plug-ins of this repository, `planners` and `test`",
     _DEVELOPERS: "everything that the tests and the manual need",
 }
-"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it; plug-ins are not here."""
+"""What each extra is for, as docs/installing.md and `cxbridge doctor` say it; not of plug-ins."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
 _MODULES = {"eclipse-zenoh": "zenoh"}
