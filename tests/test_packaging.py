@@ -182,8 +182,10 @@ def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     assert installed == alone.closure([name])[0] - {"cxbridge"}
 
 
-def test_each_distribution_is_tried():
+def test_each_distribution_is_tried_and_in_the_readme():
     assert sorted(SMOKE) == alone.distributions()
+    rows = re.findall(r"^\| `(cxbridge[\w-]*)` \|", (ROOT / "README.md").read_text(), re.MULTILINE)
+    assert sorted(rows) == alone.distributions()
 
 
 def test_all_distributions_have_one_version():
