@@ -48,7 +48,7 @@ class Game(Protocol):
 
 
 class PlayedGame(Protocol):
-    """A group of options of `cxbridge game`, a dataclass, for a kind of game that is no scenario."""
+    """A group of options of `cxbridge game`, a dataclass, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:
@@ -72,7 +72,7 @@ class PlayedGame(Protocol):
 
 
 class ExploredGame(Protocol):
-    """A group of options of `cxbridge explore`, a dataclass, for a kind of game that is no scenario."""
+    """A group of options of `cxbridge explore`, a dataclass, for a kind of game that is not a scenario."""
 
     @property
     def is_chosen(self) -> bool:

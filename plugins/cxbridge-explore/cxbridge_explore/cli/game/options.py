@@ -81,7 +81,7 @@ def _game_options() -> list[type[Any]]:
 
 @dataclass(frozen=True, kw_only=True)
 class GameOptions:
-    """A game that is no scenario: options of plug-ins."""
+    """A game that is not a scenario: options of plug-ins."""
 
     added_groups: ClassVar[Callable[[], list[type[Any]]]] = _game_options
 
