@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
 from typing import TYPE_CHECKING, Self
 
 from cxbridge.blackboard import LocalBlackBoard
@@ -16,7 +15,6 @@ from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_componen
 from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
-from cxbridge.run.source import source_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -51,7 +49,7 @@ class Assembly(Closing):
         self._more = components
         self.context = context = RunContext.make(
             agent_context or make_only_agent_context(options),
-            options if source_of(options).needs_skiller else replace(options, skiller="none"),
+            options,
             board_class=LocalBlackBoard if replay is None else replay.board_class,
             make_planning=additions.planning if replay is None else replay.make_planning,
             additions=additions,

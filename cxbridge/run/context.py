@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import TYPE_CHECKING, Any, Self
 from uuid import UUID, uuid4
@@ -114,6 +114,8 @@ class RunContext:
         """
         config, clock, bus = agent.config, agent.clock, agent.bus
         source = source_of(options)
+        if not source.needs_skiller:
+            options = replace(options, skiller="none")
         spec = choose_spec(config, options.spec, agent.config_file) if executive else ""
         mistaken = mistaken_keys(config, spec) if spec else []
         if mistaken and not source.is_lenient:

@@ -7,8 +7,8 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from itertools import pairwise
 from pathlib import Path
 
@@ -173,6 +173,18 @@ class ClipsLoader:
         self._log.bus.emit_source(
             "clips", self._owner, file, data, how=how, modify=modify, within=self.within
         )
+
+    @contextmanager
+    def noting(self, file: str, *, batch: bool) -> Iterator[None]:
+        """Note a file that CLIPS itself loads meanwhile, as a source of the run."""
+        self.files.append(Path(file))
+        with suppress(OSError):
+            self._emit_source(file, Path(file).read_bytes(), batch=batch, native=True)
+        self._loading.append(file)
+        try:
+            yield
+        finally:
+            self._loading.pop()
 
     @property
     def within(self) -> str:

@@ -52,6 +52,11 @@ class LocalGraph:
         self.numbers = count(1)
         self._nodes: list[LocalNode] = []
 
+    @property
+    def nodes(self) -> tuple[str, ...]:
+        """The names of the nodes."""
+        return tuple(node.name for node in self._nodes)
+
     def join(self, name: str, report: Report | None = None) -> LocalNode:
         """Return a new node."""
         node = LocalNode(self, name, report)
