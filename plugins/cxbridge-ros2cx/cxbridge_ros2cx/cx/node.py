@@ -47,7 +47,7 @@ class CxNode(Executive):
     def _note(self, event: Event) -> None:
         assert isinstance(event, LogLine)
         if event.level is Level.ERROR and not self._first_error:
-            self._first_error = event.text
+            self._first_error = event.text.strip().partition("\n")[0] or "an empty line"
 
     @property
     def first_error(self) -> str:

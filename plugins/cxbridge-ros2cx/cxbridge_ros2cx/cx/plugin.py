@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import partial
 from importlib import import_module
-from importlib.metadata import entry_points
 from pathlib import Path
 from pkgutil import resolve_name
 from typing import TYPE_CHECKING, Final
@@ -138,6 +137,8 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
     target, parameters = _OWN.get(class_name), context.parameters
     if target is not None:
         return _imported(target)
+    from importlib.metadata import entry_points  # noqa: PLC0415 - only classes that cxbridge lacks pay
+
     others = {entry.name: entry for entry in entry_points(group=GROUP)}
     if class_name in others:
         loaded: MakePlugin = others[class_name].load()

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -16,7 +16,6 @@ from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import Source
-from cxbridge_protobuf.local import LocalNetwork
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
@@ -32,6 +31,10 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.run.source import SourceContext
+    from cxbridge_protobuf.connections import Connections, MakeConnections
+    from cxbridge_protobuf.local import LocalNetwork
+    from cxbridge_protobuf.settings import NetworkSettings
+    from cxbridge_protobuf.types import MessageTypes
 
 _TREE = "/clips-executive"
 _REAL_LOOP_US = MICROSECONDS // 50
@@ -144,7 +147,7 @@ class CxSource(Source):
         ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
         if context.clock.is_virtual:
-            parts.connections = LocalNetwork().join
+            parts.connections = _join_locally()
         manager = CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
         manager.is_strict = not self.is_lenient
         return manager
@@ -155,3 +158,17 @@ class CxSource(Source):
         """Return the node."""
         assert isinstance(manager, CxManager)
         return CxNode(manager, context.config, mapper, files)
+
+
+def _join_locally() -> MakeConnections:
+    """Return what makes connections within the process, all in one network."""
+    network: list[LocalNetwork] = []
+
+    def join(types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> Connections:
+        from cxbridge_protobuf.local import LocalNetwork  # noqa: PLC0415 - for agents with protobuf
+
+        if not network:
+            network.append(LocalNetwork())
+        return network[0].join(types, settings, now_us)
+
+    return join

@@ -114,11 +114,11 @@ class StockEnvironment(ClipsEnvironment):
 
     def batch(self, path: Path) -> bool:
         """Execute a file's commands and constructs as ``batch*`` does; whether the file could be opened."""
-        with self._within(path):
+        with self._within(path, batch=True):
             return bool(lib.BatchStar(self.env, encode(str(path))))
 
     @contextmanager
-    def _within(self, path: Path) -> Iterator[None]:
+    def _within(self, path: Path, *, batch: bool = False) -> Iterator[None]:
         """Note a file that is read.
 
         :raises ClipsError: when the file is being read already: CLIPS would use up the stack.
@@ -128,10 +128,10 @@ class StockEnvironment(ClipsEnvironment):
             way = " -> ".join(each.name for each in (*self._executing, file))
             raise ClipsError("this file reads itself", file=path, hint=f"files that read each other: {way}")
         self._forget_templates()
-        self.loader.files.append(path)
         self._executing.append(file)
         try:
-            yield
+            with self.loader.noting(str(path), batch=batch):
+                yield
         finally:
             self._executing.pop()
 

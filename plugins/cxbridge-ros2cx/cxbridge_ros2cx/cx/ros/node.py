@@ -8,10 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.closing import Closing
-from cxbridge_ros2.definitions import Definitions
-from cxbridge_ros2.executor import NodeSettings
-from cxbridge_ros2.transports.local import LocalGraph
-from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -19,9 +15,12 @@ if TYPE_CHECKING:
     from cxbridge.clock import Clock
     from cxbridge.events import Logger
     from cxbridge.rights import Rights
+    from cxbridge_ros2.definitions import Definitions
     from cxbridge_ros2.node import Node
+    from cxbridge_ros2.transports.local import LocalGraph
     from cxbridge_ros2cx.cx.packages import Packages
     from cxbridge_ros2cx.cx.pddl.manager import PddlManager
+    from cxbridge_ros2cx.cx.ros.messages import MessageTable
 
 _PDDL: Final = "/pddl_manager/"
 _TYPES: Final = {
@@ -56,16 +55,22 @@ class RosNode(Closing):
     @cached_property
     def definitions(self) -> Definitions:
         """The types that are known."""
+        from cxbridge_ros2.definitions import Definitions  # noqa: PLC0415 - only agents with ROS pay
+
         return Definitions(self._packages.folders, texts=_TYPES)
 
     @cached_property
     def messages(self) -> MessageTable:
         """The messages that rules have."""
+        from cxbridge_ros2cx.cx.ros.messages import MessageTable  # noqa: PLC0415 - likewise
+
         return MessageTable(self.definitions)
 
     @cached_property
     def graph(self) -> LocalGraph:
         """The nodes of this process, on a virtual clock; peers join here."""
+        from cxbridge_ros2.transports.local import LocalGraph  # noqa: PLC0415 - likewise
+
         return LocalGraph(self.definitions)
 
     @cached_property
@@ -77,6 +82,8 @@ class RosNode(Closing):
         name = self.name.rpartition("/")[2]
         if self._clock.is_virtual:
             return self.graph.join(name, self._log.warn)
+        from cxbridge_ros2.executor import NodeSettings  # noqa: PLC0415 - likewise
+
         settings = NodeSettings.of({}, self._folder, "the node")
         return settings.join(name, self.definitions, self._log.warn, self._rights)
 
@@ -106,7 +113,10 @@ class RosNode(Closing):
     @property
     def has_peers(self) -> bool:
         """Whether others may reach the node: on a virtual clock those of this process."""
-        return not self._clock.is_virtual or "graph" in self.__dict__
+        if not self._clock.is_virtual:
+            return True
+        own = {self.name.rpartition("/")[2], _PDDL.strip("/")}
+        return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
         """Take what has come, and on a virtual clock all that comes of that at this moment."""

@@ -63,12 +63,16 @@ class NodeServices(Closing):
             if name in self._ends:
                 continue
             try:
-                place = f"/{self._name}/{name}"
                 self._ends[name] = self._node.serve(
-                    place, f"{_PACKAGE}/{kind}", self._reported(answer), needs=Right.CONTROL
+                    f"/{self._name}/{name}",
+                    f"{_PACKAGE}/{kind}",
+                    self._reported(answer),
+                    needs=Right.CONTROL,
                 )
             except Ros2Error as error:
-                self._manager.log.warn(f"the service {name} is not there: {error}")
+                hint = "name a checkout or workspace with cx_msgs with --ros2cx"
+                self._manager.log.warn(f"services for environments are not there: {error.message}; {hint}")
+                return
 
     def _reported(self, answer: Callable[[Message], Fields]) -> Callable[[Message], Fields]:
         """Return a function whose errors are the response, and the log has them."""

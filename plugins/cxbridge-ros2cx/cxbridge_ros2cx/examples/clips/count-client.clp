@@ -1,0 +1,59 @@
+; Sends two goals: to 3, and to 100, which is cancelled at 5.
+(deffacts goals (goal 3) (goal 100))
+
+(defrule open
+  (not (cxbridge-examples-count-client))
+  (not (executive-finalize))
+  =>
+  (cxbridge-examples-count-create-client "count"))
+
+(defrule send
+  (time ?)
+  (cxbridge-examples-count-client (server ?server))
+  ?next <- (goal ?to)
+  (not (goal ?other&:(> ?to ?other)))
+  (not (sent ?))
+  =>
+  (retract ?next)
+  (bind ?goal (cxbridge-examples-count-goal-create))
+  (cxbridge-examples-count-goal-set-field ?goal "to" ?to)
+  (cxbridge-examples-count-send-goal ?goal ?server)
+  (assert (sent ?goal))
+  (printout info "count to " ?to crlf))
+
+(deffunction over (?sent)
+  (cxbridge-examples-count-goal-destroy (nth$ 1 (fact-slot-value ?sent implied)))
+  (retract ?sent))
+
+(defrule watch
+  ?fact <- (cxbridge-examples-count-goal-feedback (server ?server) (client-goal-handle-ptr ?handle)
+             (feedback-ptr ?feedback))
+  =>
+  (if (= 5 (cxbridge-examples-count-feedback-get-field ?feedback "now"))
+    then (cxbridge-examples-count-client-cancel-goal ?server ?handle))
+  (cxbridge-examples-count-feedback-destroy ?feedback)
+  (retract ?fact))
+
+(defrule result
+  ?fact <- (cxbridge-examples-count-wrapped-result (code ?code) (result-ptr ?result))
+  ?response <- (cxbridge-examples-count-goal-response (client-goal-handle-ptr ?handle))
+  ?sent <- (sent ?)
+  =>
+  (printout info ?code " " (cxbridge-examples-count-result-get-field ?result "counted") crlf)
+  (cxbridge-examples-count-result-destroy ?result)
+  (cxbridge-examples-count-client-goal-handle-destroy ?handle)
+  (retract ?fact ?response)
+  (over ?sent))
+
+(defrule end
+  (not (goal ?))
+  (not (sent ?))
+  (time ?)
+  =>
+  (cx-shutdown))
+
+(defrule close
+  (executive-finalize)
+  (cxbridge-examples-count-client (server ?server))
+  =>
+  (cxbridge-examples-count-destroy-client ?server))

@@ -1,0 +1,17 @@
+; Greets, counts the ticks, and says good-bye.
+(defglobal ?*ticks* = 0)
+
+(defrule greet
+  =>
+  (printout info "hello" crlf)
+  (assert (greeted)))
+
+(defrule count
+  (time ?)
+  =>
+  (bind ?*ticks* (+ ?*ticks* 1)))
+
+(defrule part
+  (executive-finalize)
+  =>
+  (printout info "good-bye after " ?*ticks* " ticks" crlf))

@@ -1,0 +1,44 @@
+"""The examples that ship with the plug-in: hello, messages, an action, a plan."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+import cxbridge_ros2cx
+from cxbridge.run import run_scenario
+from cxbridge.run.program.run import make_options
+from tests.support import CX_DIR, needs_cx
+
+EXAMPLES = Path(cxbridge_ros2cx.__file__).parent / "examples"
+
+PRINTED = {
+    ("hello", "hello"): ["hello", "good-bye after 4 ticks"],
+    ("chat", "asker"): ["How are you? Fine.", "the light is on"],
+    ("count", "client"): [
+        "count to 3",
+        "SUCCEEDED (1 2 3)",
+        "count to 100",
+        "CANCELED (1 2 3 4 5 6)",
+    ],
+    ("plan", "planner"): ["read: TRUE", 'go "hall" "kitchen"', 'go "kitchen" "cellar"'],
+}
+
+
+def test_each_example_is_run():
+    assert {file.stem for file in EXAMPLES.glob("params/*.yaml")} == {name for name, _ in PRINTED}
+
+
+@pytest.mark.parametrize(
+    ("name", "env"),
+    [pytest.param(*each, marks=[needs_cx] if each[0] == "plan" else []) for each in PRINTED],
+)
+def test_an_example_prints(name, env, tmp_path):
+    """The types of pddl_manager are in a checkout only."""
+    folder = CX_DIR if name == "plan" else None
+    file = EXAMPLES / "params" / f"{name}.yaml"
+    result = run_scenario(make_options(file, ros2cx=folder, timeout=2.0, log_dir=tmp_path))
+    lines = [line.split("[info] ")[1] for line in (tmp_path / f"{env}.log").read_text().splitlines()]
+    assert [line for line in lines if "> f-" not in line] == PRINTED[name, env]
+    assert result.status == 0
