@@ -70,10 +70,9 @@ def plan(
         return 0
     if domain_file is None or problem_file is None:
         raise CxbridgeError("domain and problem are missing", hint="cxbridge plan domain.pddl problem.pddl")
-    domain, problem = _read(domain_file, problem_file)
     if validate is not None:
-        return _validate(domain, problem, validate, as_json=given.as_json)
-    result = _plan(domain, problem, asked)
+        return _validate(*_read(domain_file, problem_file), validate, as_json=given.as_json)
+    domain, problem, result = _plan(domain_file, problem_file, asked)
     _give(result, given)
     if given.html is not None:
         from cxbridge_studio.explain.plan_page.page import plan_page
@@ -109,14 +108,20 @@ def _read(domain_file: Path, problem_file: Path) -> tuple[Domain, Problem]:
     return domain, load_problem(problem_file, domain, warn=warn)
 
 
-def _plan(domain: Domain, problem: Problem, asked: _PlannerOptions) -> PlanResult:
+def _plan(
+    domain_file: Path, problem_file: Path, asked: _PlannerOptions
+) -> tuple[Domain, Problem, PlanResult]:
+    """Read domain and problem while the planner's process starts, and plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
     from cxbridge.executive.planning.engines.registry import choose_planners
 
     options = _options(asked.option)
-    choose_planners(asked.planner, domain, problem, options)  # refused here: bad input
     with PlanningService(at_once=1) as service:
-        return service.plan(PlanRequest(domain, problem, asked.planner, options, asked.timeout))
+        service.warm_up()
+        domain, problem = _read(domain_file, problem_file)
+        choose_planners(asked.planner, domain, problem, options)  # refused here: bad input
+        request = PlanRequest(domain, problem, asked.planner, options, asked.timeout)
+        return domain, problem, service.plan(request)
 
 
 def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
