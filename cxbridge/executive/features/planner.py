@@ -42,7 +42,7 @@ class _PlannerUser(PlanningUser):
         super().__init__(env, service, settings, domain_of)
         self._log = env.bus.logger(f"Planner|{env.name}")
         self._calls: dict[str, PlanCall] = {}
-        self._checks = PlanChecks(env, self.part, self._log.warn)
+        self._checks = PlanChecks(env, self._log.warn)
         self._parts: dict[str, Collection[str] | None] = {}
         self._reporters: dict[str, PlannerCallReporter] = {}
         self._began_us: dict[str, int] = {}
@@ -97,16 +97,10 @@ class _PlannerUser(PlanningUser):
 
     def known(self, domain: Domain) -> Known:
         """Return the objects and facts of the environment."""
+        from cxbridge.executive.problem.facts import facts_in, objects_in  # noqa: PLC0415
+
         predicates = {predicate.name for predicate in domain.predicates}
-        objects = [
-            (str(slots["name"]), str(slots["type"])) for _, _, slots in self.env.facts("domain-object")
-        ]
-        facts = [
-            (str(slots["name"]), tuple(str(value) for value in slots["param-values"]))
-            for _, _, slots in self.env.facts("domain-fact")
-            if slots["name"] in predicates
-        ]
-        return objects, facts
+        return objects_in(self.env), facts_in(self.env, predicates)
 
     def numbers(self, domain: Domain) -> Numbers:
         """Return the values of the domain's functions."""

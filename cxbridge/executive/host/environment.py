@@ -349,16 +349,6 @@ class ClipsEnvironment:
             yield tuple(slot_value(fact, name, value) for name in names)
             fact = self._next_fact(wanted, fact)
 
-    def fact_indices(self, template: str) -> tuple[int, ...]:
-        """Return the indices of the facts of a deftemplate: others when one of them has changed."""
-        wanted = lib.FindDeftemplate(self.env, encode(template))
-        found: list[int] = []
-        fact = NULL if wanted == NULL else self._next_fact(wanted, NULL)
-        while fact != NULL:
-            found.append(int(lib.FactIndex(fact)))
-            fact = self._next_fact(wanted, fact)
-        return tuple(found)
-
     def _next_fact(self, deftemplate: CData | None, fact: CData) -> CData:
         if deftemplate is None:
             return lib.GetNextFact(self.env, fact)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Container, Iterator, Mapping
 from typing import Final
 
 from cxbridge.errors import PddlError
@@ -94,6 +94,20 @@ class FactKnowledge(Knowledge):
         for index, _, slots in list(self._env.facts(template)):
             if is_meant(slots):
                 self._env.retract(index)
+
+
+def objects_in(env: ClipsEnvironment) -> list[tuple[str, str]]:
+    """Return the objects with their types that an environment has."""
+    return [(str(name), str(kind)) for name, kind in env.columns(INSTANCE, "name", "type")]
+
+
+def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
+    """Return the domain facts of some predicates that an environment has."""
+    return [
+        (str(name), tuple(map(str, values)))
+        for name, values in env.columns(PREDICATE, "name", "param-values")
+        if name in predicates and isinstance(values, tuple)
+    ]
 
 
 def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:

@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
+from cxbridge.executive.problem.facts import FUNCTION, INSTANCE, PREDICATE, facts_in, numbers_in, objects_in
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Mapping
 
-    from cxbridge.executive.features.planning_base import Known, Numbers
     from cxbridge.executive.pddl import Domain, Problem
     from cxbridge.executive.planning import PlannedAction, PlanRequest
+    from cxbridge.executive.planning.validation.world import Objects
 
 FACT: Final = "plan-valid"
-_WORLD: Final = ("domain-fact", "domain-object", "problem-function")
-"""The facts that a plan depends on."""
+_DEPENDS_ON: Final = (PREDICATE, INSTANCE, FUNCTION, "plan-action")
+"""The templates of the facts that a plan depends on."""
 
 _NOT_BEGUN: Final = frozenset({"FORMULATED", "PENDING", "WAITING"})
 _SETTLING: Final = frozenset({"EXECUTION-SUCCEEDED", "SENSED-EFFECTS-WAIT", "SENSED-EFFECTS-HOLD"})
@@ -33,35 +36,31 @@ class _Watched:
 
     :param problem: what it was made for; its goal counts, the facts of the moment come in its place.
     :param only: the objects of the problem, when it has not all.
-    :param seen: the indices of the facts that it was last checked with.
+    :param seen: how often the facts had changed when it was last checked.
     :param failure: why it did not hold then; empty: it held.
+    :param objects: the objects when the facts of objects had changed so often.
     """
 
     domain: Domain
     problem: Problem
     only: Collection[str] | None = None
-    seen: tuple[tuple[int, ...], ...] = ()
-    objects: tuple[tuple[str, str], ...] = ()
+    seen: int = -1
     failure: str = ""
+    objects: tuple[int, Objects] | None = None
 
 
 class PlanChecks:
     """Checks plans of an environment against its facts.
 
-    :param known: returns the objects, facts and numbers that a domain has words for, of some objects or all.
     :param warn: writes to the log.
     """
 
-    def __init__(
-        self,
-        env: ClipsEnvironment,
-        known: Callable[[Domain, Collection[str] | None], tuple[Known, Numbers]],
-        warn: Callable[[str], None],
-    ) -> None:
+    def __init__(self, env: ClipsEnvironment, warn: Callable[[str], None]) -> None:
         self._env = env
-        self._known = known
         self._warn = warn
         self._watched: dict[str, _Watched] = {}
+        self._changes: Counter[str] = Counter()
+        self._listens = False
 
     def failure_now(
         self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
@@ -71,8 +70,8 @@ class PlanChecks:
 
     def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:
         """Check a plan from now on, and tell rules so."""
-        now = self._indices(plan_id)
-        self._watched[plan_id] = _Watched(request.domain, request.problem, only, now)
+        self._listen()
+        self._watched[plan_id] = _Watched(request.domain, request.problem, only, self._changes.total())
         slots: dict[str, Value] = {"plan-id": Symbol(plan_id), "goal-id": Symbol(goal_id)}
         self._env.assert_fact(FACT, slots)
 
@@ -93,19 +92,20 @@ class PlanChecks:
         if watched is None:
             self._warn(f"plan '{plan_id}' is not one that is checked")
             return FALSE
-        now = self._indices(plan_id)
-        if now != watched.seen:
-            watched.seen = now
+        if watched.seen != self._changes.total():
+            watched.seen = self._changes.total()
             begun, rest, settled = self._actions(plan_id)
             if settled:
                 watched.failure = self._failure(watched, tuple(rest), tuple(begun))
                 self._note(plan_id, watched.failure)
         return FALSE if watched.failure else TRUE
 
-    def _indices(self, plan_id: str) -> tuple[tuple[int, ...], ...]:
-        world = tuple(map(self._env.fact_indices, _WORLD))
-        actions = (index for index, _, slots in self._env.facts("plan-action") if slots["plan-id"] == plan_id)
-        return (*world, tuple(actions))
+    def _listen(self) -> None:
+        """Count the changes of the facts that plans depend on, from the first plan on."""
+        if not self._listens:
+            self._listens = True
+            for template in _DEPENDS_ON:
+                self._env.watcher.on_change(template, partial(self._changes.update, (template,)))
 
     def _actions(self, plan_id: str) -> tuple[list[PlannedAction], list[PlannedAction], bool]:
         """Return the actions that run, those that have not begun, and whether the facts tell all."""
@@ -123,25 +123,41 @@ class PlanChecks:
     def _failure(
         self, watched: _Watched, rest: tuple[PlannedAction, ...], begun: tuple[PlannedAction, ...]
     ) -> str:
-        from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
-
-        from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415
         from cxbridge.executive.planning.validation.world import WorldState  # noqa: PLC0415
 
-        (objects, facts), numbers = self._known(watched.domain, watched.only)
-        kinds = tuple(dict.fromkeys(objects))
-        if kinds != watched.objects:
-            constants = set(names_of(watched.domain.constants))
-            groups = [TypedNames((name,), (kind,)) for name, kind in kinds if name not in constants]
-            watched.problem = replace(watched.problem, objects=tuple(groups))
-            watched.objects = kinds
-        state = WorldState(frozenset(facts), dict(numbers))
+        domain = watched.domain
+        facts = facts_in(self._env, {predicate.name for predicate in domain.predicates})
+        numbers = numbers_in(self._env) if domain.functions else {}
+        objects = self._objects(watched)
+        if watched.only is not None:
+            known = objects.of(())
+            facts = [fact for fact in facts if all(name in known for name in fact[1])]
+        state = WorldState(frozenset(facts), numbers)
         try:
-            found = check_plan(watched.domain, watched.problem, rest, state=state, running=begun)
+            found = check_plan(domain, watched.problem, rest, state=state, running=begun, objects=objects)
         except PddlError as error:
             return str(error)
         return found.failure
+
+    def _objects(self, watched: _Watched) -> Objects:
+        """Return the objects that there are now, made anew when facts of objects have changed."""
+        from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
+
+        from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415
+        from cxbridge.executive.planning.validation.world import Objects  # noqa: PLC0415
+
+        changes = self._changes[INSTANCE]
+        if watched.objects is None or watched.objects[0] != changes:
+            others = set(names_of(watched.domain.constants))
+            groups = [
+                TypedNames((name,), (kind,))
+                for name, kind in dict.fromkeys(objects_in(self._env))
+                if name not in others and (watched.only is None or name in watched.only)
+            ]
+            problem = replace(watched.problem, objects=tuple(groups))
+            watched.objects = (changes, Objects(watched.domain, problem))
+        return watched.objects[1]
 
     def _note(self, plan_id: str, failure: str) -> None:
         for index, _, slots in list(self._env.facts(FACT)):

@@ -124,22 +124,24 @@ def check_plan(
     *,
     state: WorldState | None = None,
     running: Iterable[PlannedAction] = (),
+    objects: Objects | None = None,
 ) -> PlanCheck:
     """Check a plan against a problem.
 
     :param state: the state that it begins with, when not the problem's.
     :param running: actions that have been started before; their ``start`` may be negative.
+    :param objects: the objects, when not the problem's.
     """
-    return _Checker(domain, problem, state or WorldState.of_problem(problem)).check(
-        tuple(actions), tuple(running)
-    )
+    begin = state or WorldState.of_problem(problem)
+    checker = _Checker(domain, problem.goal, begin, objects or Objects(domain, problem))
+    return checker.check(tuple(actions), tuple(running))
 
 
 class _Checker:
-    def __init__(self, domain: Domain, problem: Problem, state: WorldState) -> None:
+    def __init__(self, domain: Domain, goal: Formula, state: WorldState, objects: Objects) -> None:
         self._actions = {action.name: action for action in domain.actions}
-        self._objects = Objects(domain, problem)
-        self._goal = problem.goal
+        self._objects = objects
+        self._goal = goal
         self._begin = self._state = state
         self._moments: list[PlanMoment] = []
         self._open: list[_Step] = []
