@@ -75,7 +75,7 @@ def plan(
     domain, problem, result = _plan(domain_file, problem_file, asked)
     _give(result, given)
     if given.html is not None:
-        from cxbridge_studio.explain.plan_page.page import plan_page
+        from cxbridge.cli.plan_page.page import plan_page
 
         plan_page(domain, problem, result).write(given.html)
     return EXIT[result.status.value]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
+from cxbridge.cli.plan_page.serving import GOAL, Service, services
 from cxbridge.executive.pddl import Domain, Problem, format_formula
 from cxbridge.executive.pddl.problems import format_number
 from cxbridge.executive.planning import PlannedAction, PlanResult
@@ -15,7 +16,6 @@ from cxbridge.executive.problem.truth import Ground
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import notes, pairs, table
 from cxbridge.trace.html.text import html
-from cxbridge_studio.explain.plan_page.serving import GOAL, Service, services
 
 _WIDTH: Final = 1000
 _ROW: Final = 22
