@@ -17,6 +17,9 @@ _TIMED: Final = re.compile(
     r"^\s*(?P<start>[\d.]+):\s*\((?P<step>[^)]+)\)\s*\[(?P<duration>[\d.]+)\]", re.MULTILINE
 )
 _PYTHON: Final = "python"
+_DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.main import main; main()"
+"""Fast Downward's driver: its script needs its folder on the path, where our processes have none."""
+
 _NEVER: Final = re.compile(r"(?!)")
 
 
@@ -86,7 +89,7 @@ _TASK: Final = ("-o", "{domain}", "-f", "{problem}")
 
 PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
-        (_PYTHON, "{folder}/downward/fast-downward.py"),
+        (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
         ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),
         CLASSICAL | {Need.COSTS},
         re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),

@@ -13,7 +13,7 @@ from typing import Final, NamedTuple
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, Formula, Problem
-from cxbridge.executive.pddl.ast import ActionSchema, Term, TermComparison, Timed, Variable, names_of
+from cxbridge.executive.pddl.ast import ActionSchema, TermComparison, Variable, names_of
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.formulas import (
@@ -297,28 +297,27 @@ def _refuse_interference(done: Sequence[tuple[_Event, set[Ground], Changes]]) ->
 
 def _check_duration(step: _Step, wanted: Formula, moment: Moment) -> None:
     """Check the constraint on ``?duration``, with the tolerance that plans in files need."""
+    duration = step.duration or 0.0
     for part in (*parts_at(wanted, AT_START), *parts_at(wanted, AT_END)):
-        for slack in (0.0, TOLERANCE_S, -TOLERANCE_S):
-            duration = (step.duration or 0.0) + slack
-            if not false_part(part, step.bound, replace(moment, duration=duration)):
-                break
+        bound = _bound_of(part, moment, step.bound)
+        sign = part.operator if isinstance(part, TermComparison) else ""
+        if bound is None:
+            failed = bool(false_part(part, step.bound, moment))
         else:
-            value = moment.truth().number(_bound_side(part), step.bound)
-            said = "" if value is None else f", and the domain says {value:g}"
-            raise _StepError(step.number, f"{_step_text(step)}: it takes {step.duration:g} s{said}")
+            too_long = sign in ("=", "<=", "<") and duration > bound + TOLERANCE_S
+            failed = too_long or (sign in ("=", ">=", ">") and duration < bound - TOLERANCE_S)
+        if failed:
+            said = "" if bound is None else f", and the domain says {bound:g}"
+            raise _StepError(step.number, f"{_step_text(step)}: it takes {duration:g} s{said}")
 
 
-def _bound_side(formula: Formula) -> Term:
-    """Return the side of a comparison that is not ``?duration``."""
-    match formula:
+def _bound_of(part: Formula, moment: Moment, bound: dict[str, str]) -> float | None:
+    """Return the number with which ``?duration`` is compared; None for another condition."""
+    match part:
         case TermComparison(left=Variable(name=name), right=right) if name == DURATION:
-            return right
-        case TermComparison(left=left):
-            return left
-        case Timed(part=part):
-            return _bound_side(part)
+            return moment.truth().number(right, bound)
         case _:
-            return Variable("")
+            return None
 
 
 def _said(planned: PlannedAction) -> str:

@@ -112,6 +112,8 @@ def blow(start, takes=1.0):
         ([cook(0, "ann", "egg", 4), cook(4.001, "ann", "toast", 2)], ""),
         ([cook(0, "ann", "egg", 4), cook(4, "ann", "toast", 2)], "(free ann) is false"),
         ([cook(0, "ann", "egg", 4), cook(3, "ann", "toast", 2)], "(free ann) is false"),
+        ([cook(0, "ann", "egg", 4.0006), cook(0, "ben", "toast", 1.9996)], ""),
+        ([cook(0, "ann", "egg", 4.0006), cook(0, "ben", "toast", 1.99)], "it takes 1.99 s"),
         ([cook(0, "ann", "egg", 3), cook(0, "ben", "toast", 2)], "it takes 3 s, and the domain says 4"),
         ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(1)], "(cook ann egg): (lit) is false"),
         ([cook(0, "ann", "egg", 4), cook(0, "ben", "toast", 2), blow(5)], ""),
