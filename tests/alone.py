@@ -27,8 +27,11 @@ CORE = "cxbridge"
 TOOLS = ("pytest", "pytest-xdist", "hypothesis", "mcap", "mongomock", "psutil")
 """The tools of the tests, of which those that are installed count."""
 
-DATA = ("docs", "editors", "interfaces", "luaskills", "scenarios", "share", "templates")
-"""The folders of the checkout that tests read."""
+SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")
+"""The parts of the checkout to which there are no links: the sources, and what is copied."""
+
+OF_THE_CHECKOUT = ("architecture", "extras", "licences", "output_files", "packaging", "release")
+"""The tests of the checkout as a whole, which has no sources here."""
 
 
 def folder_of(name: str) -> Path:
@@ -110,8 +113,11 @@ def lay_out(folder: Path, name: str) -> Path:
     shutil.copytree(ROOT / "tests", folder / "tests", ignore=shutil.ignore_patterns("__pycache__"))
     for file in ("conftest.py", "pyproject.toml"):
         shutil.copy(ROOT / file, folder / file)
-    for each in DATA:
-        (folder / each).symlink_to(ROOT / each)
+    for entry in ROOT.iterdir():
+        if entry.name not in SOURCES and not entry.name.startswith(".git"):
+            (folder / entry.name).symlink_to(entry)
+    for each in OF_THE_CHECKOUT:
+        (folder / "tests" / f"test_{each}.py").unlink()
     for each in ours - {CORE}:
         here = folder / "plugins" / each
         shutil.copytree(

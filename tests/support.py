@@ -8,6 +8,7 @@ import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TypeVar
 
@@ -52,6 +53,15 @@ FAWKES_DIR = Path(_FAWKES) if _FAWKES else None
 _ROBOTINO = os.environ.get("ROBOTINO_DIR", "")
 ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
 """A checkout of the RCLL agent (fawkes-robotino), named by ROBOTINO_DIR; may be absent."""
+
+PLUGIN_NAMES = ("explore", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web")
+"""The plug-ins of the repository."""
+
+WHOLE = all(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES)
+"""Whether all plug-ins of the repository are installed."""
+
+needs_all_plugins = pytest.mark.skipif(not WHOLE, reason="a plug-in of the repository is not installed")
+"""For tests that enumerate what all distributions have: commands, pages, servers."""
 
 needs_shared = pytest.mark.skipif(not SHARED.is_dir(), reason="the recordings (../shared) are absent")
 needs_robotino = pytest.mark.skipif(

@@ -17,7 +17,7 @@ from cxbridge import __version__
 from cxbridge.cli.health import _PACKAGES
 from tests import alone
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT
+from tests.support import PLUGIN_NAMES, ROOT
 
 SHARED = ("interfaces", "luaskills", "scenarios", "templates")
 """Folders beside the package that lie in its `share` when it is installed."""
@@ -183,7 +183,9 @@ def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
 
 
 def test_each_distribution_is_tried_and_in_the_readme():
-    assert sorted(SMOKE) == alone.distributions()
+    assert (
+        sorted(SMOKE) == alone.distributions() == ["cxbridge", *(f"cxbridge-{each}" for each in PLUGIN_NAMES)]
+    )
     rows = re.findall(r"^\| `(cxbridge[\w-]*)` \|", (ROOT / "README.md").read_text(), re.MULTILINE)
     assert sorted(rows) == alone.distributions()
 

@@ -12,6 +12,9 @@ from typer.core import TyperGroup
 from cxbridge.cli import commands
 from cxbridge.cli.discovery import top_rows
 from cxbridge.cli.main import app, invoke
+from tests.support import needs_all_plugins
+
+pytestmark = needs_all_plugins
 
 ROOT_COMMAND = typer.main.get_command(app)
 

@@ -14,7 +14,9 @@ from cxbridge.cli.main import invoke
 from tests.cli.test_help import COMMANDS
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, needs_all_plugins
+
+pytestmark = needs_all_plugins
 
 NO_NAMES = {
     "FILE", "DIR", "URL", "PORT", "[PORT]", "HOST", "ADDRESS", "N", "TEXT", "SECONDS|end", "OUT", "PATH", "A",

@@ -30,7 +30,9 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.looking import ENDLESS, LOOKING, LookEnvironment
 from cxbridge.plugins import GROUP
 from tests.cli.test_help import COMMANDS
-from tests.support import module_files, short_path
+from tests.support import module_files, needs_all_plugins, short_path
+
+pytestmark = needs_all_plugins
 
 RECORDING = "run.mcap"
 PROGRAM = Path(sys.executable).with_name("cxbridge")
