@@ -8,6 +8,7 @@ plain predicates; here times, conditional effects and numbers are looked through
 from __future__ import annotations
 
 from collections.abc import Callable
+from graphlib import CycleError, TopologicalSorter
 from typing import Final
 
 from cxbridge.errors import PddlError
@@ -171,13 +172,15 @@ class DomainChecker:
 
     def _refuse_circles(self) -> None:
         """Refuse types that are above themselves."""
-        for group in self._domain.types:
-            for name in group.names:
-                if name != ROOT_TYPE and any(
-                    self._is_subtype(above, name) for above in self._supers[name] - {ROOT_TYPE}
-                ):
+        supers = {name: above - {ROOT_TYPE} for name, above in self._supers.items() if name != ROOT_TYPE}
+        try:
+            TopologicalSorter(supers).prepare()
+        except CycleError as error:
+            circle = set(error.args[1])
+            for group in self._domain.types:
+                for name in sorted(circle.intersection(group.names)):
                     message = f"the type {name} is a type of itself"
-                    raise self._error(message, group.position, "types must not be in a circle")
+                    raise self._error(message, group.position, "types must not be in a circle") from None
 
     def _action(self, action: ActionSchema) -> None:
         if self._typed:

@@ -79,12 +79,20 @@ class _Kinds(dict[str, str]):
     """The terminal of each word of a text, found once."""
 
     def __missing__(self, word: str) -> str:
-        tables = load_tables()
-        kind = tables.keywords.get(word.lower()) or next(
-            name for name, pattern in tables.words.items() if re.fullmatch(pattern, word, re.ASCII)
+        keywords, words = _words()
+        kind = keywords.get(word.lower()) or next(
+            name for name, pattern in words.items() if pattern.fullmatch(word)
         )
         self[word] = kind
         return kind
+
+
+@cache
+def _words() -> tuple[dict[str, str], dict[str, re.Pattern[str]]]:
+    """Return the terminals of keywords, and those of other words with their patterns."""
+    tables = load_tables()
+    patterns = {name: re.compile(pattern, re.ASCII) for name, pattern in tables.words.items()}
+    return tables.keywords, patterns
 
 
 @cache
