@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping
+from pathlib import Path
 from typing import IO, Any, Final
 
 _SURROGATES: Final = range(0xD800, 0xE000)
@@ -126,3 +127,11 @@ class VisibleStream:
 def terminal_of(stream: IO[str] | VisibleStream) -> IO[str]:
     """Return the stream to which the program's own colours and movements of the cursor go."""
     return stream.terminal if isinstance(stream, VisibleStream) else stream
+
+
+def short_path(file: str | Path) -> str:
+    """Return a path as seen from the working directory, if it is below that."""
+    try:
+        return str(Path(file).relative_to(Path.cwd()))
+    except ValueError:
+        return str(file)

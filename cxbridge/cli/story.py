@@ -13,12 +13,12 @@ from cxbridge.cli.colours import Brush, wants_colour
 from cxbridge.cli.console import ConsoleLog
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, Level, LogLine
+from cxbridge.history.brief import BRIEF_TYPES, BriefReasons, forget_oldest
 from cxbridge.history.outcome import ENDED_MODES, OutcomeKind, goal_outcome
 from cxbridge.history.tree import GoalLine, goal_title
 from cxbridge.mainloop import Hook
 from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.result import COMPLETED
-from cxbridge_studio.explain.brief import BRIEF_TYPES, BriefReasons, forget_oldest
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

@@ -13,9 +13,9 @@ import pytest
 from cxbridge.cli.colours import wants_colour
 from cxbridge.cli.main import invoke
 from cxbridge.events import GoalTransition, PlanActionTransition
+from cxbridge.history.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
 from cxbridge.history.outcome import OutcomeKind, action_outcome, goal_outcome, skill_outcome
 from cxbridge.trace.html.look import ACTION_STATES, MODES, OUTCOMES
-from cxbridge_studio.explain.brief import MOST_KEPT, MOST_LOOKS, BriefReasons
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import ROOT

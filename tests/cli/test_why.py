@@ -180,8 +180,8 @@ def test_rules_of_a_whole_agent_and_the_core(monkeypatch):
     # in this process: that there are many is the matter here
     monkeypatch.setattr("cxbridge_studio.explain.rules.report.diagnose_in_sandbox", diagnose)
     from cxbridge.run import RunOptions
-    from cxbridge.run.evidence import scenario_evidence
     from cxbridge_studio.explain.rules.report import explain_rule, lines, plain
+    from cxbridge_studio.explain.scenario import scenario_evidence
 
     with scenario_evidence(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"), 3) as evidence:
         rules = sorted(evidence.rulebook().rules)[::4]

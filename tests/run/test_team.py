@@ -16,10 +16,10 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import agent_names, choose_agent
-from cxbridge.run.evidence import scenario_evidence
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.check.sources import scenario_rules
 from cxbridge_studio.explain.answer import explain
+from cxbridge_studio.explain.scenario import scenario_evidence
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 from typer.core import TyperGroup
 
+from cxbridge.cli import daemon_debug
 from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
 from cxbridge.cli.console import say, say_json
@@ -16,7 +17,6 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge_studio.cli import daemon_debug
 from cxbridge_web.cli.options import WebOptions
 
 if TYPE_CHECKING:

@@ -9,10 +9,10 @@ import typer
 
 from cxbridge.cli.connect import DEFAULT_URL, AsJson, Connect
 from cxbridge.cli.console import say, say_json, say_text
+from cxbridge.cli.daemon_debug import ask_daemon
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.loggers import ABOVE
 from cxbridge.printing import indented
-from cxbridge_studio.cli.daemon_debug import ask_daemon
 
 app = typer.Typer(name="env", help="The CLIPS environments of a daemon.", no_args_is_help=True)
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
+
+from clips._clips import lib
 
 from cxbridge.clipstext.syntax import without_module
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.capi import NULL, CData, decode
 from cxbridge.executive.host.values import Symbol
 from cxbridge.suggestions import did_you_mean
 
@@ -16,6 +20,23 @@ if TYPE_CHECKING:
 def rule_names(env: ClipsEnvironment) -> frozenset[str]:
     """Return the names of all rules, without their modules."""
     return _names(env, "get-defrule-list")
+
+
+def defrules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
+    """Yield name and pointer of all rules. To be called between runs of the rules."""
+    rule = lib.GetNextDefrule(env.env, NULL)
+    while rule != NULL:
+        yield decode(lib.DefruleName(rule)), rule
+        rule = lib.GetNextDefrule(env.env, rule)
+
+
+def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
+    """Return the defrules of an environment by name, as CLIPS has them: after the host's changes of the text.
+
+    To be called between runs of the rules.
+    """
+    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in defrules(env))
+    return {name: decode(form) for name, form in forms if form != NULL}
 
 
 def template_names(env: ClipsEnvironment) -> frozenset[str]:

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from functools import cached_property
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.clipstext.named_files import Found, NamedFiles
+from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.executive.executive import action_mapping
 from cxbridge.suggestions import did_you_mean, nearest
 
@@ -15,7 +18,6 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.executive import Executive
     from cxbridge.run.context import RunContext
-    from cxbridge_studio.agent.model import AgentModel, Found
 
 _NOT_EXECUTED: Final = "No action executor"
 """How the error of an action begins that the core fails because no rule took it."""
@@ -34,31 +36,29 @@ class AgentPlaces:
         self._context, self._executive = context, executive
 
     @cached_property
-    def model(self) -> AgentModel:
-        """The names in the files."""
-        from cxbridge_studio.agent.model import AgentModel  # noqa: PLC0415 - a good run needs none
+    def named(self) -> NamedFiles:
+        """The files, and the names in them."""
+        from cxbridge.clipstext.mentions import read_clips  # noqa: PLC0415 - a good run needs none
 
-        paths, model = self._context.paths, AgentModel()
+        paths, named = self._context.paths, NamedFiles()
         core = (paths.cx, paths.library, *paths.before)
         for file in dict.fromkeys(self._executive.env.loader.files):
             if not any(file.is_relative_to(folder) for folder in core):
-                model.read(file)
-        return model
+                with suppress(OSError):
+                    text = file.read_text("utf-8", "surrogateescape")
+                    named.take(read_clips(str(file), text))
+        return named
 
     def of_action(self, action: str) -> str:
         """Return where plans get an action."""
-        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
-
-        return _first(self.model.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
+        return _first(self.named.mentions(Name(NameKind.ACTION, action), Use.ASSERTED, Use.NAMED))
 
     def of_goal(self, goal_class: str, mode: str) -> str:
         """Return where a rule of the agent has brought goals of a class into a mode, or has made them."""
-        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
-
         of_class = Name(NameKind.GOAL_CLASS, goal_class)
         changed = re.compile(rf"\s+{re.escape(mode)}\s*\)")
         others = ""
-        for found in self.model.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
+        for found in self.named.mentions(Name(NameKind.SLOT, "mode", "goal"), Use.CHANGED):
             piece = found.file.piece_at(found.mention.start)
             if piece is None or not changed.match(found.file.text, found.mention.end):
                 continue
@@ -67,13 +67,11 @@ class AgentPlaces:
                 return _place(found)
             if not others and not any(name.kind is NameKind.GOAL_CLASS for name in names):
                 others = _place(found)
-        return others or _first(self.model.mentions(of_class, Use.ASSERTED))
+        return others or _first(self.named.mentions(of_class, Use.ASSERTED))
 
     def of_interface(self, kind: str, name: str) -> str:
         """Return where rules open an interface."""
-        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
-
-        for found in self.model.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
+        for found in self.named.mentions(Name(NameKind.INTERFACE, kind), Use.NAMED):
             line = found.file.text[found.mention.end :].partition("\n")[0]
             if name in line:
                 return _place(found)
@@ -86,24 +84,20 @@ class AgentPlaces:
 
     def of_similar_fact(self, template: str) -> str:
         """Return where a fact is asserted whose name may be a misspelt one: ``NAME, which PLACE asserts``."""
-        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
-
-        names = self.model.names(NameKind.TEMPLATE, Use.ASSERTED) - self.model.names(
+        names = self.named.names(NameKind.TEMPLATE, Use.ASSERTED) - self.named.names(
             NameKind.TEMPLATE, Use.MATCHED
         )
         for name in nearest(template, names):
-            place = _first(self.model.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
+            place = _first(self.named.mentions(Name(NameKind.TEMPLATE, name), Use.ASSERTED))
             return f"did you mean ({name}), which {place} asserts?"
         return ""
 
     def rules_that_make_goals(self) -> list[str]:
         """Return the names of the rules that assert goals."""
-        from cxbridge_studio.agent.names import Name, NameKind, Use  # noqa: PLC0415
-
         wanted = Name(NameKind.TEMPLATE, "goal")
         return [
             piece.name.text
-            for file in self.model.files
+            for file in self.named.files
             for _, piece in file.pieces
             if piece.name is not None and piece.name.kind is NameKind.RULE
             if any(mention.use is Use.ASSERTED and mention.name == wanted for mention in piece.mentions)

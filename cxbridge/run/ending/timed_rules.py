@@ -12,9 +12,9 @@ from typing import Final
 from cxbridge.clipstext.condition import CE, FieldConstraint, GroupCE, PatternCE
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError
+from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
-from cxbridge_studio.explain.rules.environment import rule_texts
 
 TIME: Final = "time"
 _TICKS: Final = frozenset({"time-retract", "blackboard-read"})

@@ -12,12 +12,13 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES
 from cxbridge_studio.explain.live import CopiedEvidence
-from cxbridge_studio.explain.rules.environment import fact_slots, rule_texts, rulebook, take
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard

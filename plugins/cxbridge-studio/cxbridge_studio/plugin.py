@@ -13,5 +13,6 @@ COMMANDS = (
     Row("format", "cxbridge_studio.cli.format"),
     Row("lsp", "cxbridge_studio.cli.lsp"),
     Row("monitor", "cxbridge_studio.cli.monitor"),
+    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning"),
     Row("why", "cxbridge_studio.cli.why"),
 )

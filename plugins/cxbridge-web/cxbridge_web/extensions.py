@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.interfaces.assignments import put
 from cxbridge.operations.debugger import stopped
 from cxbridge.rights import Right
-from cxbridge_studio.explain.rules.written import WrittenConstructs
 from cxbridge_web.clips_views import RuleRow, activations, census, rules
 from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint, Handler, Query, Where
 from cxbridge_web.fawkes.blackboard import data_models, find
 from cxbridge_web.fawkes.slots import ENVIRONMENT, environment
 from cxbridge_web.paging import ListPart, matches
+from cxbridge_web.written import WrittenConstructs
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import cxbridge.executive
 from cxbridge.clipstext.syntax import definitions
-from cxbridge_studio.explain.rules.locations import short_path
+from cxbridge.printing import short_path
 
 _CORE = Path(cxbridge.executive.__file__).parent / "clips"
 

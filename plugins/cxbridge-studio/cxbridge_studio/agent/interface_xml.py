@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.errors import InterfaceDefinitionError
-from cxbridge.interfaces.xml.tree import Element, read_tree
-from cxbridge_studio.agent.names import (
+from cxbridge.clipstext.names import (
     Mention,
     Name,
     NameKind,
@@ -15,6 +12,9 @@ from cxbridge_studio.agent.names import (
     SourceFile,
     Use,
 )
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import InterfaceDefinitionError
+from cxbridge.interfaces.xml.tree import Element, read_tree
 
 
 def read_interface(path: str, text: str) -> SourceFile:

@@ -12,7 +12,7 @@ from cxbridge.clipstext.syntax import Lines
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import Position
 from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
-from cxbridge_studio.agent.names import (
+from cxbridge.clipstext.names import (
     Mention,
     Name,
     NameKind,
@@ -22,6 +22,10 @@ from cxbridge_studio.agent.names import (
     SourceFile,
     Use,
 )
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.errors import PddlError
+from cxbridge.executive.pddl.ast import Position
+from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _CONNECTIVES: Final = frozenset(

@@ -6,10 +6,7 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
-from cxbridge.errors import ConfigError
-from cxbridge_studio.agent.names import (
+from cxbridge.clipstext.names import (
     Mention,
     Name,
     NameKind,
@@ -19,6 +16,9 @@ from cxbridge_studio.agent.names import (
     SourceFile,
     Use,
 )
+from cxbridge.clipstext.syntax import Lines
+from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
+from cxbridge.errors import ConfigError
 
 _SPECS: Final = ("clips-executive", "specs")
 _STAGE: Final = re.compile(r"stage-\d+")

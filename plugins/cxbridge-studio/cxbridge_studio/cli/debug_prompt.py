@@ -22,11 +22,11 @@ from cxbridge.operations.operation import OperationContext
 from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
-from cxbridge.run.evidence import EnvironmentEvidence
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
 from cxbridge_studio.explain.rules.locations import why_missing
+from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly

@@ -149,7 +149,7 @@ def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
     """Yield what the options name."""
-    from cxbridge.run.evidence import scenario_evidence
+    from cxbridge_studio.explain.scenario import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None
     if run is None:

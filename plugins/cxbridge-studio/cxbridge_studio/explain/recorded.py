@@ -25,12 +25,12 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.state import EnvironmentFacts
+from cxbridge.printing import short_path
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.sources import building_steps
 from cxbridge_studio.explain.evidence import Evidence, History
 from cxbridge_studio.explain.recorded_mistakes import Refusals, agent_folders
 from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.locations import short_path
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import MAX_FACTS, Rulebook, Snapshot
 

@@ -8,6 +8,7 @@ from functools import partial
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
+from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.process.interrupt import Interrupt
 from cxbridge.run.assembly import Assembly
@@ -15,7 +16,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
 from cxbridge_studio.explain.evidence import STORY_TYPES, Evidence, History
-from cxbridge_studio.explain.rules.environment import fact_slots, rule_texts, rulebook, take
+from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
 from cxbridge_studio.explain.rules.rewritten import as_written
 from cxbridge_studio.explain.rules.snapshot import Rulebook, Snapshot
 

@@ -9,10 +9,10 @@ from typing import Final
 
 from msgspec import Struct
 
+from cxbridge.clipstext.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_domain
 from cxbridge.suggestions import did_you_mean
-from cxbridge_studio.agent.names import Mention, NameKind, PlacedPiece, SourceFile, Use
 from cxbridge_studio.agent.unclosed import describe_unclosed
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 

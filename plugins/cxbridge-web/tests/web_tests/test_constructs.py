@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge_studio.explain.rules.written import WrittenConstructs
+from cxbridge_web.written import WrittenConstructs
 from tests.support import ROOT
 from web_tests.support import serving
 

@@ -9,10 +9,10 @@ import re
 from collections.abc import Iterator
 from typing import Final
 
+from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
 from cxbridge.executive.host.shims import ADDED, OLD_NAMES
 from cxbridge.resources import shipped_dir
-from cxbridge_studio.agent.names import Name, NameKind, Use
 from cxbridge_studio.check.agent import Agent, ClipsFile
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 

@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, Final
 
+from cxbridge.printing import short_path
 from cxbridge_studio.explain.coverage.model import Coverage, FileCoverage, UsedNames
-from cxbridge_studio.explain.rules.locations import short_path
 
 _SHORT: Final = 12
 """Letters of a folder that are not worth to be left out."""

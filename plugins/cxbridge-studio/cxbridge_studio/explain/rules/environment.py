@@ -15,6 +15,7 @@ from cxbridge.errors import ClipsError
 from cxbridge.events import Level
 from cxbridge.executive.host.agenda import agenda
 from cxbridge.executive.host.capi import NULL, CData, decode, encode
+from cxbridge.executive.host.constructs import defrules
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.copying import FactCopier, FactTemplate, template_of
 from cxbridge.executive.host.values import FactAddress, show
@@ -27,30 +28,14 @@ MAX_AGENDA: Final = 1000
 _SUCCINCT: Final = 1
 
 
-def _rules(env: ClipsEnvironment) -> Iterator[tuple[str, CData]]:
-    rule = lib.GetNextDefrule(env.env, NULL)
-    while rule != NULL:
-        yield decode(lib.DefruleName(rule)), rule
-        rule = lib.GetNextDefrule(env.env, rule)
-
-
 def rulebook(env: ClipsEnvironment, folders: Iterable[object] = ()) -> Rulebook:
     """Return which rules an environment has. To be called between runs of its rules."""
     return Rulebook(
-        frozenset(name for name, _ in _rules(env)),
+        frozenset(name for name, _ in defrules(env)),
         tuple(map(str, env.loader.files)),
         tuple(env.loader.diagnostics),
         tuple(map(str, folders)),
     )
-
-
-def rule_texts(env: ClipsEnvironment) -> dict[str, str]:
-    """Return the defrules of an environment by name, as CLIPS has them: see :func:`~.rewritten.as_written`.
-
-    To be called between runs of its rules.
-    """
-    forms = ((name, lib.DefrulePPForm(rule)) for name, rule in _rules(env))
-    return {name: decode(form) for name, form in forms if form != NULL}
 
 
 def fact_slots(env: ClipsEnvironment, template: str, most: int | None = None) -> list[Mapping[str, str]]:

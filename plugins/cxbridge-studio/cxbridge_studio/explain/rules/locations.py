@@ -9,6 +9,7 @@ from pathlib import Path
 
 from cxbridge.clipstext.syntax import rule_lines
 from cxbridge.executive.host.loading import UNCLOSED
+from cxbridge.printing import short_path
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 
@@ -21,14 +22,6 @@ class SourceLine:
 
     def __str__(self) -> str:
         return f"{short_path(self.file)}:{self.line}"
-
-
-def short_path(file: str | Path) -> str:
-    """Return a path as seen from the working directory, if it is below that."""
-    try:
-        return str(Path(file).relative_to(Path.cwd()))
-    except ValueError:
-        return str(file)
 
 
 def find_rule(rule: str, files: Iterable[str]) -> SourceLine | None:

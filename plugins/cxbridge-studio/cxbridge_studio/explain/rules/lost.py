@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.clipstext.syntax import definitions
-from cxbridge_studio.explain.rules.locations import short_path
+from cxbridge.printing import short_path
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
 _RULE = "defrule "

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge_studio.explain.rules.environment import rule_texts
+from cxbridge.executive.host.constructs import rule_texts
 from cxbridge_studio.explain.rules.rewritten import as_written
 from studio_tests.explain.worlds import world
 
