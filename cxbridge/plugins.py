@@ -36,6 +36,7 @@ HOOKS: Final = frozenset(
         "COMMANDS",
         "COMPONENTS",
         "DECIDERS",
+        "EXPLAINERS",
         "FEATURES",
         "FORMATS",
         "MEMBERS",

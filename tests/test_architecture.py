@@ -246,24 +246,15 @@ def imported_packages(files: Iterable[Path]) -> set[str]:
 
 
 NOT_CUT_YET = {
-    "cxbridge.cli.broken": {"cxbridge_studio"},
-    "cxbridge.cli.commands.daemon": {"cxbridge_studio", "cxbridge_web"},
-    "cxbridge.cli.commands.env": {"cxbridge_studio"},
+    "cxbridge.cli.commands.daemon": {"cxbridge_web"},
     "cxbridge.cli.commands.run": {"cxbridge_studio", "cxbridge_web"},
-    "cxbridge.cli.commands.trace.planning": {"cxbridge_studio"},
-    "cxbridge.cli.story": {"cxbridge_studio"},
-    "cxbridge.daemon.daemon": {"cxbridge_studio"},
     "cxbridge.daemon.options": {"cxbridge_web"},
     "cxbridge.daemon.settings": {"cxbridge_web"},
     "cxbridge.run.agent_context": {"cxbridge_ros2"},
     "cxbridge.run.components.table": {"cxbridge_ros2"},
-    "cxbridge.run.ending.places": {"cxbridge_studio"},
-    "cxbridge.run.ending.timed_rules": {"cxbridge_studio"},
-    "cxbridge.run.evidence": {"cxbridge_studio"},
-    "cxbridge.run.program.finished": {"cxbridge_studio", "cxbridge_web"},
+    "cxbridge.run.program.finished": {"cxbridge_web"},
     "cxbridge.run.rights": {"cxbridge_ros2"},
     "cxbridge.run.shared": {"cxbridge_ros2"},
-    "cxbridge.testing.agent_run": {"cxbridge_studio"},
     "cxbridge.trace.formats.mcap.foxglove": {"cxbridge_web"},
     "cxbridge.trace.timeline.export": {"cxbridge_web"},
     "cxbridge.trace.timeline.skiller_writes": {"cxbridge_web"},
@@ -272,7 +263,6 @@ NOT_CUT_YET = {
 
 NOT_DECLARED_YET = {
     "cxbridge_studio": {"cxbridge_explore", "cxbridge_protobuf", "cxbridge_ros2"},
-    "cxbridge_web": {"cxbridge_studio"},
 }
 """The plug-ins that still import plug-ins which they do not declare."""
 

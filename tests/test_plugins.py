@@ -16,9 +16,12 @@ from cxbridge import plugins
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.cli.main import invoke
 from cxbridge.clock import VirtualClock
+from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
 from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run.explainers import with_explanations
+from cxbridge.run.program.finished import open_run as read_run
 from cxbridge.run.program.run import make_options
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
@@ -59,6 +62,13 @@ def test_the_example_has_each_hook(greeter):
 def test_the_page_describes_each_hook():
     page = (ROOT / "docs" / "plugins.md").read_text()
     assert [hook for hook in sorted(HOOKS) if hook not in page] == []
+
+
+def recording(folder):
+    """Return the recording of a run."""
+    trace = folder / "run.mcap"
+    run_scenario(RunOptions(scenario=write_scenario(folder / "recorded"), trace=trace))
+    return trace
 
 
 def said(folder) -> list[str]:
@@ -180,6 +190,24 @@ def test_its_own_table(greeter, tmp_path, monkeypatch):
         assert resolve_name("greeter.choir:sing")("hello") == "HELLO"
     finally:
         forget("loud")
+
+
+def test_its_explainer(greeter, monkeypatch, tmp_path):
+    only = tuple(each for each in installed_plugins() if each.name == "greeter")
+    monkeypatch.setattr(plugins, "installed_plugins", lambda: only)
+    assert read_run(recording(tmp_path)).why("MINI") == "MINI of run.mcap: the guests were polite"
+    options = RunOptions(scenario=tmp_path / "s")
+    error = with_explanations(BrokenAgentError([CxbridgeError("it is broken", file=tmp_path / "s")]), options)
+    assert "say hello first" in str(error)
+
+
+def test_a_run_explains_nothing_without_an_explainer(monkeypatch, tmp_path):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    with pytest.raises(PluginError, match="no installed package explains runs") as caught:
+        read_run(recording(tmp_path)).why("MINI")
+    assert "cxbridge-studio" in str(caught.value.hint)
+    error = BrokenAgentError([CxbridgeError("it is broken")])
+    assert with_explanations(error, RunOptions()) is error
 
 
 def test_a_run_imports_only_the_tables(greeter, tmp_path):

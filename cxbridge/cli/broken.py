@@ -1,4 +1,4 @@
-"""A broken agent on the command line: what is wrong with it is said by the check."""
+"""A broken agent on the command line: the explainers add what they find."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def in_words_of_check(options: RunOptions) -> Iterator[None]:
-    """Let a :class:`BrokenAgentError` say what the check says: the word that is wrong, and what was meant.
+    """Add to a :class:`BrokenAgentError` what explainers find: the word that is wrong, and what was meant.
 
     :param options: of the run.
     :raises BrokenAgentError: when one was raised.
@@ -22,6 +22,6 @@ def in_words_of_check(options: RunOptions) -> Iterator[None]:
     try:
         yield
     except BrokenAgentError as error:
-        from cxbridge_studio.check.broken import with_findings
+        from cxbridge.run.explainers import with_explanations
 
-        raise with_findings(error, options) from None
+        raise with_explanations(error, options) from None

@@ -75,6 +75,11 @@ class DaemonContext(RunContext):
     daemon: DaemonAccess
 
     @property
+    def has_clients(self) -> bool:
+        """Whether clients may ask questions: always."""
+        return True
+
+    @property
     def rights(self) -> Rights:
         """What clients may do."""
         return self.settings.rights

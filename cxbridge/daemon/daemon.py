@@ -30,7 +30,6 @@ from cxbridge.run.result import FAULT
 if TYPE_CHECKING:
     from cxbridge.daemon.plugins import DaemonPlugins
     from cxbridge.operations.operation import OperationContext
-    from cxbridge_studio.daemon_explainer import DaemonExplainer
 
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
@@ -91,7 +90,6 @@ class Daemon:
         names = [node.name for node in nodes]
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.take_command)
         self.parts = DaemonComponents(self.manager, self.components, self._settle)
-        self._explainer = self._make_explainer()
         self._requests = DaemonRequests(
             self.board, self.bus, self.executive, settings.rights, self.parts, self.loop
         )
@@ -116,25 +114,6 @@ class Daemon:
             return ComponentNode(row.name, component_class, make)
         self.executive = ExecutiveNode(row.name, component_class, make)
         return self.executive
-
-    def _make_explainer(self) -> DaemonExplainer | None:
-        """Make what says why rules have not fired, if there shall be rules."""
-        node = self.executive
-        if node is None:
-            return None
-        from cxbridge_studio.daemon_explainer import DaemonExplainer  # noqa: PLC0415 - start-up time is a feature
-
-        where = f"{self.spec} in the daemon"
-        settings = self.settings
-        recorded = settings.trace is not None and settings.trace_level != "transitions"
-        return DaemonExplainer(
-            self.board,
-            self.bus,
-            lambda: node.env,
-            where,
-            self.context.paths.clips_dirs,
-            with_firings=recorded or settings.log is not None,
-        )
 
     def add_endpoints(self, endpoints: Sequence[str], purpose: str = "the blackboard") -> None:
         """Announce where a server can be reached."""
@@ -212,8 +191,6 @@ class Daemon:
         self._state = "STOPPING"
         if self.plugins is not None:
             self.plugins.close()
-        if self._explainer is not None:
-            self._explainer.close()
         self._publish()
         self.manager.shutdown()
         self.log.info("Stopped")
@@ -226,8 +203,6 @@ class Daemon:
             self._command(*command)
         if self.plugins is not None and self.plugins.poll():
             self._settle()
-        if self._explainer is not None:
-            self._explainer.attend()
         self._requests.attend()
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:

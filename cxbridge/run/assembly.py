@@ -100,6 +100,12 @@ class Assembly(Closing):
         for hook in component.hooks:
             self.loop.add(hook, component.loop)
 
+    def attend(self) -> None:
+        """Let the steady components work while the main loop rests."""
+        for component in self._components:
+            if component.steady:
+                component.loop()
+
     @property
     def agents(self) -> tuple[Self, ...]:
         """The agents of the run: this one."""

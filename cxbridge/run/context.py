@@ -31,6 +31,7 @@ from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
@@ -62,6 +63,7 @@ class RunContext:
     :param is_look: whether the agent is only looked at: no module that its configuration names is imported.
     :param waits_for_skiller: whether a Skiller elsewhere must be there from the start to the end.
     :param additions: what a program adds to the run.
+    :param executive: the executive, once the agent is loaded; None before, and after it was closed.
     """
 
     name: str
@@ -89,6 +91,12 @@ class RunContext:
     is_look: bool = False
     waits_for_skiller: bool = True
     additions: Additions = NOTHING
+    executive: Executive | None = None
+
+    @property
+    def has_clients(self) -> bool:
+        """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
+        return any(self.options.option(name) is not None for name in ("web", "foxglove"))
 
     @property
     def rights(self) -> Rights:

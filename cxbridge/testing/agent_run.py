@@ -22,6 +22,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
 from cxbridge.run.assembly import Assembly
 from cxbridge.run.ending.mistakes import AgentChecks
+from cxbridge.run.explainers import with_explanations
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.watchdog import end_spins
@@ -31,7 +32,6 @@ from cxbridge.testing.scripted import ScriptedSkills
 from cxbridge.testing.world import World
 from cxbridge.trace.compare.checks import TimeFrom, Tolerance
 from cxbridge.trace.compare.model import Order
-from cxbridge_studio.check.broken import with_findings
 
 PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""
@@ -129,7 +129,7 @@ class AgentRun(Closing):
         try:
             check()
         except BrokenAgentError as error:
-            report = with_findings(error, self.options)
+            report = with_explanations(error, self.options)
             raise AssertionError(f"{report}; strict=False goes on without what is broken") from None
 
     def close(self) -> None:

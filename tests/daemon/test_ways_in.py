@@ -35,6 +35,7 @@ WAYS = {
     "ros2-skiller": ("ros2-action",),
     "ros2-tf": ("ros2-tf",),
     "planning": (),
+    "explainer": (),  # its interface is on the blackboard
     "executive": (),  # what the agent's rules open is the agent's: docs/security.md
 }
 """The protocols of each component. A component without any lets nobody in by itself."""

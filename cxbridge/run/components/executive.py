@@ -56,6 +56,7 @@ class ExecutiveComponent(Component):
         for name in unasked_features(self.context):
             self.manager.request(self.executive.env.name, name)
         self.executive.init()
+        self.context.executive = self.executive
         self.context.source.start_thinking(self.context.clock, self.context.config)
 
     def loop(self) -> None:
@@ -95,6 +96,7 @@ class ExecutiveComponent(Component):
 
     def abort(self) -> None:
         """Unload everything."""
+        self.context.executive = None
         self.executive.close()
         self.manager.close()
 

@@ -12,6 +12,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree, goals_named
+from cxbridge.run.explainers import why
 from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.base import Run as RecordedRun
 
@@ -103,12 +104,10 @@ class Run:
         """Return why a goal came to its outcome, or why a rule did not fire.
 
         :param name: a goal's id, a class of goals, or a rule.
-        :raises CxbridgeError: when there is nothing of that name, or the recording cannot tell.
+        :raises CxbridgeError: when there is nothing of that name, the recording cannot tell, or no installed
+            package explains runs.
         """
-        from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - a run that nobody asks needs none
-        from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
-
-        return "\n".join(explain(RecordedEvidence(self.source, None, None), name).lines)
+        return "\n".join(why(self.source, name))
 
     def compare(self, other: Run, *, order: str = "partial") -> Comparison:
         """Compare the transitions of goals and plan-actions with those of another run.

@@ -6,6 +6,14 @@ from cxbridge.plugins import Row
 
 API = 1
 
+COMPONENTS = (
+    Row(
+        "explainer",
+        "cxbridge_studio.explain.answering:Explainer",
+        lambda context: bool(context.spec) and context.has_clients,
+    ),
+)
+EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
 COMMANDS = (
     Row("check", "cxbridge_studio.cli.check"),
     Row("coverage", "cxbridge_studio.cli.coverage"),

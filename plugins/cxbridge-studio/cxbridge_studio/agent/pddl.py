@@ -8,10 +8,6 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.clipstext.syntax import Lines
-from cxbridge.errors import PddlError
-from cxbridge.executive.pddl.ast import Position
-from cxbridge.executive.pddl.brackets import BracketWord, Group, Item, read_items
 from cxbridge.clipstext.names import (
     Mention,
     Name,

@@ -12,7 +12,6 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
-from cxbridge_studio.daemon_explainer import DaemonExplainer
 from cxbridge_web.server import WebServer
 from cxbridge_web.servers.web_host import ProcessWebHost
 
@@ -42,14 +41,6 @@ class RunWeb(ProcessWebHost):
         self._end_us = 0
         self.service = EnvironmentService(self._agent.manager)
         self.operations = OperationContext(self.rights, self, component_rows=self._components)
-        self._explainer = DaemonExplainer(
-            self.board,
-            self._agent.bus,
-            lambda: self._agent.executive.env,
-            run.spec,
-            self._agent.paths.clips_dirs,
-            with_firings=False,
-        )
 
     @property
     def board(self) -> BlackBoard:
@@ -130,11 +121,7 @@ class RunWeb(ProcessWebHost):
     def attend(self) -> None:
         """Do what was asked for between two loops."""
         self.service.run()
-        self._explainer.attend()
-
-    def close(self) -> None:
-        """Let go of the run."""
-        self._explainer.close()
+        self._agent.attend()
 
 
 class RunPage:
@@ -168,7 +155,6 @@ class RunPage:
             yield
         finally:
             server.stop()
-            host.close()
 
     def attend(self) -> None:
         """Answer requests."""

@@ -9,8 +9,8 @@ import pytest
 
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.daemon_explainer import copy_evidence
 from cxbridge_studio.explain.answer import Explanation, explain
+from cxbridge_studio.explain.answering import copy_evidence
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_studio.explain.scenario import EnvironmentEvidence, scenario_evidence

@@ -1,19 +1,23 @@
-"""A daemon answers why: the loop takes the question and copies what there is to know, a thread looks."""
+"""Answers clients why: the loop takes the question and copies what there is to know, a thread looks."""
 
 from __future__ import annotations
 
 import json
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from copy import copy
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
+from cxbridge.daemon.context import DaemonContext
 from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.events import Event, EventBus, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.events import Event, InterfaceWrite, PlannerCall, RuleFired
+from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.history.transitions import TRANSITION_TYPES
+from cxbridge.mainloop import Hook
+from cxbridge.run.components.component import Component
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.goal_rules import makers
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES
@@ -21,8 +25,8 @@ from cxbridge_studio.explain.live import CopiedEvidence
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
 
 if TYPE_CHECKING:
-    from cxbridge.blackboard import BlackBoard
     from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.run.context import RunContext
     from cxbridge_studio.explain.evidence import Evidence
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
@@ -30,54 +34,47 @@ MOST_QUESTIONS: Final = 4
 """Questions that may wait."""
 
 MOST_STEPS: Final = 10_000
-"""Transitions, and firings, that a daemon keeps to explain goals."""
+"""Transitions, and firings, that are kept to explain goals."""
 
 MOST_FACTS: Final = 10_000
 """Facts that are copied: the loop stops for about 10 us each."""
 
 _ANSWER_BYTES: Final = 262_143
-_ENVIRONMENT: Final = "executive"
 
 
-class DaemonExplainer:
-    """Takes questions and answers them, one at a time.
+class Explainer(Component):
+    """Takes questions of clients and answers them, one at a time."""
 
-    :param bus: has the transitions, from which goals are explained.
-    :param environment: the executive's environment, None while there is none.
-    :param where: what the answers say they are about.
-    :param folders: where the agent's CLIPS files are.
-    :param with_firings: whether firings are recorded, so that to receive them costs nothing more.
-    """
+    hooks = (Hook.PRE_LOOP,)
+    steady = True
+    description = "Explains rules and goals"
 
-    def __init__(
-        self,
-        board: BlackBoard,
-        bus: EventBus,
-        environment: Callable[[], ClipsEnvironment | None],
-        where: str,
-        folders: tuple[object, ...],
-        *,
-        with_firings: bool,
-    ) -> None:
+    def __init__(self, context: RunContext) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
-        self._interface: Any = board.open_for_writing(
+        self._interface: Any = context.board.open_for_writing(
             EXPLAIN_TYPE, EXPLAIN_ID, owner=OWNER, queue_limit=MOST_QUESTIONS
         )
-        self._clock = bus.clock
-        self._environment = environment
-        self._where = where
-        self._folders = folders
-        self._start_us = bus.clock.now_us()
-        self._history = History(_ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
-        self._history.rules_known = with_firings
+        self._context = context
+        self._is_daemon = isinstance(context, DaemonContext)
+        self._start_us = context.clock.now_us()
+        self._history = History(context.name or ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
+        # whether firings are recorded, so that to receive them costs nothing more
+        options = context.options
+        recorded = options.trace is not None and options.trace_level != "transitions"
+        self._history.rules_known = recorded or options.log is not None
         types: tuple[type[Event], ...] = (*TRANSITION_TYPES, PlannerCall, InterfaceWrite)
-        bus.subscribe(self._history.take, *types, *([RuleFired] if with_firings else []))
+        context.bus.subscribe(self._history.take, *types, *([RuleFired] if self._history.rules_known else []))
         self._thread: threading.Thread | None = None
         self._answer: str | None = None
         self._msgid = 0
 
-    def attend(self) -> None:
-        """Publish an answer that is ready, and take the next question. Called once a loop."""
+    @property
+    def _environment(self) -> ClipsEnvironment | None:
+        executive = self._context.executive
+        return None if executive is None else executive.env
+
+    def loop(self) -> None:
+        """Publish an answer that is ready, and take the next question."""
         if self._thread is None and self._interface.msgq_empty():
             return
         if self._thread is not None:
@@ -92,14 +89,16 @@ class DaemonExplainer:
 
     def close(self) -> None:
         """Wait for the answer that is being made."""
+        self._context.bus.unsubscribe(self._history.take)
         if self._thread is not None:
             self._thread.join()
             self._thread = None
+        self._context.board.close(self._interface)
 
     def _begin(self, message: Any) -> None:
         name, kind, rules = str(message.name), str(message.kind), int(message.rules)
         self._msgid, self._answer = message.id, None
-        env = self._environment()
+        env = self._environment
         if env is None:
             error = CxbridgeError("the executive is not there now", hint="see 'cxbridge daemon status'")
             self._publish(_refusal(error))
@@ -112,10 +111,13 @@ class DaemonExplainer:
 
     def _copy(self, env: ClipsEnvironment, name: str, kind: str) -> Evidence:
         """Copy what there is to know about a rule, or of goals, so that the loop can go on."""
-        now_us = self._clock.now_us()
-        where = f"{self._where}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
+        now_us = self._context.clock.now_us()
+        agent = f"{self._context.spec} in the daemon" if self._is_daemon else self._context.spec
+        where = f"{agent}, {(now_us - self._start_us) / MICROSECONDS:.3f} s after its start"
         times_us = self._start_us, now_us
-        return copy_evidence(env, self._folders, name, kind, where, times_us, self._copy_history())
+        return copy_evidence(
+            env, self._context.paths.clips_dirs, name, kind, where, times_us, self._copy_history()
+        )
 
     def _copy_history(self) -> History:
         copied = copy(self._history)
@@ -126,7 +128,7 @@ class DaemonExplainer:
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:
         """Return facts while the rules fire, in their thread."""
-        env = self._environment()
+        env = self._environment
         return [] if env is None else fact_slots(env, template, MOST_FACTS)
 
     def _work(self, evidence: Evidence, name: str, kind: str, rules: int) -> None:

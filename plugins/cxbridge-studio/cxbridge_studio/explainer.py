@@ -1,0 +1,24 @@
+"""The studio as an explainer of runs: docs/plugins.md, Explainers."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from cxbridge.errors import BrokenAgentError
+from cxbridge.run.options import RunOptions
+from cxbridge.trace.formats.base import Run
+
+
+def why(run: Run, name: str) -> Sequence[str]:
+    """Return why a goal came to its outcome, or why a rule did not fire."""
+    from cxbridge_studio.explain.answer import explain  # noqa: PLC0415 - a broken agent needs the check only
+    from cxbridge_studio.explain.recorded import RecordedEvidence  # noqa: PLC0415
+
+    return explain(RecordedEvidence(run, None, None), name).lines
+
+
+def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
+    """Return the error with the findings of the check: the word that is wrong, and what was meant."""
+    from cxbridge_studio.check.broken import with_findings  # noqa: PLC0415 - as above
+
+    return with_findings(error, options)
