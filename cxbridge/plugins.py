@@ -33,6 +33,7 @@ GROUP: Final = "cxbridge"
 
 HOOKS: Final = frozenset(
     {
+        "CHECKS",
         "COMMANDS",
         "COMPONENTS",
         "DECIDERS",
@@ -214,6 +215,17 @@ def package_with(name: str) -> str:
     """Return the known package of plug-ins that has a command or an option; empty when none has."""
     known = json.loads(Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8"))
     return str(known.get(name, ""))
+
+
+def is_installed(target: str) -> bool:
+    """Return whether ``module:object`` is of cxbridge or of an installed plug-in."""
+    package = target.partition(":")[0].partition(".")[0]
+    return package == GROUP or any(
+        row.target.partition(".")[0] == package
+        for plugin in installed_plugins()
+        for rows in plugin.rows.values()
+        for row in rows
+    )
 
 
 def installed_plugins() -> tuple[Plugin, ...]:

@@ -261,11 +261,6 @@ NOT_CUT_YET = {
 }
 """The modules of the core that still import plug-ins. Each cut takes lines away; no line is added."""
 
-NOT_DECLARED_YET = {
-    "cxbridge_studio": {"cxbridge_explore", "cxbridge_protobuf", "cxbridge_ros2"},
-}
-"""The plug-ins that still import plug-ins which they do not declare."""
-
 
 def test_the_core_imports_no_plug_in():
     found = {module: imported_packages([path]) & PLUGINS.keys() for module, path in MODULES.items()}
@@ -278,7 +273,7 @@ def test_a_plug_in_imports_only_plug_ins_that_it_declares(name):
     core = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     declared = {re.split(r"[=<>]", each)[0].replace("-", "_") for each in project["dependencies"]}
     imported = imported_packages(PLUGINS[name].rglob("*.py")) & PLUGINS.keys()
-    assert imported - {name} - declared == NOT_DECLARED_YET.get(name, set())
+    assert imported - {name} - declared == set()
     assert f"cxbridge=={core['version']}" in project["dependencies"]
     assert project["version"] == core["version"]
 

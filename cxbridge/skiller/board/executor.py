@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator, Mapping
+from collections.abc import Callable, Generator, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Final, NamedTuple, TypeAlias, TypeVar
 
-from cxbridge.errors import ConfigError, SkillError
+from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.skiller.board.protocol import SkillCall
 
 if TYPE_CHECKING:
@@ -101,6 +101,14 @@ class SkillExecutor:
     def skills_with(cls, settings: Mapping[str, Any]) -> tuple[str, ...]:  # noqa: ARG003  some depend on them
         """Return the names of the skills that an executor with these settings executes."""
         return cls.skills
+
+    @classmethod
+    def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterable[CxbridgeError]:  # noqa: ARG003
+        """Return what is wrong with settings, as far as can be seen without making an executor.
+
+        :param folder: what relative files in the settings are seen from.
+        """
+        return ()
 
     def setting(self, name: str, default: T = _NEEDED) -> T:
         """Return a setting, of the type of the default if there is one.

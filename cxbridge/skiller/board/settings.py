@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Self
 from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
+from cxbridge.plugins import is_installed
 from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.loading import checked_executor, load_executor
@@ -27,8 +28,6 @@ TREE = "/skill-board"
 _SETTINGS = ("name", "in-process", "timeouts", "agents")
 _TIMEOUTS = ("start", "silence", "cancel")
 _AGENT = ("skiller", "executors")
-_OURS = f"{__name__.partition('.')[0]}."
-"""What the names of modules of this package begin with."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,10 +69,25 @@ class ExecutorSettings:
 
         :raises CxbridgeError: when there is no such class, or it is none of an executor; with file and line.
         """
-        if not isinstance(self.target, str) or self.target.startswith(_OURS):
+        if self._is_installed:
             return self.skills()
         with self._placed():
             return written_skills(self.target, self.folder)
+
+    def mistakes(self) -> Iterable[CxbridgeError]:
+        """Return what is wrong with the settings, as its class says; nothing for a class of the user's.
+
+        :raises CxbridgeError: as :meth:`load`.
+        """
+        if not self._is_installed:
+            return ()
+        with self._placed():
+            return tuple(self.load().mistakes(self.settings, self.folder))
+
+    @property
+    def _is_installed(self) -> bool:
+        """Whether the class may be imported to look at it: it is cxbridge's, a plug-in's or a program's."""
+        return not isinstance(self.target, str) or is_installed(self.target)
 
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False

@@ -9,6 +9,7 @@ API = 1
 HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
 """The tables of this plug-in, to which other plug-ins add rows: ``cxbridge_explore.game.kinds``."""
 
+CHECKS = (Row("explore", "cxbridge_explore.check"),)
 COMMANDS = (
     Row("explore", "cxbridge_explore.cli.explore"),
     Row("game", "cxbridge_explore.cli.game"),

@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Final
 from msgspec import Struct
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.errors import ConfigError, Ros2Error, SkillError
+from cxbridge.errors import ConfigError, CxbridgeError, Ros2Error, SkillError
 from cxbridge.skiller.board import Progress, SkillCall, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.suggestions import did_you_mean
@@ -73,6 +73,32 @@ class RosSkills(RosExecutor):
         """Return the skills that are configured; see the base class."""
         skills = nested(settings).get("skills")
         return tuple(skills) if isinstance(skills, Mapping) else ()
+
+    @classmethod
+    def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
+        """Yield what is wrong with the types and fields of skills; see the base class."""
+        nodes = NodeSettings.of(settings, folder, cls.__name__)
+        definitions = nodes.definitions()
+        configured = nested(settings).get("skills")
+        for skill, value in configured.items() if isinstance(configured, Mapping) else ():
+            known = _skill(skill, value, nodes.namespace)
+            kind = parse_type(known.kind, "action" if known.is_action else "srv")
+            answer = kind.derived("Result" if known.is_action else "Response")
+            paths = (
+                (kind.derived("Feedback"), known.feedback),
+                (answer, known.success),
+                (answer, known.error),
+            )
+            try:
+                for message, path in paths:
+                    lacks = definitions.lacking(message, path) if path else None
+                    if lacks is not None:
+                        hint = did_you_mean(lacks[0], lacks[1], f"it has: {', '.join(lacks[1])}")
+                        yield ConfigError(f"the skill {skill}: {message} has no field '{path}'", hint=hint)
+                definitions.fields(answer)
+            except Ros2Error as error:
+                error.message = f"the skill {skill}: {error.message}"
+                yield error
 
     def _configured(self) -> Mapping[str, Any]:
         skills: Mapping[str, Any] = self.setting("skills", {})
@@ -226,33 +252,6 @@ def _skill(name: str, value: Any, namespace: str) -> RosSkill:
         timeout_s=seconds_of(name, "timeout", value.get("timeout", TIMEOUT_S)),
         patience_s=seconds_of(name, "patience", value.get("patience", PATIENCE_S)),
     )
-
-
-def mistakes(settings: Mapping[str, Any], folder: Path) -> Iterator[ConfigError | Ros2Error]:
-    """Yield what is wrong with the types and fields of skills, as far as no node need be joined.
-
-    :param settings: of the executor.
-    :param folder: what relative folders are seen from.
-    :raises CxbridgeError: when the settings make no sense.
-    """
-    nodes = NodeSettings.of(settings, folder, "RosSkills")
-    definitions = nodes.definitions()
-    configured = nested(settings).get("skills")
-    for skill, value in configured.items() if isinstance(configured, Mapping) else ():
-        known = _skill(skill, value, nodes.namespace)
-        kind = parse_type(known.kind, "action" if known.is_action else "srv")
-        answer = kind.derived("Result" if known.is_action else "Response")
-        paths = ((kind.derived("Feedback"), known.feedback), (answer, known.success), (answer, known.error))
-        try:
-            for message, path in paths:
-                lacks = definitions.lacking(message, path) if path else None
-                if lacks is not None:
-                    hint = did_you_mean(lacks[0], lacks[1], f"it has: {', '.join(lacks[1])}")
-                    yield ConfigError(f"the skill {skill}: {message} has no field '{path}'", hint=hint)
-            definitions.fields(answer)
-        except Ros2Error as error:
-            error.message = f"the skill {skill}: {error.message}"
-            yield error
 
 
 def _field(message: Any, path: str) -> Any:

@@ -14,10 +14,10 @@ from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
-from cxbridge_studio.check import checks
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
 from cxbridge_studio.check.silence import without_silenced
+from cxbridge_studio.check.table import findings
 
 _MOST_FOLDERS: Final = 4
 """How many folders around a file may have its scenario."""
@@ -43,9 +43,7 @@ def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Fi
     try:
         for name in agents(options):
             with Agent(replace(options, agent=name)) as agent:
-                found.update(
-                    dict.fromkeys(checks.findings(agent, errors_only=errors_only, portable=portable))
-                )
+                found.update(dict.fromkeys(findings(agent, errors_only=errors_only, portable=portable)))
     except CxbridgeError as error:
         found[of_error(error)] = None
     return list(found)

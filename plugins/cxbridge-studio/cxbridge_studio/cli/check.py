@@ -51,10 +51,10 @@ def check(
     Example: cxbridge check scenarios/courier --format github
     """
     from cxbridge.run.options import RunOptions
-    from cxbridge_studio.check.checks import codes
     from cxbridge_studio.check.findings import Severity
     from cxbridge_studio.check.formats import FORMATS
     from cxbridge_studio.check.run import check as find
+    from cxbridge_studio.check.table import codes
 
     if explain:
         known = codes()

@@ -15,10 +15,10 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
-from cxbridge_protobuf.settings import ProtobufSettings
 from cxbridge_studio.agent.loading import SpecLoading
 from cxbridge_studio.lsp.session import Session, files_below
 
+_PROTO_DIRS: Final = "/clips-protobuf/proto-dirs"
 _HOST_FOLDERS: Final = ("host", "features", "planner")
 
 
@@ -56,8 +56,9 @@ class AgentFiles(Struct, frozen=True):
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
             yield from files_below(folder, (".lua",))
-        for folder in ProtobufSettings.from_config(self.config, self.paths.expand).folders:
-            yield from files_below(folder, (".proto",))
+        for text in self.config.get_strings(_PROTO_DIRS, default=[]):
+            for folder in self.paths.expand(text):
+                yield from files_below(folder, (".proto",))
 
     def loaded(self, session: Session) -> set[str]:
         """Return what the spec loads; files that the session does not have yet are read."""

@@ -58,7 +58,6 @@ COMPILES: Final = Code(
 
 CODES: Final = (ROS, BROKEN, UNKNOWN, ARGUMENT, COMPILES)
 
-_ROS_SKILLS: Final = "cxbridge_ros2.skills:RosSkills"
 _ARGUMENT = re.compile(r"[{,]\s*([A-Za-z_]\w*)\s*=")
 _NAME = re.compile(r"\s*([A-Za-z_][\w-]*)\s*[{(]")
 
@@ -74,7 +73,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     if skills is None:
         return
     yield from _check_files(agent)
-    yield from _check_ros(agent)
+    yield from _check_executors(agent)
     yield from _check_arguments(agent, skills)
     base = f"/clips-executive/specs/{agent.spec}/action-mapping"
     for action, template in action_mapping(agent.config, agent.spec).items():
@@ -103,17 +102,13 @@ def _check_files(agent: Agent, known: str = "") -> Iterator[Finding]:
                 yield Finding(COMPILES, SourcePlace(str(path), line), message)
 
 
-def _check_ros(agent: Agent) -> Iterator[Finding]:
-    """Yield a finding for each type and field that skills of ROS 2 name and that there is not."""
+def _check_executors(agent: Agent) -> Iterator[Finding]:
+    """Yield what the classes of executors find in their settings: types and fields that do not exist."""
     board = agent.context.skill_board
     for member in () if board is None else board.agents:
         for executor in member.executors:
-            if executor.target != _ROS_SKILLS:
-                continue
-            from cxbridge_ros2.skills import mistakes  # noqa: PLC0415 - an extra
-
             place = SourcePlace("") if executor.place is None else place_of(executor.place)
-            for error in mistakes(executor.settings, executor.folder):
+            for error in executor.mistakes():
                 yield Finding(ROS, place, error.message, error.hint or "")
 
 

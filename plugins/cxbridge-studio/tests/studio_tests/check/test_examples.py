@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.check.checks import codes
+from cxbridge_studio.check.table import codes
 from studio_tests.check.examples import PAGE, Example, examples, output_of
 
 FINE, *MISTAKES = examples()

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from cxbridge_studio.check.checks import codes
 from cxbridge_studio.check.findings import Severity
+from cxbridge_studio.check.table import codes
 from studio_tests.check.judged import SPECS, found, judged, places
 from tests.support import needs_fawkes, needs_robotino
 

@@ -9,7 +9,7 @@ import pytest
 from lsprotocol import types as lsp
 from pygls.exceptions import JsonRpcException
 
-from cxbridge_studio.check.checks import codes
+from cxbridge_studio.check.table import codes
 from cxbridge_studio.lsp.diagnostics import LIVE, live_findings
 from tests.support import ROOT
 

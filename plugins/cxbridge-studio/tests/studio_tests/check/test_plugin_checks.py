@@ -1,0 +1,28 @@
+"""Plug-ins add checks: the example of docs/plugins.md."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.run import RunOptions
+from cxbridge_studio.check.run import check
+from cxbridge_studio.check.table import codes
+from tests.plugins import example, forget, install
+from tests.run.mini import write_scenario
+
+
+@pytest.fixture
+def greeter(tmp_path, monkeypatch):
+    install(tmp_path / "site", monkeypatch, "greeter", example())
+    yield
+    forget("greeter")
+
+
+def test_a_check_of_a_plug_in(greeter, tmp_path):
+    folder = write_scenario(tmp_path / "s")
+    assert "GR1" in codes()
+    assert check(RunOptions(scenario=folder), errors_only=True) == []
+    with (folder / "scenario.yaml").open("a") as file:
+        file.write('greeting: ""\n')
+    (found,) = check(RunOptions(scenario=folder), errors_only=True)
+    assert (found.code.name, found.place.file) == ("GR1", str(folder / "scenario.yaml"))
