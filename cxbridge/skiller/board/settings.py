@@ -69,25 +69,20 @@ class ExecutorSettings:
 
         :raises CxbridgeError: when there is no such class, or it is none of an executor; with file and line.
         """
-        if self._is_installed:
+        if not isinstance(self.target, str) or is_installed(self.target):
             return self.skills()
         with self._placed():
             return written_skills(self.target, self.folder)
 
     def mistakes(self) -> Iterable[CxbridgeError]:
-        """Return what is wrong with the settings, as its class says; nothing for a class of the user's.
+        """Return what is wrong with the settings, as the class says; nothing for a class of the user's.
 
         :raises CxbridgeError: as :meth:`load`.
         """
-        if not self._is_installed:
+        if isinstance(self.target, str) and not is_installed(self.target):
             return ()
         with self._placed():
             return tuple(self.load().mistakes(self.settings, self.folder))
-
-    @property
-    def _is_installed(self) -> bool:
-        """Whether the class may be imported to look at it: it is cxbridge's, a plug-in's or a program's."""
-        return not isinstance(self.target, str) or is_installed(self.target)
 
     def host(
         self, agent: str, board: BlackBoard, clock: Clock, bus: EventBus, *, verbatim: bool = False
