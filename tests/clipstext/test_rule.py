@@ -13,9 +13,6 @@ from cxbridge.clipstext.condition import GroupCE, PatternCE
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
-from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
-from cxbridge_studio.explain.rules.diagnose import diagnose
-from cxbridge_studio.explain.rules.matcher import Matcher
 
 
 def first(text: str) -> PatternCE:
@@ -106,7 +103,6 @@ def test_any_text_is_read_without_a_fault(text):
         parse_rule(text)
     with suppress(ClipsError):
         parse_rule(f"(defrule r {text} =>)")
-    Constructs([TextFile("a.clp", text)])
 
 
 def test_depth_is_no_matter():
@@ -118,31 +114,3 @@ def test_depth_is_no_matter():
 def test_an_arrow_without_a_pattern():
     """A property found it: `?f <-` before a word is not a pattern."""
     assert parse_rule("(defrule r ?f <- a =>)").ces == ()
-
-
-def test_a_function_comes_after_all_that_it_calls():
-    """A condition that called a function and what that calls could not be matched: it seemed undefined."""
-    text = """
-        (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
-        (defrule r (test (and (a 1) (c 1))) =>)"""
-    snapshot = Constructs([TextFile("1.clp", text)]).snapshot("r", "e", 0)
-    assert [function.split()[1] for function in snapshot.functions] == ["c", "a"]
-    assert diagnose(snapshot).unknown == ""
-
-
-def test_of_two_constructs_the_later_counts_and_globals_are_found():
-    made = Constructs(
-        [
-            TextFile("1.clp", "(defglobal ?*a* = 1 ?*b* = (+ ?*a* 1))\n(defrule r (x) =>)"),
-            TextFile(
-                "2.clp",
-                '\n(defrule MAIN::r "late" (y ?*b*) =>)\n(deftemplate MAIN::y (field z) (multifield w))',
-            ),
-        ]
-    )
-    snapshot = made.snapshot("r", "e", 0)
-    assert not snapshot.all_facts
-    with Matcher(snapshot) as matcher:
-        assert matcher.value("?*b*") == 2
-    assert made.rulebook().places == {"r": ("2.clp", 2)}
-    assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -11,10 +11,7 @@ from msgspec.structs import replace
 from cxbridge.events import Event, GoalTransition, InterfaceMessage, PlanActionTransition
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
-from cxbridge_studio.explain.goal_story import GoalReporter
-from cxbridge_studio.explain.goals import Goals
-from cxbridge_studio.explain.recorded import RecordedEvidence
-from studio_tests.explain.runs import ENV, ListRun, action, fact, goal, us
+from tests.history.runs import ListRun, action, fact, goal, us
 
 ROBOTS = ("robot1", "robot2", "robot3")
 REASONS = ("door closed", "battery low", "")
@@ -65,19 +62,7 @@ def a_run(order: tuple[int, ...], over: tuple[float, ...], *, facts: bool = Fals
     return ListRun(events)
 
 
-def in_why(run, env=None):
-    """Each goal's first action with the executor and the reason, as `why` sees it."""
-    evidence = RecordedEvidence(run, None, env)
-    assert evidence.history is not None
-    goals = Goals(evidence.history, {})
-    skills = {name: goals.skill(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)}
-    return {
-        name: None if skill is None else (skill.call.skiller, skill.call.error)
-        for name, skill in skills.items()
-    }
-
-
-def in_timeline(run):
+def linked(run):
     return {link.action.goal: (link.call.skiller, link.call.error) for link in links(RunHistory.of(run))}
 
 
@@ -88,13 +73,13 @@ EXPECTED = {f"g{n}": (f"{ROBOTS[n]}-arm", REASONS[n]) for n in range(3)}
 def test_robots_that_move_at_a_time(order):
     for over in permutations((3.0, 5.0, 8.0)):
         run = a_run(order, over)
-        assert in_why(run) == in_timeline(run) == EXPECTED
+        assert linked(run) == EXPECTED
 
 
 @pytest.mark.parametrize("order", list(permutations(range(3))))
 def test_with_facts_the_arguments_pair_those_that_end_at_the_same_time(order):
     run = a_run(order, (3.0, 3.0, 3.0), facts=True)
-    assert in_why(run) == in_timeline(run) == EXPECTED
+    assert linked(run) == EXPECTED
 
 
 def test_an_action_that_fails_twice_has_the_reason_of_each_time():
@@ -114,12 +99,6 @@ def test_an_action_that_fails_twice_has_the_reason_of_each_time():
         ("1", "door closed"),
         ("2", "battery low"),
     ]
-
-
-def test_an_execution_that_is_not_over_has_no_reason():
-    run = a_run((0, 1, 2), (3.0, 5.0, 8.0))
-    cut = ListRun([event for event in run.events if event.time_us < us(3)])
-    assert in_why(cut) == {f"g{n}": (f"{ROBOTS[n]}-arm", "") for n in range(3)}
 
 
 def of(env: str, event: Event) -> Event:
@@ -142,17 +121,4 @@ def test_agents_of_one_run_have_their_own_boards(one, other):
         events += [ends(3, 0, reason, env), of(env, failed)]
     run = ListRun(events)
     expected = {f"of-{one}": ("robot1-arm", "door closed"), f"of-{other}": ("robot1-arm", "battery low")}
-    assert in_timeline(run) == expected
-    assert {**in_why(run, one), **in_why(run, other)} == expected
-
-
-def test_why_names_the_reason():
-    run = a_run((0, 1, 2), (3.0, 5.0, 8.0))
-    evidence = RecordedEvidence(
-        ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV
-    )
-    assert evidence.history is not None
-    goals = Goals(evidence.history, {})
-    story = GoalReporter(evidence, goals, {}).report(goals.find("g0")[0])
-    texts = [cause.text for cause in story.cause.because[0].because]
-    assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]
+    assert linked(run) == expected

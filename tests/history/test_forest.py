@@ -17,11 +17,7 @@ from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
 from cxbridge.trace.timeline.export import write_timeline
-from cxbridge_studio.explain.answer import explain
-from cxbridge_studio.explain.recorded import RecordedEvidence
-from cxbridge_studio.monitor.choosing import choose_goals
-from cxbridge_studio.monitor.snapshot import GoalRow
-from studio_tests.explain.runs import ListRun, goal
+from tests.history.runs import goal
 from tests.support import many
 from tests.trace.runs import MemoryRun
 
@@ -98,19 +94,6 @@ def of_report(shape: dict[str, str]) -> list[str]:
     return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 
-def of_monitor(shape: dict[str, str]) -> list[str]:
-    rows = [GoalRow("env", each, "C", above, "SELECTED", "", "word") for each, above in shape.items()]
-    return [row.id for row in choose_goals(rows, "word")]
-
-
-def of_explanations(shape: dict[str, str]) -> list[str]:
-    evidence = RecordedEvidence(ListRun(events(shape)), None, None)
-    few = list(shape)[:: max(1, len(shape) // 5)]
-    for each in few:
-        assert explain(evidence, each, "goal").lines
-    return list(shape)
-
-
 def of_timeline(shape: dict[str, str], tmp_path: Path) -> list[str]:
     write_timeline(MemoryRun(events(shape)), tmp_path / "t.json")
     slices = json.loads((tmp_path / "t.json").read_text())["traceEvents"]
@@ -124,7 +107,7 @@ def events(shape: dict[str, str]) -> list[Any]:
     return made
 
 
-VIEWS = (of_result, of_test, of_comparison, of_trail, of_report, of_monitor, of_explanations)
+VIEWS = (of_result, of_test, of_comparison, of_trail, of_report)
 
 
 @pytest.mark.parametrize("shape", SHAPES)

@@ -7,16 +7,10 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.history.model import goals_named
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.finished import open_run
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.convert import convert
-from cxbridge_studio.explain.answer import explain
-from cxbridge_studio.explain.recorded import RecordedEvidence
-from tests.history.test_views_agree import NODE, in_page, page_modules
-
-__all__ = ["page_modules"]
 
 AGENT = """
 (deftemplate round (slot number))
@@ -88,43 +82,6 @@ def test_a_log_of_facts_says_it_too(recorded: Path, tmp_path: Path):
     log = tmp_path / "run.log"
     convert(run.source, log, "fawkes-log")
     assert [goal.name for goal in open_run(log).goals] == [goal.name for goal in run.goals]
-
-
-@pytest.mark.parametrize("name", ["ROOM#2", "LOOK#2"])
-def test_why_is_asked_by_number(recorded: Path, name: str):
-    answer = explain(RecordedEvidence(open_run(recorded).source, None, None), name, "goal")
-    assert answer.plain["goals"][0]["goal"] == "ROOM#2"
-    assert answer.plain["goals"][0]["outcome"] == "COMPLETED"
-
-
-def test_why_without_a_number_tells_of_both(recorded: Path):
-    answer = explain(RecordedEvidence(open_run(recorded).source, None, None), "ROOM", "goal")
-    assert [goal["outcome"] for goal in answer.plain["goals"]] == ["FAILED", "COMPLETED"]
-
-
-def test_why_is_asked_by_time(recorded: Path):
-    run = open_run(recorded)
-    for life, name in enumerate(("ROOM", "ROOM#2")):
-        end = goals_named(run.goals, "ROOM")[life].changes[-2].time / 1e6
-        answer = explain(RecordedEvidence(run.source, end, None), "ROOM", "goal")
-        assert [goal["goal"] for goal in answer.plain["goals"]] == [name]
-
-
-@pytest.mark.skipif(NODE is None, reason="needs node")
-def test_the_page_has_both(recorded: Path, page_modules: Path):
-    model = in_page(open_run(recorded).source, page_modules)
-    assert [(goal["key"], goal["parent"]) for goal in model["goals"]] == [
-        ("HOUSE", ""),
-        ("ROOM", "HOUSE"),
-        ("HOUSE#2", ""),
-        ("ROOM#2", "HOUSE#2"),
-    ]
-    assert {goal["key"]: goal["outcome"] for goal in model["now"]} == {
-        "HOUSE": "FAILED",
-        "ROOM": "FAILED",
-        "HOUSE#2": "COMPLETED",
-        "ROOM#2": "COMPLETED",
-    }
 
 
 def test_the_result_of_a_run_lists_both(recorded: Path):

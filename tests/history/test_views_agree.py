@@ -32,13 +32,16 @@ from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_web.report.page import page_data
 from cxbridge_web.report.reading import read
 from explore_tests.defects.seeded import DEFECTS, runs
-from studio_tests.explain.runs import ListRun
+from tests.history.runs import ListRun
+from tests.history.test_lives import recorded
 from tests.support import ROOT, many
 
 SHIPPED = sorted(
     folder.name for folder in shipped_dir("scenarios").iterdir() if (folder / "scenario.yaml").exists()
 )
 NODE = shutil.which("node")
+__all__ = ["recorded"]
+
 PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
 
 Action = tuple[str, str, str, str]
@@ -217,3 +220,20 @@ def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
     assert evidence.history is not None
     for before, after in pairwise(said):
         assert before.call.begin <= after.call.begin
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+def test_the_page_has_both(recorded: Path, page_modules: Path):
+    model = in_page(open_run(recorded), page_modules)
+    assert [(goal["key"], goal["parent"]) for goal in model["goals"]] == [
+        ("HOUSE", ""),
+        ("ROOM", "HOUSE"),
+        ("HOUSE#2", ""),
+        ("ROOM#2", "HOUSE#2"),
+    ]
+    assert {goal["key"]: goal["outcome"] for goal in model["now"]} == {
+        "HOUSE": "FAILED",
+        "ROOM": "FAILED",
+        "HOUSE#2": "COMPLETED",
+        "ROOM#2": "COMPLETED",
+    }

@@ -17,9 +17,6 @@ from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, Skill
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent_context import agent_names, choose_agent
 from cxbridge.trace.formats.registry import open_run
-from cxbridge_studio.check.sources import scenario_rules
-from cxbridge_studio.explain.answer import explain
-from cxbridge_studio.explain.scenario import scenario_evidence
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario
 
@@ -208,30 +205,6 @@ def test_a_daemon_is_one_of_them(tmp_path: Path) -> None:
     with pytest.raises(ConfigError, match="several agents") as refused:
         Daemon(DaemonOptions(config=folder))
     assert "--agent" in str(refused.value)
-
-
-@pytest.mark.parametrize("name", ["ann", "ben"])
-def test_each_can_be_asked_why(tmp_path: Path, name: str) -> None:
-    folder = write(tmp_path)
-    with scenario_evidence(RunOptions(scenario=folder), 1, name) as evidence:
-        assert evidence.history is not None
-        assert evidence.history.env == name
-        said = "\n".join(explain(evidence, "G", "goal").lines)
-        assert "DISPATCHED" in said
-        assert "mini-dispatch" in said
-        assert "mini-evaluate" in "\n".join(explain(evidence, "mini-evaluate", "rule").lines)
-    with scenario_rules(RunOptions(scenario=folder), env=name) as rules:
-        assert "mini-begin" in rules.rule_texts()
-
-
-@pytest.mark.parametrize("env", [None, "executive"])
-def test_of_several_one_must_be_asked(tmp_path: Path, env: str | None) -> None:
-    folder = write(tmp_path)
-    with (
-        pytest.raises(CxbridgeError, match="--env NAME, one of: ann, ben"),
-        scenario_evidence(RunOptions(scenario=folder), 1, env),
-    ):
-        pass
 
 
 def test_a_run_of_two_is_replayed(tmp_path: Path) -> None:

@@ -8,7 +8,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
-from studio_tests.explain.runs import ListRun, action, fact, fired, goal, skill, skill_error
+from tests.history.runs import ListRun, action, fact, fired, goal, skill, skill_error
 from tests.support import SHARED, needs_shared
 
 MODES = ("FORMULATED", "SELECTED", "EXPANDED", "COMMITTED", "DISPATCHED")

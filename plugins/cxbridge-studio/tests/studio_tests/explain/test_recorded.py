@@ -8,7 +8,7 @@ from cxbridge.errors import CxbridgeError, TraceError
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_studio.explain.rules.report import explain_rule, plain
-from studio_tests.explain.runs import ListRun, fact, fired, goal
+from tests.history.runs import ListRun, fact, fired, goal
 
 FILES = {
     "world.clp": "(deftemplate robot (slot name) (multislot seen) (slot at))\n(defglobal ?*no* = taken)",

@@ -12,7 +12,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent, coverage_of
 from cxbridge_studio.explain.coverage.report import lcov, lines, plain
 from cxbridge_studio.explain.rules.constructs import TextFile
-from studio_tests.explain.runs import ENV, ListRun, action, fired, goal, skill
+from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 from tests.support import SHARED, needs_shared
 
 AGENT = """; rules

@@ -10,7 +10,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, coverage_of
 from cxbridge_studio.explain.coverage.page import render, write_page
 from cxbridge_studio.explain.rules.constructs import TextFile
-from studio_tests.explain.runs import ENV, ListRun, action, fired, goal, skill
+from tests.history.runs import ENV, ListRun, action, fired, goal, skill
 
 TEXT = """; <rules>
 (defrule one (goal (class WALK)) =>

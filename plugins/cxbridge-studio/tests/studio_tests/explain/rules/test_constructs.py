@@ -1,0 +1,44 @@
+"""Constructs that are read from files."""
+
+from __future__ import annotations
+
+from hypothesis import given, settings
+
+from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
+from cxbridge_studio.explain.rules.diagnose import diagnose
+from cxbridge_studio.explain.rules.matcher import Matcher
+from tests.clipstext.test_rule import PIECES
+
+
+@settings(max_examples=100, deadline=None)
+@given(PIECES.map("".join))
+def test_any_text_is_read_without_a_fault(text):
+    Constructs([TextFile("a.clp", text)])
+
+
+def test_a_function_comes_after_all_that_it_calls():
+    """A condition that called a function and what that calls could not be matched: it seemed undefined."""
+    text = """
+        (deffunction c (?x) (+ ?x 1)) (deffunction a (?x) (c ?x))
+        (defrule r (test (and (a 1) (c 1))) =>)"""
+    snapshot = Constructs([TextFile("1.clp", text)]).snapshot("r", "e", 0)
+    assert [function.split()[1] for function in snapshot.functions] == ["c", "a"]
+    assert diagnose(snapshot).unknown == ""
+
+
+def test_of_two_constructs_the_later_counts_and_globals_are_found():
+    made = Constructs(
+        [
+            TextFile("1.clp", "(defglobal ?*a* = 1 ?*b* = (+ ?*a* 1))\n(defrule r (x) =>)"),
+            TextFile(
+                "2.clp",
+                '\n(defrule MAIN::r "late" (y ?*b*) =>)\n(deftemplate MAIN::y (field z) (multifield w))',
+            ),
+        ]
+    )
+    snapshot = made.snapshot("r", "e", 0)
+    assert not snapshot.all_facts
+    with Matcher(snapshot) as matcher:
+        assert matcher.value("?*b*") == 2
+    assert made.rulebook().places == {"r": ("2.clp", 2)}
+    assert snapshot.templates["y"].slots == (("z", False), ("w", True))

@@ -1,0 +1,32 @@
+"""The preconditions of actions as trees of the REST API."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge_web.fawkes import formulas
+from cxbridge_web.fawkes.formulas import Known, tree
+from tests.bounds.ladder import LADDER, LEAF, LEVELS
+from tests.executive.problem.test_terms import NAMES
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_constant_in_a_tree_of_rest(name: str):
+    terms = {"param-names": ("x", "c"), "param-constants": ("nil", name)}
+    atom = {"id": "a", "part-of": "go", "predicate": "at", **terms}
+    grounding = {"id": "g", "param-names": ("x", "c"), "param-values": ("r1", "wrong")}
+    known = Known({"g": grounding}, {"go": [(True, atom)]}, {("g", "a"): True})
+    found = tree(known, "go", grounding, exact=False)
+    assert found is not None
+    assert found["param-values"] == ["r1", name]
+
+
+def test_the_parts_of_a_precondition_for_the_web_are_looked_at_once(monkeypatch: pytest.MonkeyPatch):
+    known = {"pddl-formula": LADDER, "pddl-predicate": [LEAF], "pddl-grounding": [{"id": "g"}]}
+    known["grounded-pddl-formula"] = [
+        {"grounding": "g", "formula-id": slots["id"], "is-satisfied": "FALSE"} for slots in LADDER
+    ]
+    known["grounded-pddl-predicate"] = [{"grounding": "g", "predicate-id": "leaf", "is-satisfied": "FALSE"}]
+    monkeypatch.setattr(formulas, "facts", lambda _call, template: known[template])
+    made = formulas.Known.of(None)  # type: ignore[arg-type]
+    assert sum(len(nodes) for nodes in made.nodes.values()) == LEVELS + 1
