@@ -93,6 +93,7 @@ class Row(Struct, frozen=True):
     :param needed: whether the run or daemon with this context needs the object.
     :param early: of a feature: whether the run with this context makes the feature at its start, not when an
         environment requests the feature; a mistake in its configuration is reported before a rule fires.
+    :param section: of a command at the top: the heading below which the help lists the command.
     :param origin: the plug-in that has the row; empty for rows of cxbridge. The table sets it.
     """
 
@@ -100,6 +101,7 @@ class Row(Struct, frozen=True):
     target: str
     needed: Callable[[Any], bool] = always
     early: Callable[[Any], bool] = never
+    section: str = ""
     origin: str = ""
 
     def __str__(self) -> str:

@@ -91,35 +91,50 @@ class CommandModules(MutableMapping[str, Any]):
         return sum(1 for _ in self)
 
 
+def in_sections(rows: Sequence[Row], sections: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Return the names of commands below the headings of a help; those without a heading come last.
+
+    :param sections: the names that the table itself does not place, in order.
+    """
+    known = {row.name for row in rows}
+    found = {title: [name for name in names if name in known] for title, names in sections.items()}
+    placed = {name for names in found.values() for name in names}
+    for row in sorted(rows, key=lambda row: row.name):
+        if row.name not in placed:
+            found.setdefault(row.section or "Others", []).append(row.name)
+    return found
+
+
 def group_of_commands(
     rows: Callable[[], Sequence[Row]], sections: Mapping[str, Sequence[str]]
 ) -> type[TyperGroup]:
     """Return the class of a group with the commands of a table.
 
     :param rows: returns the table's rows.
-    :param sections: the headings of the group's help, and the names of the commands below each, in order.
+    :param sections: the headings of the group's help, and the names of the commands below each, in order;
+        :attr:`~cxbridge.plugins.Row.section` places others.
     """
-    order = [name for names in sections.values() for name in names]
 
     class CommandGroup(TyperGroup):
         def __init__(self, *, commands: Any = None, **attributes: Any) -> None:
             super().__init__(**attributes)
-            self.commands = CommandModules(rows(), order, commands or {})
+            table = rows()
+            self._sections = in_sections(table, sections)
+            order = [name for names in self._sections.values() for name in names]
+            self.commands = CommandModules(table, order, commands or {})
 
         def format_commands(self, ctx: Any, formatter: Any) -> None:  # noqa: ARG002 - click's signature
             """Write the list of commands, in sections."""
-            others = [name for name in self.commands if name not in order]
             width = max(map(len, self.commands))
-            for title, names in {**sections, "Others": others}.items():
-                found = [name for name in names if name in self.commands]
-                if found:
+            for title, names in self._sections.items():
+                if names:
                     with formatter.section(title):
                         texts = (
                             self.commands[name].get_short_help_str(formatter.width - width - 4)
-                            for name in found
+                            for name in names
                         )
                         formatter.write_dl(
-                            [(name.ljust(width), text) for name, text in zip(found, texts, strict=True)]
+                            [(name.ljust(width), text) for name, text in zip(names, texts, strict=True)]
                         )
 
     return CommandGroup

@@ -10,8 +10,9 @@ import typer
 from typer.core import TyperGroup
 
 from cxbridge.cli import commands
-from cxbridge.cli.discovery import top_rows
+from cxbridge.cli.discovery import in_sections, top_rows
 from cxbridge.cli.main import app, invoke
+from cxbridge.plugins import rows_of_modules
 from tests.support import needs_all_plugins
 
 pytestmark = needs_all_plugins
@@ -76,23 +77,24 @@ def test_the_example_is_shown_on_a_line_of_its_own(capsys):
 
 
 def test_every_command_is_in_a_section(capsys):
-    named = [name for names in commands.HELP_SECTIONS.values() for name in names]
+    sections = in_sections(top_rows(), commands.HELP_SECTIONS)
+    named = [name for names in sections.values() for name in names]
     assert isinstance(ROOT_COMMAND, TyperGroup)
     assert sorted(named) == sorted(ROOT_COMMAND.commands)
+    assert list(sections) == list(commands.HELP_SECTIONS)
     assert invoke(["--help"]) == 0
     text = capsys.readouterr().out
-    places = [text.index(f"\n{title}:\n") for title in commands.HELP_SECTIONS]
+    places = [text.index(f"\n{title}:\n") for title, names in sections.items() if names]
     assert places == sorted(places)
     for name in named:
         assert re.search(rf"^  {name} ", text, re.MULTILINE), name
 
 
-def test_a_command_is_listed_once():
+def test_the_sections_name_the_cores_commands_and_only_these():
     named = [name for names in commands.HELP_SECTIONS.values() for name in names]
-    assert sorted(named) == sorted(set(named))
-    assert set(named) == {row.name for row in top_rows()}
+    assert sorted(named) == sorted(row.name for row in rows_of_modules(commands))
 
 
 def test_the_help_has_each_command_once():
-    listed = sorted(name for names in commands.HELP_SECTIONS.values() for name in names)
-    assert listed == sorted(row.name for row in top_rows())
+    listed = [name for names in in_sections(top_rows(), commands.HELP_SECTIONS).values() for name in names]
+    assert sorted(listed) == sorted(row.name for row in top_rows())

@@ -78,7 +78,7 @@ def test_the_command_line_and_the_monitor_are_among_the_clients():
     names = set(map(short_path, clients()))
     assert {
         "cli/commands/env.py",
-        "cxbridge_studio/cli/daemon_debug.py",
+        "cli/daemon_debug.py",
         "daemon/client.py",
         "cxbridge_studio/monitor/live.py",
     } <= names

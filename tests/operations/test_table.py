@@ -16,7 +16,7 @@ from cxbridge.operations.operation import Operation, OperationContext, Parameter
 from cxbridge.operations.table import operations, verbs
 from cxbridge.plugins import PluginError
 from cxbridge.rights import EVERYTHING, Right
-from tests.cli.test_run_break import _folder, _run  # noqa: F401 - fixtures
+from studio_tests.cli.test_run_break import _folder, _run  # noqa: F401 - fixtures
 from tests.daemon.test_daemon import WAIT_S, connected
 from tests.plugins import example, forget, install
 from tests.run.mini import write_scenario

@@ -7,14 +7,14 @@ which is a group of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("new", "run", "check", "daemon", "plan", "gateway"),
-    "Explore": ("explore",),
-    "Look": ("view", "monitor", "why", "dap", "env"),
-    "Record and compare": ("trace", "coverage"),
-    "Test": ("sweep", "game"),
-    "Edit": ("lsp", "format"),
-    "Blackboard": ("bb", "interface", "ros2"),
+    "Run": ("new", "run", "daemon", "plan", "gateway"),
+    "Explore": (),
+    "Look": ("env",),
+    "Record and compare": ("trace",),
+    "Test": (),
+    "Edit": (),
+    "Blackboard": ("bb", "interface"),
     "Skills": ("skill",),
     "Set up": ("doctor", "keys"),
 }
-"""The parts of the help, and what is in each, in order; a command that is nowhere comes last."""
+"""The sections of the help and the core's commands in each, in order; a plug-in's row names its section."""

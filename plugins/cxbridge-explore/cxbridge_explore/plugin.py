@@ -11,9 +11,9 @@ HOOKS = ("EXPLORED_GAMES", "PLAYED_GAMES")
 
 CHECKS = (Row("explore", "cxbridge_explore.check"),)
 COMMANDS = (
-    Row("explore", "cxbridge_explore.cli.explore"),
-    Row("game", "cxbridge_explore.cli.game"),
-    Row("sweep", "cxbridge_explore.cli.sweep"),
+    Row("explore", "cxbridge_explore.cli.explore", section="Explore"),
+    Row("game", "cxbridge_explore.cli.game", section="Test"),
+    Row("sweep", "cxbridge_explore.cli.sweep", section="Test"),
 )
 
 MEMBERS = (

@@ -6,5 +6,5 @@ from cxbridge.plugins import Row
 
 API = 1
 
-COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2"),)
+COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2", section="Blackboard"),)
 FORMATS = (Row("rosbag", "cxbridge_ros2.bags.formats"),)

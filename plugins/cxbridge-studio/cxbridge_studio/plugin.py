@@ -15,12 +15,12 @@ COMPONENTS = (
 )
 EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
 COMMANDS = (
-    Row("check", "cxbridge_studio.cli.check"),
-    Row("coverage", "cxbridge_studio.cli.coverage"),
-    Row("dap", "cxbridge_studio.cli.dap"),
-    Row("format", "cxbridge_studio.cli.format"),
-    Row("lsp", "cxbridge_studio.cli.lsp"),
-    Row("monitor", "cxbridge_studio.cli.monitor"),
-    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning"),
-    Row("why", "cxbridge_studio.cli.why"),
+    Row("check", "cxbridge_studio.cli.check", section="Run"),
+    Row("coverage", "cxbridge_studio.cli.coverage", section="Record and compare"),
+    Row("dap", "cxbridge_studio.cli.dap", section="Look"),
+    Row("format", "cxbridge_studio.cli.format", section="Edit"),
+    Row("lsp", "cxbridge_studio.cli.lsp", section="Edit"),
+    Row("monitor", "cxbridge_studio.cli.monitor", section="Look"),
+    Row("trace planning", "cxbridge_studio.cli.trace_planning:planning", section="Commands"),
+    Row("why", "cxbridge_studio.cli.why", section="Look"),
 )

@@ -7,6 +7,6 @@ from cxbridge.plugins import Row
 API = 1
 
 COMMANDS = (
-    Row("trace report", "cxbridge_web.cli.report"),
-    Row("view", "cxbridge_web.cli.view"),
+    Row("trace report", "cxbridge_web.cli.report", section="Commands"),
+    Row("view", "cxbridge_web.cli.view", section="Look"),
 )

@@ -7,8 +7,8 @@ import typer
 from cxbridge.cli.discovery import group_of_commands, rows_of_group
 
 _ORDER = (
-    *("diff", "extract", "record", "repair", "replay", "report", "timeline"),
-    *("transitions", "rules", "exchange", "planning", "info", "cat", "convert"),
+    *("diff", "extract", "record", "repair", "replay", "timeline"),
+    *("transitions", "rules", "exchange", "info", "cat", "convert"),
 )
 
 app = typer.Typer(
