@@ -16,7 +16,7 @@ from cxbridge.clipstext.syntax import blank
 from cxbridge.clock import VirtualClock
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.functions.recursion import guards_at
+from cxbridge.executive.host.recursion import guards_at
 
 CALLS = 5_000
 ROUNDS = 41

@@ -25,11 +25,10 @@ from cxbridge.executive.host.facts.constants import DATA_FUNCTION, assert_data
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION, FactsByIndex
 from cxbridge.executive.host.facts.making import FactMaker
 from cxbridge.executive.host.facts.modify import Duplicate, Modify
-from cxbridge.executive.host.functions.answers import Answers
-from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.host.loading import ClipsLoader
 from cxbridge.executive.host.loggers import LoggerStack
 from cxbridge.executive.host.output import OutputRouter
+from cxbridge.executive.host.recursion import GUARD_FUNCTION, make_guard
 from cxbridge.executive.host.shims import FUNCTIONS, REMOVED, OldFunctions, make_room
 from cxbridge.executive.host.source import DUPLICATE_FUNCTION, MODIFY_FUNCTION, check_excess, rewrite
 from cxbridge.executive.host.udf import UNBOUNDED, UdfTable
@@ -82,7 +81,6 @@ class ClipsEnvironment:
         """Keeps the environment from being destroyed, for those who look at it from other threads."""
         self.is_firing = False
         """Whether rules fire, or wait for what they have called."""
-        self.loader.answers = self.answers = Answers(self.env, self.udfs, self.watcher)
         self.endless = EndlessRules(self.api, self.watcher.basis_of, self.loader.place_of, self.log)
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
@@ -171,7 +169,6 @@ class ClipsEnvironment:
     def _clear(self) -> None:
         """Do what ``(clear)`` does; the functions that belong to CLIPS itself stay."""
         self._forget_templates()
-        self.answers.clear()
         self._by_index.forget()
         lib.Clear(self.env)
         self._build_functions()
@@ -219,9 +216,6 @@ class ClipsEnvironment:
 
         :raises ClipsError: when CLIPS refuses it.
         """
-        names = _CONSTRUCT_NAME.findall(construct)[:2]
-        if names[:1] == ["deffunction"]:
-            self.answers.redefined(names[-1])
         outer = self.output.begin_errors()
         error = lib.Build(self.env, encode(construct))
         text = self.output.end_errors(outer)
@@ -470,7 +464,6 @@ class ClipsEnvironment:
         if was_alive:
             self.output.close()
             self.api.dispose()
-            self.answers.dispose()
             self._by_index.forget()
             lib.FCBDispose(self._calls)
             lib.DestroyEnvironment(self.env)

@@ -14,7 +14,7 @@ from typing import Final
 from cxbridge.errors import ClipsError
 from cxbridge.events import EventBus
 from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.functions.recursion import GUARD_FUNCTION
+from cxbridge.executive.host.recursion import GUARD_FUNCTION
 from cxbridge.executive.host.shims import FUNCTIONS, OLD_NAMES, OWN_NAMES
 from cxbridge.executive.host.source import check_excess, prepare
 from cxbridge.executive.host.udf import UNBOUNDED

@@ -19,7 +19,6 @@ from msgspec.structs import replace
 from cxbridge.clipstext.syntax import CONSTRUCT, blank, rule_lines, top_level
 from cxbridge.events import Level, Logger
 from cxbridge.executive.host.capi import NULL, CData, encode, executing_rule
-from cxbridge.executive.host.functions.answers import Answers
 from cxbridge.executive.host.output import OutputRouter
 from cxbridge.executive.host.shims import give_way
 from cxbridge.executive.host.source import ClipsSource, find_excess, prepare, prepare_core
@@ -101,8 +100,6 @@ class ClipsLoader:
         self.warn_redefinitions = False
         self.quiet = False
         """Whether mistakes are only for debugging logs: somebody else reports them, all in one piece."""
-        self.answers: Answers | None = None
-        """What remembers the answers of functions that query facts; None: nothing does."""
         self.rewrite: Callable[[str, str], str] | None = None
         """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
@@ -133,7 +130,9 @@ class ClipsLoader:
             message = f"the file is not loaded: {excess.message}"
             self._report(Diagnostic(file, excess.line, "", "LIMIT", message), Level.ERROR)
             return False
-        source = prepare_core(text) if native else self._prepare(text)
+        source = (
+            prepare_core(text) if native else prepare(text, rewrite_modify=True, is_known=self.is_function)
+        )
         if self.rewrite is not None:
             source = replace(source, text=self.rewrite(file, source.text), changed=True)
         self.files.append(path)
@@ -158,14 +157,6 @@ class ClipsLoader:
             )
             self._report(Diagnostic(file, source.unclosed_line, construct, UNCLOSED, text), Level.WARN)
         return bool(fine)
-
-    def _prepare(self, text: str) -> ClipsSource:
-        """Scan a user's text."""
-        if self.answers is None:
-            return prepare(text, rewrite_modify=True, is_known=self.is_function)
-        self.answers.look_for_builds(text)
-        question_at = self.answers.question_at
-        return prepare(text, rewrite_modify=True, is_known=self.is_function, question_at=question_at)
 
     def _emit_source(self, file: str, data: bytes, *, batch: bool, native: bool) -> None:
         """Emit a file that is to be loaded, as a source of the run."""

@@ -22,7 +22,6 @@ from cxbridge.events import EventBus
 from cxbridge.executive.host.capi import EXTRA, NULL, CData, callback, decode, encode
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.existing import EXISTS_FUNCTION
-from cxbridge.executive.host.functions.answers import ANSWER_FUNCTION, RECALL_FUNCTION
 from cxbridge.executive.host.isolated import ALLOWED
 from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.udf import store
@@ -39,9 +38,7 @@ _BY_REASON: Final = {
         ff-feature-request""",
     "chooses the module in which names are found": "get-current-module set-current-module",
     "ours: asks whether a file can be read": "cx-is-file",
-    "ours: parts of the shims for CLIPS 6.30, and answers that are remembered": " ".join(  # noqa: FLY002
-        (EXISTS_FUNCTION, "cx-seed", "cx-setgen", RECALL_FUNCTION, ANSWER_FUNCTION)
-    ),
+    "ours: parts of the shims for CLIPS 6.30": f"{EXISTS_FUNCTION} cx-seed cx-setgen",
 }
 
 LOOKING: Final = ALLOWED | {name: reason for reason, names in _BY_REASON.items() for name in names.split()}

@@ -23,8 +23,7 @@ from msgspec import Struct
 
 from cxbridge.clipstext.syntax import CONSTRUCT, HIDDEN, PARENTHESIS, Lines, blank, is_declaration, top_level
 from cxbridge.errors import ClipsError
-from cxbridge.executive.host.functions.recursion import guards_at
-from cxbridge.executive.host.functions.shortcuts import shortcut_at
+from cxbridge.executive.host.recursion import guards_at
 from cxbridge.executive.host.retracted import kept_slots
 
 _REWRITTEN = re.compile(r"\(\s*(modify|duplicate|cx-modify-goal)(?=[\s(])")
@@ -106,24 +105,19 @@ class ClipsSource(Struct, frozen=True):
 _CORE_FILES = 128
 """More than the core has."""
 
-Question = Callable[[str], tuple[int, str] | None]
-"""Gets a function's text; returns where in it something is to be inserted, and what; None: nothing."""
-
 
 def prepare(
     text: str,
     *,
     rewrite_modify: bool,
     is_known: Callable[[str], bool] = lambda _name: False,
-    question_at: Question = lambda _text: None,
 ) -> ClipsSource:
     """Scan ``text`` once: list its constructs and rewrite its calls of functions that 6.4 lacks.
 
     :param rewrite_modify: whether it is a user's text: `modify` and `duplicate` are rewritten, and functions
-        get guards against endless recursion (:mod:`cxbridge.executive.host.functions.recursion`). Else it is
+        get guards against endless recursion (:mod:`cxbridge.executive.host.recursion`). Else it is
         the core's.
     :param is_known: whether there is a function of this name before the text is loaded.
-    :param question_at: see :meth:`~cxbridge.executive.host.functions.answers.Answers.question_at`.
     """
     code, lines = blank(text), Lines(text)
     constructs: list[SourceConstruct] = []
@@ -151,10 +145,6 @@ def prepare(
             functions.add(found[2])
         if rewrite_modify and end is not None and found[1] in _FUNCTIONS:
             functions.add(found[2])
-            _add_shortcut(code, (start, end), edits)
-            question = question_at(text[start:end])
-            if question is not None:
-                edits.append((start + question[0], start + question[0], question[1]))
     return ClipsSource(
         _apply(text, sorted(edits)) if edits else text, bool(edits), tuple(constructs), unclosed
     )
@@ -194,13 +184,6 @@ def _constructs(found: re.Match[str], code: str, end: int | None, lines: Lines) 
 def rewrite(text: str) -> str:
     """Return an expression with its calls of `modify` and `duplicate` rewritten."""
     return prepare(text, rewrite_modify=True).text if _REWRITTEN.search(text) else text
-
-
-def _add_shortcut(code: str, span: tuple[int, int], edits: list[tuple[int, int, str]]) -> None:
-    """Note the edit that lets the function in ``span`` answer sooner, if there is a shortcut for it."""
-    shortcut = shortcut_at(code, *span)
-    if shortcut is not None:
-        edits.append((shortcut[0], shortcut[0], shortcut[1]))
 
 
 def _opening_excess(text: str, at: int, depth: int, parts: int) -> str:

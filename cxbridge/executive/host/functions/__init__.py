@@ -1,1 +1,0 @@
-"""Deffunctions as the host lets CLIPS load them: with guards and questions at their beginning."""
