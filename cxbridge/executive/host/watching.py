@@ -94,6 +94,7 @@ class Watcher:
         self.firings = 0
         self._assert_followers: dict[str, _Followers] = {}
         self._retract_followers: dict[str, _Followers] = {}
+        self._on_change: dict[str, list[Callable[[], None]]] = {}
         self._names: dict[CData, str] = {}
         self._ignored: set[CData] = set()
         self._emits_facts = False
@@ -142,14 +143,20 @@ class Watcher:
         self._retract_followers.setdefault(template, _Followers()).add(follower, slots)
         self.start()
 
+    def on_change(self, template: str, call: Callable[[], None]) -> None:
+        """Call ``call`` for each fact of this deftemplate that is asserted or retracted from now on."""
+        self._on_change.setdefault(template, []).append(call)
+        self.start()
+
     def start(self) -> None:
         """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
         self._emits_facts = self._bus.wants(FactChange)
         self._ignored.clear()
         self._texts.clear()
         asserted, retracted, fired = self._hooks
-        self._api.on_assert(asserted if self._emits_facts or self._assert_followers else None)
-        self._api.on_retract(retracted if self._emits_facts or self._retract_followers else None)
+        both = self._emits_facts or self._on_change
+        self._api.on_assert(asserted if both or self._assert_followers else None)
+        self._api.on_retract(retracted if both or self._retract_followers else None)
         self._api.on_fire(fired if self._bus.wants(RuleFired) else None)
 
     def forget_names(self) -> None:
@@ -175,6 +182,8 @@ class Watcher:
         template = self._names.get(pointer)
         if template is None:
             template = self._names[pointer] = decode(lib.DeftemplateName(pointer))
+        for call in self._on_change.get(template, ()):
+            call()
         if self._emits_facts and template in self.facts:
             now, index = self._bus.clock.now_us(), lib.FactIndex(fact)
             if asserted:
@@ -187,7 +196,7 @@ class Watcher:
         if template in followers:
             followers[template].notify(template, fact)
         elif not self._emits_facts and not any(
-            template in each for each in (self._assert_followers, self._retract_followers)
+            template in each for each in (self._assert_followers, self._retract_followers, self._on_change)
         ):
             self._ignored.add(pointer)
 
