@@ -5,8 +5,7 @@ from __future__ import annotations
 from types import ModuleType
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.extras import plugin_command
-from cxbridge.plugins import PluginError, Table, is_module, package_with
+from cxbridge.plugins import PluginError, Table, is_module
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -32,8 +31,7 @@ def why(run: Run, name: str) -> Sequence[str]:
         if explain is not None:
             lines: Sequence[str] = explain(run, name)
             return lines
-    package = package_with("why")
-    raise PluginError("no installed package explains runs", hint=f"{package} does: {plugin_command(package)}")
+    raise PluginError("no installed package explains runs", hint=package_hint("why"))
 
 
 def with_explanations(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
