@@ -5,7 +5,7 @@ from __future__ import annotations
 from types import ModuleType
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.plugins import PluginError, Table, is_module
+from cxbridge.plugins import PluginError, Table, is_module, package_hint
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -585,7 +585,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "bson",
         "cxbridge.executive.features.robot_memory",
         "cxbridge.executive.planning",
-        "cxbridge_protobuf",
+        "cxbridge_protobuf.feature",
         "cxbridge.gateway",
         "google.protobuf",
         "pymongo",
