@@ -82,6 +82,14 @@ _CX = os.environ.get("ROS2CX_DIR", "")
 CX_DIR = Path(_CX) if _CX else None
 """A checkout of carologistics/clips_executive at commit 90f440b1, named by ROS2CX_DIR; may be absent."""
 
+_CX_NEWER = os.environ.get("ROS2CX_PR33_DIR", "")
+CX_NEWER_DIR = Path(_CX_NEWER) if _CX_NEWER else None
+"""A checkout of pull request 33 of clips_executive (0589fb2c), named by ROS2CX_PR33_DIR; may be absent."""
+
+needs_newer_cx = pytest.mark.skipif(
+    CX_NEWER_DIR is None, reason="ROS2CX_PR33_DIR names no checkout of clips_executive's pull request 33"
+)
+
 needs_cx = pytest.mark.skipif(CX_DIR is None, reason="ROS2CX_DIR names no checkout of clips_executive")
 
 FULL = bool(os.environ.get("CXBRIDGE_FULL"))

@@ -42,6 +42,9 @@ class Prefix(Protocol):
     def share(self, package: str) -> Path:
         """Return the share folder of a package."""
 
+    def file(self, package: str, name: str) -> Path:
+        """Return where a file of a package is, e.g. a definition."""
+
     def linked_protos(self, class_name: str) -> list[Path]:
         """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
 
@@ -63,6 +66,10 @@ class InstalledPrefix:
     def share(self, package: str) -> Path:
         """Return the share folder of a package."""
         return self.path / "share" / package
+
+    def file(self, package: str, name: str) -> Path:
+        """Return where a file of a package is."""
+        return self.share(package) / name
 
     def linked_protos(self, class_name: str) -> list[Path]:
         """Return the .proto files of the package that has a class in its description of plug-ins."""
@@ -134,6 +141,10 @@ class SourceTree:
                     _link(folder / name, share / name)
         return share
 
+    def file(self, package: str, name: str) -> Path:
+        """Return where a file of a package is."""
+        return self.packages.get(package, self.root) / name
+
     def linked_protos(self, class_name: str) -> list[Path]:
         """Return the .proto files that a package's CMakeLists.txt makes a plug-in of."""
         name = class_name.removeprefix("cx::")
@@ -187,6 +198,11 @@ class Packages:
         """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
         found = (prefix.linked_protos(class_name) for prefix in self.prefixes)
         return next(filter(None, found), [])
+
+    def has_file(self, package: str, name: str) -> bool:
+        """Return whether a package is there and has a file."""
+        prefix = self.prefix_of.get(package)
+        return prefix is not None and prefix.file(package, name).is_file()
 
     @property
     def folders(self) -> list[Path]:

@@ -56,6 +56,13 @@ def run_rules(env: StockEnvironment) -> int:
     return env.run()
 
 
+_NEWER: Final = {
+    "cx::ConfigPlugin": f"{_PLUGINS}.config:NewerConfigPlugin",
+    "cx::ExecutivePlugin": f"{_PLUGINS}.newer_executive:NewerExecutivePlugin",
+}
+"""The classes as of pull request 33 of June 2026."""
+
+
 class NodeContext(Struct):
     """What the plug-ins of a node share.
 
@@ -70,6 +77,8 @@ class NodeContext(Struct):
     run_environment: Callable[[StockEnvironment], int] = run_rules
     connections: MakeConnections | None = None
     """Makes what carries protobuf messages; None: sockets."""
+    is_newer: bool = False
+    """Whether the checkout is of pull request 33 of June 2026 or later."""
 
 
 class CxPlugin(Feature):
@@ -135,6 +144,8 @@ def load_class(plugin: str, class_name: str, context: NodeContext) -> MakePlugin
     :raises ConfigError: when there is none, with file and line.
     """
     target, parameters = _OWN.get(class_name), context.parameters
+    if context.is_newer:
+        target = _NEWER.get(class_name, target)
     if target is not None:
         return _imported(target)
     from importlib.metadata import entry_points  # noqa: PLC0415 - only classes that cxbridge lacks pay

@@ -36,6 +36,9 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.settings import NetworkSettings
     from cxbridge_protobuf.types import MessageTypes
 
+_NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
+"""What a checkout has from pull request 33 of June 2026 on."""
+
 _TREE = "/clips-executive"
 _REAL_LOOP_US = MICROSECONDS // 50
 """How often messages are taken on a real clock, at least: an answer takes no longer."""
@@ -146,6 +149,7 @@ class CxSource(Source):
         rights = read_rights(context.config, "none")
         ros = RosNode(parameters.name, packages, context.clock, context.bus.logger, rights)
         parts = NodeContext(parameters, packages, context.clock, context.bus, ros)
+        parts.is_newer = packages.has_file(*_NEWER_FILE)
         if context.clock.is_virtual:
             parts.connections = _join_locally()
         manager = CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
@@ -22,6 +23,8 @@ _TEMPLATE: Final = (
     " (slot is-list (type SYMBOL) (allowed-values TRUE FALSE) (default FALSE)) (multislot list-value))"
 )
 
+_SEGMENT: Final = re.compile(r"'([^']*)'|([^/']+)")
+
 Slots = dict[str, Value]
 
 
@@ -35,29 +38,56 @@ class ConfigPlugin(CxPlugin):
             "config-load", lambda file, prefix: self._load(env, Path(file), prefix), 2, types="*;sy;sy"
         )
 
+    def split(self, prefix: str) -> tuple[str, list[str]]:
+        """Return how the paths of facts begin, and the keys that lead to the values."""
+        path = f"/{prefix.removeprefix('/')}".removesuffix("/") if prefix else ""
+        return path, [segment for segment in path.split("/") if segment]
+
     def _load(self, env: ClipsEnvironment, file: Path, prefix: str) -> None:
         """Assert a fact for each value below a prefix of a YAML file."""
-        path = f"/{prefix.removeprefix('/')}".removesuffix("/") if prefix else ""
+        path, segments = self.split(prefix)
         try:
             data = file.read_bytes()
         except OSError as error:
             self.log.error(str(ConfigError(f"cannot read the file: {error.strerror}", file=file)))
             return
         try:
-            node = _below(parse_documents(data, str(file))[:1], path, str(file))
-            for slots in _facts(node, path):
+            node = _below(parse_documents(data, str(file))[:1], segments, str(file))
+            for slots in self.facts(node, path):
                 env.assert_fact("confval", slots)
         except ConfigError as error:
             self.log.error(str(error))
 
+    def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
+        """Yield the slots of the facts for what is at the prefix."""
+        return _facts(node, path)
 
-def _below(roots: list[YamlNode], path: str, file: str) -> YamlNode | None:
+
+class NewerConfigPlugin(ConfigPlugin):
+    """As of pull request 33 (June 2026): keys may be in quotes; a prefix may lead to a list or a scalar."""
+
+    def split(self, prefix: str) -> tuple[str, list[str]]:
+        """Return how the paths of facts begin, and the keys: what is in single quotes is one key."""
+        segments = [quoted or plain for quoted, plain in _SEGMENT.findall(prefix)]
+        return "".join(f"/{segment}" for segment in segments), segments
+
+    def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
+        """Yield the slots of the facts for what is at the prefix."""
+        if isinstance(node, YamlList):
+            yield from _list_facts(node, path)
+        elif isinstance(node, YamlScalar):
+            yield {"path": path, **_scalar(node)}
+        else:
+            yield from _facts(node, path)
+
+
+def _below(roots: list[YamlNode], segments: list[str], file: str) -> YamlNode | None:
     """Return the value at a path.
 
     :raises ConfigError: when there is none.
     """
     node = roots[0] if roots else None
-    for segment in filter(None, path.split("/")):
+    for segment in segments:
         pairs = node.pairs if isinstance(node, YamlMap) else []
         found = [value for key, value in pairs if isinstance(key, YamlScalar) and key.text == segment]
         if not found:

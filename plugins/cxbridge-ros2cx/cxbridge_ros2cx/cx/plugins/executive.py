@@ -29,6 +29,14 @@ _CONSTRUCTS: Final = (
 class ExecutivePlugin(CxPlugin):
     """Runs the rules of its environments at its rate, each time with a fact ``(time SECONDS)``."""
 
+    refreshed_type = "std_msgs/msg/Empty"
+    """The type of the messages that report ticks."""
+
+    @property
+    def refreshed_topic(self) -> str:
+        """The topic of the ticks."""
+        return self.context.ros.whole(_REFRESHED)
+
     def initialize(self) -> None:
         """Read the rate, and start the timer."""
         self._asserts_time = self.parameters.get(self.parameter("assert_time"), default=True)
@@ -36,8 +44,7 @@ class ExecutivePlugin(CxPlugin):
         self._times: dict[StockEnvironment, NumberFact] = {}
         self._refreshed: Publisher | None = None
         if self.parameters.get(self.parameter("publish_on_refresh"), default=False):
-            ros = self.context.ros
-            self._refreshed = ros.node.publisher(ros.whole(_REFRESHED), "std_msgs/msg/Empty")
+            self._refreshed = self.context.ros.node.publisher(self.refreshed_topic, self.refreshed_type)
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions for the time, and the rule that retracts its fact."""

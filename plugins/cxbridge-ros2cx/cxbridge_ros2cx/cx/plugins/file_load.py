@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from cxbridge.errors import ClipsError, ConfigError
+from cxbridge.executive.host.values import Symbol
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
@@ -54,6 +55,8 @@ class FileLoadPlugin(CxPlugin):
         self.log.info(f"Initializing plugin for environment {env.name}")
         for name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[name]:
+                if self.context.is_newer:
+                    env.call("set-current-module", Symbol("MAIN"))
                 if not execute(file):
                     raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
 

@@ -49,6 +49,11 @@ class ServiceClients:
         self._plugin, self._prefix, self._kind = plugin, prefix, kind
         self._clients: dict[_Key, _OpenClient] = {}
 
+    @property
+    def _is_newer(self) -> bool:
+        """Whether responses have the numbers of their requests in generated plug-ins, too."""
+        return self._plugin.context.is_newer
+
     def define(self, env: ClipsEnvironment) -> None:
         """Define functions and templates."""
         plugin, prefix = self._plugin, self._prefix
@@ -61,8 +66,12 @@ class ServiceClients:
             plugin.define(env, f"{prefix}async-send-request", partial(self._send, env), "e;sy", "bl")
             return
         plugin.template(env, f"{prefix}client", service=STRING)
-        plugin.template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
         plugin.define(env, f"{prefix}create-client", partial(self._create, env), "sy")
+        if self._is_newer:
+            plugin.template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS, request_id=INTEGER)
+            plugin.define(env, f"{prefix}send-request", partial(self._send, env), "e;sy", "bl")
+            return
+        plugin.template(env, f"{prefix}response", service=STRING, msg_ptr=ADDRESS)
         plugin.define(env, f"{prefix}send-request", partial(self._send_later, env), "e;sy", "v")
 
     def _create(self, env: ClipsEnvironment, service: str, text: str | None = None) -> None:
@@ -117,7 +126,7 @@ class ServiceClients:
 
         def done(response: Message) -> None:
             slots: dict[str, Value] = {"service": service}
-            if self._kind is None:
+            if self._kind is None or self._is_newer:
                 slots["request-id"] = number
             slots["msg-ptr"] = self._plugin.messages.take(kind, response)
             if (env.name, service) in self._clients:

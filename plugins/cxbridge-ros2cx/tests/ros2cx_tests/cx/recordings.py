@@ -16,14 +16,15 @@ from cxbridge.run.program.run import make_options
 from cxbridge.run.result import RunResult
 from cxbridge_ros2.node import Node
 from cxbridge_ros2cx.cx.node import CxNode
-from tests.support import CX_DIR, SHARED
+from tests.support import CX_DIR, CX_NEWER_DIR, SHARED
 
 FOLDER: Final = SHARED / "traces" / "ros2cx"
-_PARAMETERS: Final = re.compile(r"^parameters: ros2cx/(\S+)$", re.MULTILINE)
+_PARAMETERS: Final = re.compile(r"^parameters: (?:ros2cx|upstream-2026-06-14)/(\S+)$", re.MULTILINE)
+_NEWER: Final = "upstream/"
 _PREFIX: Final = re.compile(r"\[[^]]*\] \[[^]]*\] \[\w+\] ")
 _PROGRAM: Final = re.compile(r"/opt/ros2cx-real/tests/[\w/.-]+\.clp")
 _PATH: Final = re.compile(
-    r"/opt/ros2cx-real/(?:overlay|ws/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
+    r"/opt/ros2cx-real/(?:overlay|ws2?/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
 )
 
 
@@ -59,8 +60,12 @@ def parameters(name: str, folder: Path) -> Path:
         return folder / "params.yaml"
     match = _PARAMETERS.search((FOLDER / name / "notes.md").read_text())
     assert match, name
-    assert CX_DIR is not None
-    return CX_DIR / match[1]
+    return Path(str(checkout(name))) / match[1]
+
+
+def checkout(name: str) -> Path | None:
+    """Return the checkout that a recording was made with; None when it is absent."""
+    return CX_NEWER_DIR if name.startswith(_NEWER) else CX_DIR
 
 
 def recorded(name: str) -> dict[str, list[str]]:
@@ -72,7 +77,9 @@ def recorded(name: str) -> dict[str, list[str]]:
 def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[str, list[str]]]:
     """Run the parameters of a recording; return the result and the lines of the logs, by environment."""
     logs = folder / "logs"
-    options = make_options(parameters(name, folder), ros2cx=CX_DIR, timeout=recording.seconds, log_dir=logs)
+    options = make_options(
+        parameters(name, folder), ros2cx=checkout(name), timeout=recording.seconds, log_dir=logs
+    )
 
     def attach(assembly: Assembly) -> None:
         if recording.peer is not None:

@@ -1,0 +1,203 @@
+"""``cx::ExecutivePlugin`` as of pull request 33 (June 2026): passes, focus, a limit, and services."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, Any, Final
+
+from clips._clips import ffi, lib
+
+from cxbridge.errors import ClipsError, Ros2Error
+from cxbridge.executive.host.capi import encode
+from cxbridge.executive.host.values import Symbol
+from cxbridge.rights import Right
+from cxbridge_ros2cx.cx.plugins.executive import ExecutivePlugin
+from cxbridge_ros2cx.cx.stock import StockEnvironment
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge_ros2.messages import Message
+
+_MAIN: Final = "MAIN"
+_EVAL: Final = {
+    "EE_PARSING_ERROR": "syntax error while parsing the expression.",
+    "EE_PROCESSING_ERROR": "error occurred while executing the parsed expression.",
+}
+_BUILD: Final = {
+    "BE_PARSING_ERROR": "syntax error while parsing the construct.",
+    "BE_CONSTRUCT_NOT_FOUND_ERROR": "construct name not recognized.",
+    "BE_COULD_NOT_BUILD_ERROR": "construct could not be added to the environment.",
+}
+
+
+class NewerExecutivePlugin(ExecutivePlugin):
+    """Runs rules in passes until none fires; the first pass of a tick has the fact ``(time SECONDS)``."""
+
+    refreshed_type = "std_msgs/msg/Int64"
+
+    def initialize(self) -> None:
+        """Read the parameters, start the timer, and serve."""
+        super().initialize()
+        self._is_paused = not self.parameters.get(self.parameter("autostart"), default=True)
+        self._managed: list[StockEnvironment] = []
+        if self.context.ros.has_peers:
+            self._serve()
+
+    @property
+    def refreshed_topic(self) -> str:
+        """The topic of the ticks."""
+        return f"{self.parameters.name}/{self.name}/refresh_agenda"
+
+    def _serve(self) -> None:
+        node, place = self.context.ros.node, f"{self.parameters.name}/{self.name}"
+        triggers: Mapping[str, Callable[[], tuple[bool, str]]] = {
+            "pause": self._pause,
+            "resume": self._resume,
+            "tick_once": self._tick_once,
+        }
+        for name, trigger in triggers.items():
+
+            def answer(_request: Message, act: Callable[[], tuple[bool, str]] = trigger) -> Mapping[str, Any]:
+                success, message = act()
+                return {"success": success, "message": message}
+
+            node.serve(f"{place}/{name}", "std_srvs/srv/Trigger", answer, needs=Right.CONTROL)
+        try:
+            for name, command in (("eval", self._eval), ("build", self._build)):
+                node.serve(f"{place}/{name}", "cx_msgs/srv/ClipsCommand", command, needs=Right.PROGRAMS)
+        except Ros2Error as error:
+            self.log.warn(f"eval and build are not there: {error.message}")
+
+    def init_context(self, env: ClipsEnvironment) -> None:
+        """Define the functions for the time; its fact is not watched."""
+        assert isinstance(env, StockEnvironment)
+        for name in ("now", "now-systime"):
+            env.define(name, self._now)
+        index = env.assert_string(f"(time {self._now()})")
+        env.eval("(unwatch facts time)")
+        if index is not None:
+            env.retract(index)
+        if env not in self._managed:
+            self._managed.append(env)
+
+    # --- ticks --------------------------------------------------------------------------------------------
+
+    def tick(self) -> None:
+        """Run the rules of the environments when it is time, unless the executive is paused."""
+        if self._timer.due() and not self._is_paused:
+            self._run_all()
+
+    def _run_all(self) -> None:
+        fired = 0
+        for env in list(self._managed):
+            with env.lock:
+                fired += self._passes(env)
+        if self._refreshed is not None:
+            self._refreshed.publish({"data": fired})
+
+    def _passes(self, env: StockEnvironment) -> int:
+        """Run passes until no rule fires, or the limit is reached."""
+        stack, limit = self._stack(env), self.parameters.get(f"{env.name}.rule_limit", -1)
+        env.call("set-current-module", Symbol(_MAIN))
+        time = env.assert_ordered("time", (self._now(),)) if self._asserts_time else None
+        fired = 0
+        while True:
+            passed = self._pass(env, stack, limit)
+            if time is not None:
+                env.retract(time)
+                time = None
+            fired += passed
+            if not passed:
+                return fired
+            if 0 <= limit <= fired:
+                self.log.error(f"Env '{env.name}': Rule fire limit of {limit} was reached.")
+                return fired
+
+    def _pass(self, env: StockEnvironment, stack: list[str], limit: int) -> int:
+        if not stack:
+            env.refresh_agenda()
+            return env.run(limit)
+        fired = 0
+        for module in stack:
+            if stack != [_MAIN]:
+                env.call("focus", Symbol(module))
+            fired += self.context.run_environment(env)
+        return fired
+
+    def _stack(self, env: StockEnvironment) -> list[str]:
+        """Return the modules that are run; those that there are not are reported."""
+        name = f"{env.name}.focus_stack"
+        if self.parameters.find(name) is None:
+            return [_MAIN]
+        found = []
+        for module in self.parameters.get_strings(name):
+            if lib.FindDefmodule(env.env, encode(module)) == ffi.NULL:
+                text = f"Focus stack entry '{module}' is not a valid module, removing from stack."
+                self.log.error(text)
+            else:
+                found.append(module)
+        return found
+
+    # --- services -----------------------------------------------------------------------------------------
+
+    def _pause(self) -> tuple[bool, str]:
+        if self._is_paused:
+            return False, "executive already paused."
+        self._is_paused = True
+        self.log.info("executive paused.")
+        return True, "executive paused."
+
+    def _resume(self) -> tuple[bool, str]:
+        if not self._is_paused:
+            return False, "executive already running."
+        self._is_paused = False
+        self.log.info("executive resumed.")
+        return True, "executive resumed."
+
+    def _tick_once(self) -> tuple[bool, str]:
+        self._run_all()
+        return True, "Tick executed."
+
+    def _find(self, name: str) -> StockEnvironment:
+        """Return an environment; the first for an empty name.
+
+        :raises ClipsError: when there is none.
+        """
+        if not self._managed:
+            raise ClipsError("No environments available.")
+        found = next((env for env in self._managed if name in ("", env.name)), None)
+        if found is None:
+            raise ClipsError(f"Environment '{name}' not found.")
+        return found
+
+    def _command(
+        self,
+        request: Message,
+        act: Callable[[StockEnvironment, bytes], int],
+        what: str,
+        errors: dict[str, str],
+    ) -> Mapping[str, Any]:
+        try:
+            env = self._find(request["env_name"])
+        except ClipsError as error:
+            return {"success": False, "message": error.message}
+        with env.lock:
+            code = act(env, encode(request["command"]))
+            env.api.clear_halt()
+        reason = next((text for name, text in errors.items() if getattr(lib, name) == code), "")
+        return {"success": not reason, "message": f"{what} failed: {reason}" if reason else ""}
+
+    def _eval(self, request: Message) -> Mapping[str, Any]:
+        def evaluate(env: StockEnvironment, text: bytes) -> int:
+            return int(lib.Eval(env.env, text, ffi.new("CLIPSValue *")))
+
+        return self._command(request, evaluate, "Eval", _EVAL)
+
+    def _build(self, request: Message) -> Mapping[str, Any]:
+        return self._command(request, lambda env, text: int(lib.Build(env.env, text)), "Build", _BUILD)
+
+    def context_destroyed(self, env: ClipsEnvironment) -> None:
+        """Run the rules of the environment no more."""
+        self._managed = [each for each in self._managed if each is not env]

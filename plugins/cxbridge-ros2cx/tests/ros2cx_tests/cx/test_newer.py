@@ -1,0 +1,125 @@
+"""The executive plug-in as of pull request 33: services that answer as the recorded ones, ticks in passes."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.mainloop import Hook
+from cxbridge.run import run_scenario
+from cxbridge.run.program.run import make_options
+from cxbridge_ros2cx.cx.node import CxNode
+from tests.support import CX_NEWER_DIR, needs_newer_cx
+
+pytestmark = needs_newer_cx
+
+PARAMETERS = """
+/**:
+  ros__parameters:
+    environments: ["one"]
+    one: {plugins: ["executive", "files"], watch: ["facts"], MORE}
+    executive: {plugin: "cx::ExecutivePlugin", publish_on_refresh: true}
+    files: {plugin: "cx::FileLoadPlugin", load: ["AGENT"]}
+"""
+ENV, TRIGGER = "one", "std_srvs/srv/Trigger"
+
+
+@pytest.fixture
+def run(tmp_path):
+    """Run an agent while services of the executive plug-in are called, a loop each."""
+
+    def run(program, calls=(), more="rule_limit: -1"):
+        (tmp_path / "agent.clp").write_text(program)
+        file = tmp_path / "params.yaml"
+        file.write_text(PARAMETERS.replace("AGENT", str(tmp_path / "agent.clp")).replace("MORE", more))
+        left, answers, fired = [*calls], [], []
+
+        def attach(assembly):
+            assert isinstance(assembly.executive, CxNode)
+            node = assembly.executive.node.context.ros.graph.join("peer")
+            topic = "/clips_manager/executive/refresh_agenda"
+            node.subscribe(topic, "std_msgs/msg/Int64", lambda message: fired.append(message["data"]))
+
+            def take(answer):
+                answers.append((answer["success"], answer["message"]))
+
+            def step():
+                if left:
+                    name, *command = left.pop(0)
+                    kind = "cx_msgs/srv/ClipsCommand" if command else TRIGGER
+                    request = dict(zip(("env_name", "command"), command, strict=True)) if command else {}
+                    client = node.client(f"/clips_manager/executive/{name}", kind)
+                    client.call(
+                        request, lambda answer: answers.append((answer["success"], answer["message"]))
+                    )
+
+            assembly.loop.add(Hook.PRE_LOOP, step)
+
+        options = make_options(file, ros2cx=CX_NEWER_DIR, timeout=2.0, log_dir=tmp_path / "logs")
+        result = run_scenario(options, attach=attach)
+        lines = [line.split("[info] ")[1] for line in (tmp_path / "logs/one.log").read_text().splitlines()]
+        return result, lines, answers, fired
+
+    return run
+
+
+COUNT = "(defrule tick (time ?) => (printout t tick crlf))"
+
+
+def test_services_answer_as_recorded(run):
+    _, lines, answers, fired = run(
+        COUNT,
+        [
+            *(("pause",), ("pause",), ("tick_once",)),
+            ("build", ENV, "(deftemplate example (slot message (type STRING)))"),
+            ("build", ENV, "(deftemplate (slot message))"),
+            ("build", ENV, "(defxyz a)"),
+            ("eval", ENV, '(assert (example (message "hello")))'),
+            ("eval", "", "(printout info (+ 1 2) crlf)"),
+            ("eval", ENV, "(assert ("),
+            ("eval", ENV, "(nth$ 1 5)"),
+            ("eval", "nonexistent_env", "(facts)"),
+            *(("resume",), ("resume",)),
+        ],
+    )
+    assert answers == [
+        (True, "executive paused."),
+        (False, "executive already paused."),
+        (True, "Tick executed."),
+        (True, ""),
+        (False, "Build failed: syntax error while parsing the construct."),
+        (False, "Build failed: construct name not recognized."),
+        (True, ""),
+        (True, ""),
+        (False, "Eval failed: syntax error while parsing the expression."),
+        (False, "Eval failed: syntax error while parsing the expression."),
+        (False, "Environment 'nonexistent_env' not found."),
+        (True, "executive resumed."),
+        (False, "executive already running."),
+    ]
+    assert any(line.endswith('(example (message "hello"))') for line in lines)
+    assert "3" in lines
+    assert lines.count("tick") == sum(fired) < 15
+
+
+def test_the_time_is_there_in_the_first_pass_only(run):
+    program = "(defrule a (time ?) => (assert (b))) (defrule c ?b <- (b) (not (time ?)) => (retract ?b))"
+    result, _, _, fired = run(program)
+    assert set(fired) == {2}
+    assert result.status == 0
+
+
+def test_a_module_of_the_stack_is_run(run):
+    program = (
+        "(defmodule MAIN (export ?ALL)) (defmodule DOOR (import MAIN ?ALL))"
+        " (defrule DOOR::open => (printout t open crlf))"
+    )
+    result, lines, _, _ = run(program, more='focus_stack: ["MAIN", "DOOR", "WINDOW"]')
+    assert lines.count("open") == 1
+    assert result.reason.endswith("Focus stack entry 'WINDOW' is not a valid module, removing from stack.")
+
+
+def test_a_limit_ends_a_tick(run):
+    program = "(deffacts f (n 0)) (defrule on (time ?) ?f <- (n ?x) => (retract ?f) (assert (n (+ ?x 1))))"
+    result, _, _, fired = run(program, more="rule_limit: 5, focus_stack: []")
+    assert set(fired) == {5}
+    assert "Rule fire limit of 5 was reached." in result.reason
