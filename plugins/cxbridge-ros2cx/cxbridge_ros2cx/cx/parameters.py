@@ -105,7 +105,7 @@ class NodeParameters:
     def get_strings(self, name: str) -> tuple[str, ...]:
         """Return the strings of a list; none when the file does not have the parameter.
 
-        :raises ConfigError: when the parameter is no list of strings, with file and line.
+        :raises ConfigError: when the parameter is not a list of strings, with file and line.
         """
         found = self._parameters.get(name)
         if found is None:

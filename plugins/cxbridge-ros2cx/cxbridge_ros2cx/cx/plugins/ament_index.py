@@ -1,4 +1,4 @@
-"""``cx::AmentIndexPlugin``: the packages that there are, and their resources."""
+"""``cx::AmentIndexPlugin``: the existing packages, and their resources."""
 
 from __future__ import annotations
 

@@ -84,7 +84,7 @@ class ExecutivePlugin(CxPlugin):
 def period_us(plugin: str, parameters: NodeParameters) -> int:
     """Return the time between two ticks of an executive plug-in.
 
-    :raises ConfigError: when the rate is no integer, or too small or great, with file and line.
+    :raises ConfigError: when the rate is not an integer, or too small or great, with file and line.
     """
     name = f"{plugin}.refresh_rate"
     rate = parameters.get(name, _DEFAULT_HZ)

@@ -54,7 +54,7 @@ def _plain(value: Value) -> Scalar | tuple[Scalar, ...]:
         return value == "TRUE" if value in _BOOLS else str(value)
     if isinstance(value, int | float):
         return value
-    raise ClipsError(f"a parameter is no {value!r}")
+    raise ClipsError(f"a parameter is not a {value!r}")
 
 
 def _same_type(value: Scalar | tuple[Scalar, ...], wanted: Scalar | tuple[Scalar, ...]) -> bool:

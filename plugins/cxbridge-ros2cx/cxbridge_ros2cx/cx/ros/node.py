@@ -119,7 +119,7 @@ class RosNode(Closing):
         return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
-        """Take what has come, and on a virtual clock all that comes of that at this moment."""
+        """Take what has come, and on a virtual clock all that results at this moment."""
         if self._pddl is not None:
             self._pddl.step()
         if "graph" in self.__dict__:
