@@ -70,7 +70,7 @@ def kind_of(needs: dict[Need, str]) -> str:
         return "numbers"
     if Need.COSTS in needs:
         return "costs"
-    return "ADL" if needs.keys() - {Need.NEGATION, Need.EQUALITY} else "STRIPS"
+    return "ADL" if needs.keys() - {Need.HIERARCHY, Need.NEGATION, Need.EQUALITY} else "STRIPS"
 
 
 def measure(
@@ -107,12 +107,15 @@ def measure(
     return row
 
 
-def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool:
+def _is_valid(program: str, domain: Path, problem: Path, plan: str) -> bool | None:
+    """Return whether VAL takes a plan; None when it cannot read domain or problem."""
     with tempfile.NamedTemporaryFile("w", suffix=".plan") as file:
         file.write(plan)
         file.flush()
         command = [program, "-t", "0.001", str(domain), str(problem), file.name]
         done = subprocess.run(command, capture_output=True, text=True, errors="replace", check=False)
+    if "Problem in domain" in done.stdout or "Bad problem" in done.stdout:
+        return None
     return "Plan valid" in done.stdout
 
 
@@ -130,7 +133,9 @@ def table(rows: list[dict[str, Any]]) -> Iterator[str]:
             f"{name} {n}" for name, n in Counter(row["engine"] for row in by_auto).most_common()
         )
         median = f"{statistics.median(row['seconds'] for row in by_auto):.1f} s" if by_auto else ""
-        valid = sum(row.get("valid", False) for row in by_any)
+        valid = f"{sum(row.get('valid') is True for row in by_any)}"
+        unread = sum(row.get("valid", False) is None for row in by_any)
+        valid += f", {unread} not read" if unread else ""
         cells = (kind, len(of_kind), len(read), len(by_any), len(by_auto), len(none), engines, median, valid)
         yield f"| {' | '.join(map(str, cells))} |"
 

@@ -141,7 +141,7 @@ class PlanChecks:
         return found.failure
 
     def _objects(self, watched: _Watched) -> Objects:
-        """Return the objects that there are now, made anew when facts of objects have changed."""
+        """Return the objects that there are now, made again when facts of objects have changed."""
         from msgspec.structs import replace  # noqa: PLC0415 - only agents that plan pay
 
         from cxbridge.executive.pddl.ast import TypedNames, names_of  # noqa: PLC0415

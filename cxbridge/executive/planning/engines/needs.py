@@ -20,12 +20,15 @@ from cxbridge.executive.pddl.ast import (
     Timed,
     When,
     number_of,
+    pairs_of,
 )
+from cxbridge.executive.pddl.semantics import ROOT_TYPE
 
 
 class Need(Enum):
     """Something that not every planner understands; the value names it to people."""
 
+    HIERARCHY = "types of types"
     NEGATION = "negative conditions"
     DISJUNCTION = "disjunctions"
     QUANTIFIERS = "quantifiers"
@@ -39,7 +42,10 @@ class Need(Enum):
 
 
 CLASSICAL = frozenset(
-    {Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS, Need.CONDITIONAL_EFFECTS, Need.EQUALITY}
+    {
+        *(Need.HIERARCHY, Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS),
+        *(Need.CONDITIONAL_EFFECTS, Need.EQUALITY),
+    }
 )
 """All but numbers, costs and time."""
 
@@ -57,6 +63,8 @@ def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
     for action in domain.actions:
         if action.durative:
             needs.setdefault(Need.TIME, f"action {action.name}")
+    if any(above not in ("", ROOT_TYPE) for _, above in pairs_of(domain.types)):
+        needs[Need.HIERARCHY] = "the types"
     if problem.metric is not None and problem.metric[1] != FunctionTerm(TOTAL_TIME, ()):
         needs[Need.COSTS] = "the metric"
     if {Need.NUMBERS, Need.TIME} & needs.keys() and _has_fractions(domain, problem):

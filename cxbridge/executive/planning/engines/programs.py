@@ -81,7 +81,10 @@ class PlannerProgram(NamedTuple):
 
 
 _POPF_NEEDS: Final = frozenset(
-    {Need.TIME, Need.NUMBERS, Need.FRACTIONS, Need.COUNTERS, Need.COSTS, Need.EQUALITY}
+    {
+        *(Need.HIERARCHY, Need.TIME, Need.NUMBERS, Need.FRACTIONS),
+        *(Need.COUNTERS, Need.COSTS, Need.EQUALITY),
+    }
 )
 _NUMERIC: Final = frozenset({Need.COSTS, Need.COUNTERS, Need.NUMBERS, Need.FRACTIONS})
 _FD_TASK: Final = ("{domain}", "{problem}")
@@ -117,7 +120,7 @@ PROGRAMS: Final = {
     "lpg": PlannerProgram(
         ("{folder}/lpg",),
         (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
-        _NUMERIC | {Need.TIME, Need.EQUALITY, Need.NEGATION, Need.DISJUNCTION, Need.QUANTIFIERS},
+        (CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
         # its search is local: it does not know that there is no plan, but for goals out of reach
         re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
         no_plan="no solution",

@@ -52,7 +52,7 @@ ENGINES: Final = {
     "aries": UnifiedEngine(
         "up_aries",
         "up-aries",
-        _EXPRESSIVE | {Need.COSTS},
+        _EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
         anytime=True,
         integers=True,
         # no formula of unified-planning has a quantifier at a moment of a durative action
