@@ -24,6 +24,7 @@ THESIS = "needs a checkout of ros2-clips-executive; plugins/cxbridge-ros2cx/test
 WEB = "opens a browser and serves the page until Ctrl-C; tests/cli/test_web_page.py does the same"
 FUZZING = "takes an hour, and a compiler; the tests replay what it found"
 OPENSSL = "needs openssl"
+PAIRS = "needs public collections of PDDL, VAL and half an hour"
 DASK = "needs a cluster; plugins/cxbridge-explore/tests/explore_tests/sweep/test_engines.py does the same with one on this machine"
 SWEEP = "is what plugins/cxbridge-explore/tests/explore_tests/sweep/test_command.py does with fewer runs"
 
@@ -86,6 +87,9 @@ NOT_RUN: dict[str, dict[str, str]] = {
         'docker run --rm --network host -v "$PWD/robot.yaml:/etc/cxbridge/robot.yaml:ro" cxbridge daemon '
         "/etc/cxbridge/robot.yaml": DOCKER,
         "docker run --rm cxbridge run test-scenario": DOCKER,
+    },
+    "planning.md": {
+        "python -m benchmarks.planner_pairs FOLDER... --timeout 30 --validate VAL/bin/Validate": PAIRS
     },
     "recording.md": {
         "cxbridge trace record --connect fawkes://robot:1910 -i '*' -o logs/ --duration 60 --json": ROBOT,
