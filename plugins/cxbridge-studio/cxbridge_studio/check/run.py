@@ -16,6 +16,7 @@ from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
 from cxbridge_studio.check.agent import Agent, agents
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
+from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
 from cxbridge_studio.check.silence import without_silenced
 from cxbridge_studio.check.table import findings
 
@@ -33,6 +34,8 @@ def check(options: RunOptions, *, errors_only: bool = False, portable: bool = Fa
     """
     options.check()
     file = options.scenario
+    if file is not None and file.suffix == SUFFIX and file.is_file():
+        return without_silenced(findings_of(file))
     if file is not None and file.suffix == CLIPS_SUFFIX and file.is_file():
         return _of_file(options, file.resolve(), errors_only=errors_only, portable=portable)
     return without_silenced(_found(options, errors_only=errors_only, portable=portable))

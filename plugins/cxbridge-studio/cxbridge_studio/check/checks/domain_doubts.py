@@ -51,12 +51,15 @@ GOAL: Final = Code(
 
 CODES: Final = (PREDICATE, ACTION, EFFECT, OBJECT, GOAL)
 
-_BY_KIND: Final = {
+BY_KIND: Final = {
     DoubtKind.PREDICATE: PREDICATE,
     DoubtKind.ACTION: ACTION,
     DoubtKind.EFFECT: EFFECT,
     DoubtKind.OBJECT: OBJECT,
+    DoubtKind.GOAL: GOAL,
 }
+"""The code of each kind of doubt."""
+
 _PARSE: Final = "parse-pddl-domain"
 _PLANNERS: Final = ("planner-plan", "planner-plan-with", "planner-plan-part")
 _FACT: Final = "domain-fact"
@@ -70,7 +73,7 @@ def check(agent: Agent) -> Iterator[Finding]:
     for domain in domains:
         for doubt in doubts(domain, made if len(domains) == 1 else None):
             place = SourcePlace(domain.file, doubt.position.line, doubt.position.column)
-            yield Finding(_BY_KIND[doubt.kind], place, doubt.message)
+            yield Finding(BY_KIND[doubt.kind], place, doubt.message)
     if len(domains) == 1 and made is not None:
         yield from _goals(agent, domains[0], made)
 

@@ -1,0 +1,53 @@
+"""`cxbridge check` on a PDDL file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from cxbridge.run import RunOptions
+from cxbridge_studio.check.run import check
+
+DOMAIN = """(define (domain Quay) (:types ship crane)
+  (:predicates (moored ?s - ship) (empty ?s - ship) (idle ?c - crane))
+  (:action unload :parameters (?s - ship ?c - crane)
+    :precondition (and (moored ?s) (idle ?c)) :effect (empty ?s)))
+"""
+PROBLEM = """(define (problem p) (:domain quay) (:objects anna - ship c1 - crane)
+  (:init (moored anna) (idle c1))
+  (:goal (empty anna)))
+"""
+
+
+def findings(folder: Path, name: str, *, domain: str = DOMAIN, problem: str = PROBLEM) -> list[str]:
+    (folder / "quay.pddl").write_text(domain)
+    (folder / "p.pddl").write_text(problem)
+    found = check(RunOptions(scenario=folder / name))
+    return [f"{Path(each.place.file).name}:{each.place.line} {each.code.name}" for each in found]
+
+
+def test_a_domain(tmp_path: Path) -> None:
+    assert findings(tmp_path, "quay.pddl") == ["quay.pddl:2 CX310"]
+    typed = DOMAIN.replace("(:types", "(:requirements :typing) (:types")
+    assert findings(tmp_path, "quay.pddl", domain=typed) == []
+    assert findings(tmp_path, "quay.pddl", domain=typed.replace("(idle ?c))", "(idel ?c))")) == [
+        "quay.pddl:4 CX301"
+    ]
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ("", "", []),
+        ("(idle c1)", "", ["quay.pddl:2 CX311", "quay.pddl:3 CX312"]),
+        ("(:goal (empty", "(:goal (moored", []),
+        ("(:init (moored anna)", "(:init (empty anna)", ["quay.pddl:2 CX311", "quay.pddl:3 CX312"]),
+        ("- crane", "", ["p.pddl:2 CX310", "p.pddl:1 CX314"]),
+        ("(empty anna)", "(empty ann)", ["p.pddl:3 CX301"]),
+        ("quay", "dock", ["p.pddl:0 CX302"]),
+    ],
+)
+def test_a_problem_with_the_domain_beside_it(tmp_path: Path, old: str, new: str, expected: list[str]) -> None:
+    found = findings(tmp_path, "p.pddl", problem=PROBLEM.replace(old, new) if old else PROBLEM)
+    assert found == expected
