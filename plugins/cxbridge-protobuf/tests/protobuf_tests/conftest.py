@@ -15,10 +15,11 @@ from cxbridge_protobuf.network import Network
 from cxbridge_protobuf.settings import NetworkSettings
 from cxbridge_protobuf.types import MessageTypes
 from tests.executive.conftest import bus, env, log
+from tests.support import ROOT
 
 __all__ = ["bus", "env", "log"]  # fixtures
 
-PROTOS = Path(__file__).parent / "protos"
+PROTOS = ROOT / "tests" / "protos"
 WAIT = 30
 T = TypeVar("T")
 

@@ -16,7 +16,7 @@ from cxbridge_studio.agent.model import AgentModel
 from cxbridge_studio.agent.protobuf import read_proto
 from tests.support import ROOT
 
-OURS = ROOT / "plugins/cxbridge-protobuf/tests/protobuf_tests/protos"
+OURS = ROOT / "tests" / "protos"
 FOLDERS = [OURS, *(Path(each) for each in [os.environ.get("RCLL_PROTOS", "")] if each)]
 """RCLL_PROTOS: a checkout of robocup-logistics/rcll-protobuf-msgs."""
 

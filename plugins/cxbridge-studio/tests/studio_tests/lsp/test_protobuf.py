@@ -19,7 +19,7 @@ CLIPS = """(defrule report
 )
 """
 
-PROTOS = "plugins/cxbridge-protobuf/tests/protobuf_tests/protos"
+PROTOS = ROOT / "tests" / "protos"
 
 
 @pytest.fixture(scope="module")
@@ -28,9 +28,7 @@ def pb_editor(tmp_path_factory) -> Iterator[Editor]:
     root = tmp_path_factory.mktemp("agent").resolve()
     shutil.copytree(ROOT / "scenarios" / "test-scenario-pddl", root, dirs_exist_ok=True)
     protos = tmp_path_factory.mktemp("protos")
-    shutil.copytree(
-        ROOT / "plugins/cxbridge-protobuf/tests/protobuf_tests/protos", protos, dirs_exist_ok=True
-    )
+    shutil.copytree(PROTOS, protos, dirs_exist_ok=True)
     scenario = root / "scenario.yaml"
     scenario.write_text(f"{scenario.read_text()}\nclips-protobuf:\n  proto-dirs: ['{protos}']\n")
     editor = Editor(root)
