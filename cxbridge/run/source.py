@@ -6,8 +6,11 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar, Final, Protocol
 
+from msgspec import Struct
+
 from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
+from cxbridge.config.documents import Mark
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX, ENVIRONMENT, ActionMapper, CoreFiles, Executive
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
@@ -68,6 +71,18 @@ class SourceContext(Protocol):
     skill_board: BoardSettings | None
     skills: SharedSkillBoard
     make_planning: Callable[[str], PlanningService] | None
+
+
+class LoadedFile(Struct, frozen=True):
+    """A file that an agent loads.
+
+    :param is_batch: whether its commands are executed, not constructs only.
+    :param mark: what asks for the file.
+    """
+
+    path: Path
+    is_batch: bool
+    mark: Mark
 
 
 def source_of(options: RunOptions) -> Source:
@@ -292,6 +307,14 @@ class Source:
         :raises CxbridgeError: when the configuration is wrong.
         """
         return Executive(manager, context.config, mapper, files, context.name or ENVIRONMENT)
+
+    def calls(self, function: str) -> bool:  # noqa: ARG002
+        """Return whether a deffunction of this name is called from outside of the rules."""
+        return False
+
+    def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:  # noqa: ARG002
+        """Return the CLIPS files of an agent that is only looked at; None: its spec and core name them."""
+        return None
 
     def core_files(self, paths: RunPaths, config: Configuration) -> CoreFiles:  # noqa: ARG002
         """Return where the executive finds its files, and the features and functions that the core needs."""

@@ -25,6 +25,7 @@ from cxbridge.executive.host.loading import Diagnostic
 from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.memory import RobotMemory
+from cxbridge.file_access import is_readable_file
 from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.context import RunContext
@@ -199,7 +200,9 @@ class Agent(Closing):
     def usage(self) -> Usage:
         """What the constructs match and make."""
         values = list(self.config.walk("/"))
-        words = (word for each in values for text in (each.text, *each.items) for word in text.split())
+        words = {word for each in values for text in (each.text, *each.items) for word in text.split()}
+        functions = (each.mention.name.text for each in self.model.defined(NameKind.FUNCTION))
+        words.update(filter(self.context.source.calls, functions))
         of_core = (
             mention.name.text
             for file in self.model.files
@@ -276,8 +279,10 @@ class Agent(Closing):
     def find(self, name: str) -> Path | None:
         """Return the file that the agent finds by a name; None when no folder has it."""
         module = self._enter(_MAIN)  # a file may have entered another one
-        found = self.env.call("path-resolve", name)
+        found = self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
         self._enter(module)
+        if found is None:  # an agent without our library
+            return Path(name) if is_readable_file(name) else None
         return Path(found) if isinstance(found, str) and found != "FALSE" else None
 
     def feature_with(self, function: str) -> str:
@@ -299,6 +304,13 @@ class Agent(Closing):
     # ---- loading
 
     def _load_files(self) -> None:
+        own = self.context.source.loaded_files(self.manager)
+        if own is not None:
+            for each in own:
+                place = SourcePlace(each.mark.file, each.mark.line, each.mark.column)
+                self.asked.append(AskedFile(str(each.path), place))
+                self._load_found(each.path, batch=each.is_batch)
+            return
         for name in ("saliences.clp", "init.clp"):
             self._note(self.context.paths.cx / name, ())
         self._request("blackboard")
@@ -353,11 +365,15 @@ class Agent(Closing):
             self.asked.append(asked)
         if found is None:
             self.missing.append(asked)
-            return
+        else:
+            self._load_found(found, batch=how.startswith("BATCH"))
+
+    def _load_found(self, found: Path, *, batch: bool) -> None:
+        """Load a file that is there, and those that it loads."""
         if any(file.path == found for file in self.files):
             return
         loader, before = self.env.loader, len(self.env.loader.diagnostics)
-        (loader.batch if how.startswith("BATCH") else loader.load)(str(found))
+        (loader.batch if batch else loader.load)(str(found))
         file = self._note(found, tuple(loader.diagnostics[before:]))
         for call in file.calls("ff-feature-request"):
             self._request(_literal(call))
@@ -365,8 +381,8 @@ class Agent(Closing):
             self._preload(_literal(call))
         for call in file.calls(*_LOADERS, *_BATCHES):
             if literal := _literal(call):
-                batch = "BATCH|" if call.head in _BATCHES else ""
-                self._load(f"{batch}{literal}", file.place(call))
+                how = "BATCH|" if call.head in _BATCHES else ""
+                self._load(f"{how}{literal}", file.place(call))
 
     def _note(self, path: Path, diagnostics: tuple[Diagnostic, ...]) -> ClipsFile:
         text = path.read_text("utf-8", "surrogateescape")
