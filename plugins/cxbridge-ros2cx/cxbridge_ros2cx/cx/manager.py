@@ -24,8 +24,13 @@ class CxManager(EnvironmentManager):
     :param logs: the log files of the environments.
     """
 
-    def __init__(self, context: NodeContext, logs: EnvironmentLogs) -> None:
-        super().__init__(context.bus, environment=StockEnvironment)
+    def __init__(
+        self,
+        context: NodeContext,
+        logs: EnvironmentLogs,
+        environment: type[ClipsEnvironment] = StockEnvironment,
+    ) -> None:
+        super().__init__(context.bus, environment=environment)
         self.context = context
         self.log = context.bus.logger(context.parameters.name.rpartition("/")[2])
         self.plugin_log = context.bus.logger("CLIPSPluginManager")
@@ -46,10 +51,12 @@ class CxManager(EnvironmentManager):
         parameters = self.context.parameters
         items = parameters.get_strings(f"{name}.watch")
         to_debug = parameters.get(f"{name}.redirect_stdout_to_debug", default=False)
-        env = StockEnvironment(name, self.bus, log_component or name)
+        env = self._environment(name, self.bus, log_component or name)
         self.add_environment(env)
         self._loaded[name] = []
         self._logs.begin(env)
+        if not isinstance(env, StockEnvironment):
+            return env
         try:
             env.watch_items(items)
         except ClipsError as error:
@@ -86,7 +93,7 @@ class CxManager(EnvironmentManager):
 
         :raises CxbridgeError: when the manager is strict, and the plug-in or its parameters are wrong.
         """
-        env = self.stock(name)
+        env = self._entries[name].environment
         try:
             plugin = self._plugin(feature_name)
         except CxbridgeError as error:
@@ -138,7 +145,7 @@ class CxManager(EnvironmentManager):
         with env.lock:
             self._unload(env, feature_name)
 
-    def _unload(self, env: StockEnvironment, name: str) -> None:
+    def _unload(self, env: ClipsEnvironment, name: str) -> None:
         plugin = self.plugins[name]
         try:
             plugin.context_destroyed(env)
@@ -151,7 +158,7 @@ class CxManager(EnvironmentManager):
 
     def unload_plugins(self, name: str) -> None:
         """Unload all plug-ins of an environment, the last one first."""
-        env = self.stock(name)
+        env = self._entries[name].environment
         with env.lock:
             for plugin in reversed(self._loaded[name][:]):
                 self._unload(env, plugin)
@@ -167,7 +174,9 @@ class CxManager(EnvironmentManager):
 
         :raises ClipsError: when there is none of that name.
         """
-        env = self.stock(name)
+        if name not in self._entries:
+            raise ClipsError(f"there is no CLIPS environment '{name}'")
+        env = self._entries[name].environment
         self.unload_plugins(name)
         del self._entries[name], self._loaded[name]
         env.destroy()

@@ -41,7 +41,7 @@ class CxNode(Executive):
         manager.bus.subscribe(self._note, LogLine)
         manager.log.info(f"Configuring [{self._title}]...")
         super().__init__(manager, config, mapper, files, self.names[0])
-        for name in self.names[1:]:
+        for name in () if manager.context.is_look else self.names[1:]:
             manager.create(name)
 
     def _note(self, event: Event) -> None:
@@ -92,9 +92,13 @@ class CxNode(Executive):
         return True
 
     def load_core(self) -> None:
-        """Load the plug-ins of the environments: they load the agents' files."""
+        """Load the plug-ins of all environments into the first, for those who look at the agents."""
+        loaded: set[str] = set()
         for name in self.names:
-            self.node.load_plugins(name)
+            for plugin in self.node.context.parameters.get_strings(f"{name}.plugins"):
+                if plugin not in loaded:
+                    loaded.add(plugin)
+                    self.node.request(self.names[0], plugin)
 
     def _run_environment(self, env: StockEnvironment) -> int:
         """Run the rules of an environment to the end of its agenda; its lock must be held."""

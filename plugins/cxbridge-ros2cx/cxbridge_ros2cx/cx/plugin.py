@@ -79,6 +79,8 @@ class NodeContext(Struct):
     """Makes what carries protobuf messages; None: sockets."""
     is_newer: bool = False
     """Whether the checkout is of pull request 33 of June 2026 or later."""
+    is_look: bool = False
+    """Whether the agents are only looked at: who looks loads their files, and no rule fires."""
 
 
 class CxPlugin(Feature):

@@ -11,11 +11,12 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX
+from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.rights import read_rights
-from cxbridge.run.source import Source
+from cxbridge.run.source import LoadedFile, Source
 from cxbridge_ros2cx.cx.log_files import EnvironmentLogs
 from cxbridge_ros2cx.cx.manager import CxManager
 from cxbridge_ros2cx.cx.node import CxNode
@@ -23,12 +24,13 @@ from cxbridge_ros2cx.cx.packages import Packages, package_folder
 from cxbridge_ros2cx.cx.parameters import ENVIRONMENTS, NodeParameters
 from cxbridge_ros2cx.cx.plugin import NodeContext
 from cxbridge_ros2cx.cx.plugins.executive import tick_period_us
+from cxbridge_ros2cx.cx.plugins.file_load import FileLoadPlugin
 from cxbridge_ros2cx.cx.ros.node import RosNode
+from cxbridge_ros2cx.cx.stock import StockEnvironment
 
 if TYPE_CHECKING:
     from cxbridge.executive.executive import ActionMapper, CoreFiles, Executive
     from cxbridge.executive.feature import Feature, LazyFeature
-    from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.run.source import SourceContext
     from cxbridge_protobuf.connections import Connections, MakeConnections
@@ -39,6 +41,7 @@ if TYPE_CHECKING:
 _NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
 """What a checkout has from pull request 33 of June 2026 on."""
 
+_CALLBACK = "-callback"
 _TREE = "/clips-executive"
 _REAL_LOOP_US = MICROSECONDS // 50
 """How often messages are taken on a real clock, at least: an answer takes no longer."""
@@ -142,7 +145,7 @@ class CxSource(Source):
         self,
         context: SourceContext,
         features: Sequence[Feature | LazyFeature],  # noqa: ARG002
-        environment: type[ClipsEnvironment],  # noqa: ARG002
+        environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
         """Return the manager of environments and plug-ins."""
         parameters, packages = self.parameters, self.packages
@@ -152,9 +155,21 @@ class CxSource(Source):
         parts.is_newer = packages.has_file(*_NEWER_FILE)
         if context.clock.is_virtual:
             parts.connections = _join_locally()
-        manager = CxManager(parts, EnvironmentLogs(self.options.option("log_dir")))
+        parts.is_look = environment is not ClipsEnvironment
+        logs = EnvironmentLogs(None if parts.is_look else self.options.option("log_dir"))
+        manager = CxManager(parts, logs, environment if parts.is_look else StockEnvironment)
         manager.is_strict = not self.is_lenient
         return manager
+
+    def calls(self, function: str) -> bool:
+        """Return whether plug-ins call a deffunction: for a request or a goal that has come."""
+        return function.endswith(_CALLBACK)
+
+    def loaded_files(self, manager: EnvironmentManager) -> list[LoadedFile] | None:
+        """Return the files that the plug-ins of all environments load."""
+        assert isinstance(manager, CxManager)
+        plugins = (plugin for plugin in manager.plugins.values() if isinstance(plugin, FileLoadPlugin))
+        return [file for plugin in plugins for file in plugin.files()]
 
     def make_executive(
         self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles

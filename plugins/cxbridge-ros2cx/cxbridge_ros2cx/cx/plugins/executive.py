@@ -48,7 +48,9 @@ class ExecutivePlugin(CxPlugin):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions for the time, and the rule that retracts its fact."""
-        assert isinstance(env, StockEnvironment)
+        if not isinstance(env, StockEnvironment):  # no rule fires in it
+            env.time_of = lambda time_us: (time_us / MICROSECONDS,)
+            return
         for name in ("now", "now-systime"):
             env.define(name, self._now)
         if env not in self._times:
@@ -75,8 +77,7 @@ class ExecutivePlugin(CxPlugin):
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Run the rules of the environment no more."""
-        assert isinstance(env, StockEnvironment)
-        time = self._times.pop(env, None)
+        time = self._times.pop(env, None) if isinstance(env, StockEnvironment) else None
         if time is not None:
             time.dispose()
 

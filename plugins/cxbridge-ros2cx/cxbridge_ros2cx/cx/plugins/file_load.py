@@ -5,8 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from cxbridge.config.documents import Mark
 from cxbridge.errors import ClipsError, ConfigError
 from cxbridge.executive.host.values import Symbol
+from cxbridge.run.source import LoadedFile
 from cxbridge_ros2cx.cx.plugin import CxPlugin
 
 if TYPE_CHECKING:
@@ -53,6 +55,8 @@ class FileLoadPlugin(CxPlugin):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the files, then execute the others."""
         self.log.info(f"Initializing plugin for environment {env.name}")
+        if self.context.is_look:
+            return
         for name, execute in (("load", env.load), ("batch", env.batch)):
             for file in self._files[name]:
                 if self.context.is_newer:
@@ -60,7 +64,16 @@ class FileLoadPlugin(CxPlugin):
                 if not execute(file):
                     raise ClipsError(f"Failed to load file '{file}' failed!, aborting...")
 
+    def files(self) -> list[LoadedFile]:
+        """Return the files that are loaded, executed, and executed at the end."""
+        found = []
+        for name, files in self._files.items():
+            parameter = self.parameters.find(self.parameter(name))
+            mark = Mark(str(self.parameters.file)) if parameter is None else parameter.place
+            found += [LoadedFile(file, name != "load", mark) for file in files]
+        return found
+
     def context_destroyed(self, env: ClipsEnvironment) -> None:
         """Execute the files for the end."""
-        for file in self._files["cleanup_batch"]:
+        for file in () if self.context.is_look else self._files["cleanup_batch"]:
             env.batch(file)

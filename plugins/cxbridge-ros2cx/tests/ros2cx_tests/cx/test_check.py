@@ -1,0 +1,43 @@
+"""Agents are looked at as those of Fawkes are: nothing of them is executed."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.run.program.run import make_options
+from cxbridge_studio.check.run import check
+from ros2cx_tests.cx.test_examples import PDDL, PLUGINS, TUTORIALS
+from tests.support import CX_DIR, needs_cx
+
+pytestmark = needs_cx
+
+FINE = (
+    *(f"{PLUGINS}/{name}.yaml" for name in ("config", "executive", "file_load", "protobuf", "ros_msgs")),
+    *(f"{PLUGINS}/{name}.yaml" for name in ("ros_msgs_client", "ros_msgs_service", "ros_param")),
+    *(f"{PLUGINS}/{name}.yaml" for name in ("ros_msgs_action_client", "set_bool_srv", "string_msg")),
+    f"{TUTORIALS}/turtlesim.yaml",
+    f"{PDDL}/raw_agent.yaml",
+)
+
+
+def findings(file):
+    return [str(each) for each in check(make_options(file, ros2cx=CX_DIR))]
+
+
+@pytest.mark.parametrize("name", FINE)
+def test_an_example_has_no_findings(name):
+    assert findings(CX_DIR / name) == []
+
+
+def test_a_mistake_has_its_place(tmp_path):
+    agent = tmp_path / "agent.clp"
+    agent.write_text("(defrule a (time ?now)\n  =>\n  (ros-msgs-publsh ?now))\n")
+    file = tmp_path / "params.yaml"
+    file.write_text(
+        "/**:\n  ros__parameters:\n    environments: [one]\n    one: {plugins: [e, m, f]}\n"
+        "    e: {plugin: 'cx::ExecutivePlugin'}\n    m: {plugin: 'cx::RosMsgsPlugin'}\n"
+        f"    f: {{plugin: 'cx::FileLoadPlugin', load: ['{agent}']}}\n"
+    )
+    (found,) = findings(file)
+    assert f"{agent}:3:4" in found
+    assert "ros-msgs-publsh" in found
