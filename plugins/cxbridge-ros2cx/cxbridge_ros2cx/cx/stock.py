@@ -47,10 +47,14 @@ class StockOutput(OutputRouter):
     levels: ClassVar[Mapping[bytes, Level]] = _LEVELS
 
     stdout_level = Level.INFO
+    logical_name = ""
+    """The logical name that has brought the end of the last line."""
+
     _buffer = ""
 
     def _gather(self, target: bytes, piece: str) -> None:
         *lines, self._buffer = (self._buffer + piece).split("\n")
+        self.logical_name = target.decode()
         level = self.stdout_level if target == b"stdout" else self.levels[target]
         for line in lines:
             self._sink(level, line)

@@ -13,13 +13,15 @@ from cxbridge.rights import Right
 from cxbridge_ros2.lifecycle import ACTIVATE, DEACTIVATE, SHUTDOWN, Lifecycle, LifecycleState
 from cxbridge_ros2.parameters import Parameter, Parameters
 from cxbridge_ros2.rosout import Rosout
+from cxbridge_ros2cx.cx.ros.topic_logs import TopicLogs
 
 if TYPE_CHECKING:
     from cxbridge_ros2.messages import Message
     from cxbridge_ros2cx.cx.manager import CxManager
 
 _PACKAGE: Final = "cx_msgs/srv"
-_KEPT: Final = ("list_envs",)
+_LOGS: Final = "set_topic_logging"
+_KEPT: Final = ("list_envs", _LOGS)
 """The services that stay when the node is not active."""
 
 Fields = Mapping[str, Any]
@@ -38,6 +40,8 @@ class NodeServices(Closing):
         self._rosout = Rosout(self._node, self._name)
         context.bus.subscribe(self._rosout, *Rosout.events)
         self._serve()
+        if context.is_newer:
+            self._ends[_LOGS] = TopicLogs(manager, f"/{self._name}").end
         report, clock = manager.log.error, context.clock
         done: dict[str, Callable[[], bool]] = {
             ACTIVATE: partial(self._activate, work[ACTIVATE]),
@@ -125,7 +129,7 @@ class NodeServices(Closing):
         return {}
 
     def _list_plugins(self, request: Message) -> Fields:
-        if not request["env_name"]:
+        if not request["env_name"] and not self._manager.context.is_newer:
             return {"plugins": []}
         return {
             "plugins": list(
