@@ -86,8 +86,10 @@ class CxSource(Source):
 
     def _parameter_file(self) -> str:
         """Return a parameter file of the checkout, as an example."""
-        found = sorted(self.folders[0].rglob("params/hello_world.yaml"))
-        return str(found[0]) if found else "params/AGENT.yaml"
+        for level in ("", "*/", "*/*/", "*/*/*/"):  # not the whole tree: somebody may name the root folder
+            for file in sorted(self.folders[0].glob(f"{level}params/hello_world.yaml")):
+                return str(file)
+        return "params/AGENT.yaml"
 
     @property
     def folders(self) -> tuple[Path, ...]:
