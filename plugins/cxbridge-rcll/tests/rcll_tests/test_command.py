@@ -88,6 +88,11 @@ def test_mistakes(words, capsys, more, message):
     assert message in capsys.readouterr().err
 
 
+def test_an_option_of_the_league_without_a_referee(capsys):
+    assert invoke(["game", "workshop", "--failures", "0.5"]) == 2
+    assert "--failures is for games of the league" in capsys.readouterr().err
+
+
 def test_no_agent(words, capsys):
     assert invoke(["game", *words[3:]]) == 2
     assert "there is no agent to play" in capsys.readouterr().err

@@ -168,7 +168,6 @@ def test_the_points_of_games():
         (["MINI"], "this scenario is not a game: its configuration has no /game/seed"),
         (["SHORT", "--against", "SHORT"], "--against names the same agent"),
         (["SHORT", "SHORT2", "--against", "SHORT"], "there are two second agents"),
-        (["SHORT", "--failures", "0.5"], "--failures is for games of the league"),
         (["SHORT", "--games", "2", "--trace", "x.mcap"], "many games cannot be recorded to one file"),
         (["SHORT", "--world", "none.yaml"], "none.yaml"),
         (["SHORT", "--games", "2", "--against", "MINI"], "this scenario is not a game"),
