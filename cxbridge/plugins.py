@@ -43,6 +43,7 @@ HOOKS: Final = frozenset(
         "MEMBERS",
         "OPERATIONS",
         "OPTIONS",
+        "SETTINGS",
         "SOURCES",
         "TRANSPORTS",
     }
@@ -92,7 +93,8 @@ class Row(Struct, frozen=True):
     :param target: ``module:object``.
     :param needed: whether the run or daemon with this context needs the object.
     :param early: of a feature: whether the run with this context makes the feature at its start, not when an
-        environment requests the feature; a mistake in its configuration is reported before a rule fires.
+        environment requests the feature; a mistake in its configuration is reported before a rule fires. Of a
+        component: whether the component starts before the components of cxbridge, to see what they do.
     :param section: of a command at the top: the heading below which the help lists the command.
     :param origin: the plug-in that has the row; empty for rows of cxbridge. The table sets it.
     """

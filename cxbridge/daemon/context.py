@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.mainloop import MainLoop
     from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
+    from cxbridge.run.plugin_settings import PluginSettings
 
 
 class DaemonAccess(Protocol):
@@ -73,6 +74,10 @@ class DaemonContext(RunContext):
 
     settings: DaemonSettings
     daemon: DaemonAccess
+
+    def section(self, name: str) -> PluginSettings | None:
+        """Return the settings of a plug-in; None when the configuration has none."""
+        return self.settings.sections.get(name)
 
     @property
     def has_clients(self) -> bool:

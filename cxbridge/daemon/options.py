@@ -5,15 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import typer
 
-from cxbridge.run.options import BrokenOptions, LogOptions, SourceOptions
-from cxbridge_web.foxglove.options import FoxgloveOptions
-
-Setting = bool | int | str | list[str]
-"""A value in the configuration's tree ``cxbridge:``."""
+from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
 
 _SETTINGS = {
     "endpoints": "zmq/endpoints",
@@ -24,7 +20,6 @@ _SETTINGS = {
     "fawkes_host": "fawkes/host",
     "fawkes_port": "fawkes/port",
     "fawkes_allow": "fawkes/allow",
-    "foxglove_port": "foxglove/port",
     "core": "core",
     "skiller": "skiller",
     "executive": "executive",
@@ -144,7 +139,6 @@ class DaemonSourceOptions(SourceOptions):
 class DaemonOptions(
     ConfigurationOptions,
     ServerOptions,
-    FoxgloveOptions,
     PartOptions,
     DaemonSourceOptions,
     LogOptions,
@@ -155,14 +149,18 @@ class DaemonOptions(
     :param settings: more settings, by path below ``cxbridge``; they win over all else.
     """
 
+    commands: ClassVar[frozenset[str]] = frozenset({"agent", "daemon"})
+
     settings: tuple[tuple[str, Setting], ...] = ()
 
     def all_settings(self) -> Iterator[tuple[str, Setting]]:
-        """Yield the settings that options stand for, then the others, by path below ``cxbridge``."""
+        """Yield the settings that options stand for, then :attr:`settings`, by path below ``cxbridge``."""
         for name, path in _SETTINGS.items():
             value = getattr(self, name)
             if isinstance(value, tuple):
                 value = list(value) or None
             if value is not None:
                 yield path, str(value.absolute()) if isinstance(value, Path) else value
+        for group in self.more:
+            yield from group.settings()
         yield from self.settings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,12 +14,10 @@ from cxbridge.listening import LOOPBACK, is_loopback, is_private
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
+from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
 from cxbridge.run.rights import read_rights
 from cxbridge.run.watchdog import LIMIT_S
 from cxbridge.suggestions import did_you_mean
-from cxbridge_web.foxglove.settings import DEFAULT_PORT as FOXGLOVE_PORT
-from cxbridge_web.foxglove.settings import PAGES, FoxgloveSettings
-from cxbridge_web.settings import DEFAULT_PORT, WebSettings
 
 TREE = "/cxbridge"
 """Where a daemon serves its blackboard over ZeroMQ."""
@@ -33,11 +32,6 @@ _KNOWN = (
     "fawkes/enable",
     "fawkes/host",
     "fawkes/port",
-    "foxglove/allow-origins",
-    "foxglove/enable",
-    "foxglove/host",
-    "foxglove/insecure",
-    "foxglove/port",
     "on-failure",
     "record/bblog",
     "record/files",
@@ -52,14 +46,6 @@ _KNOWN = (
     "robot-memory/uri",
     "skiller",
     "speech",
-    "web/allow-origins",
-    "web/enable",
-    "web/exact",
-    "web/host",
-    "web/port",
-    "web/tls-cert",
-    "web/tls-key",
-    "web/token",
     "zmq/clients",
     "zmq/endpoints",
     "zmq/insecure",
@@ -88,8 +74,7 @@ class DaemonSettings:
     :param secret_key: CURVE key file of the daemon; with ``clients``.
     :param clients: folder with the public keys of those who may connect.
     :param fawkes: None: no port for Fawkes' tools.
-    :param foxglove: None: no port for Foxglove.
-    :param web: None: no web server.
+    :param sections: the settings of plug-ins, by the names of their rows in the table SETTINGS.
     :param rights: what clients may do.
     :param watchdog_s: seconds that a loop may take before there is a warning; 0: any time.
     """
@@ -103,8 +88,7 @@ class DaemonSettings:
     secret_key: Path | None
     clients: Path | None
     fawkes: FawkesSettings | None
-    foxglove: FoxgloveSettings | None
-    web: WebSettings | None
+    sections: Mapping[str, PluginSettings]
     on_failure: Policy
     rights: Rights
     watchdog_s: float
@@ -136,27 +120,9 @@ class DaemonSettings:
             port=config.get_uint(f"{TREE}/fawkes/port", default=DEFAULT_FAWKES_PORT),
             allow=tuple(config.get_strings(f"{TREE}/fawkes/allow", default=[])),
         )
-        foxglove = FoxgloveSettings(
-            host=text("foxglove/host", LOOPBACK),
-            port=config.get_uint(f"{TREE}/foxglove/port", default=FOXGLOVE_PORT),
-            allow_origins=tuple(config.get_strings(f"{TREE}/foxglove/allow-origins", default=list(PAGES))),
-            insecure=flag("foxglove/insecure", False),
-        )
-        foxglove_there = flag("foxglove/enable", bool(config.keys(f"{TREE}/foxglove")))
-        web = WebSettings(
-            host=text("web/host", LOOPBACK),
-            port=config.get_uint(f"{TREE}/web/port", default=DEFAULT_PORT),
-            token=text("web/token", ""),
-            tls_cert=file("web/tls-cert"),
-            tls_key=file("web/tls-key"),
-            allow_origins=tuple(config.get_strings(f"{TREE}/web/allow-origins", default=[])),
-            exact=flag("web/exact", False),
-        )
         endpoints = tuple(config.get_strings(f"{TREE}/zmq/endpoints", default=[DAEMON_URL]))
         fawkes_there = flag("fawkes/enable", True)
-        web_there = flag("web/enable", bool(config.keys(f"{TREE}/web")))
-        hosts = [fawkes.host] * fawkes_there + [web.host] * web_there + [foxglove.host] * foxglove_there
-        local = all(map(is_loopback, hosts)) and all(map(is_private, endpoints))
+        local = (not fawkes_there or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
         skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
         rights = read_rights(config, skiller, local=local)
         settings = cls(
@@ -169,8 +135,7 @@ class DaemonSettings:
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
             fawkes=fawkes if fawkes_there else None,
-            foxglove=foxglove if foxglove_there else None,
-            web=web if web_there else None,
+            sections=plugin_settings(config),
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
             rights=rights,
             watchdog_s=_seconds(config, "watchdog", LIMIT_S),
@@ -185,10 +150,6 @@ class DaemonSettings:
 
     def check(self) -> None:
         """Raise :class:`ConfigError` when settings do not go together."""
-        if self.web is not None:
-            self.web.check()
-        if self.foxglove is not None:
-            self.foxglove.check()
         if self.clock == "virtual":
             raise ConfigError(
                 "a daemon cannot live on a virtual clock", hint="cxbridge/clock: real, scaled:N, or ros2"
@@ -258,12 +219,13 @@ def core_of(config: Configuration) -> str | None:
 
 def _refuse_unknown(config: Configuration) -> None:
     """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    known = (*_KNOWN, *plugin_keys())
     for value in config.search(TREE):
         name = value.path.removeprefix(f"{TREE}/")
-        if name not in _KNOWN and not name.startswith("agents/"):
+        if name not in known and not name.startswith("agents/"):
             raise ConfigError(
                 f"a daemon knows no {value.path}",
                 file=value.file or None,
                 line=value.line or None,
-                hint=did_you_mean(name, _KNOWN, f"it knows: {', '.join(_KNOWN)}"),
+                hint=did_you_mean(name, known, f"it knows: {', '.join(sorted(known))}"),
             )

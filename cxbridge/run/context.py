@@ -33,6 +33,7 @@ from cxbridge.trace.sourcing import EarlySources
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.planning.service import PlanningService
+    from cxbridge.run.plugin_settings import PluginSettings
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
 
@@ -97,6 +98,10 @@ class RunContext:
     def has_clients(self) -> bool:
         """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
         return any(self.options.option(name) is not None for name in ("web", "foxglove"))
+
+    def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them
+        """Return the settings of a daemon for a plug-in; None in a run."""
+        return None
 
     @property
     def rights(self) -> Rights:

@@ -4,16 +4,19 @@ from __future__ import annotations
 
 import os
 import stat
-from collections.abc import Callable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
 
 import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import Table
 from cxbridge.resources import shipped_scenarios
+
+if TYPE_CHECKING:
+    from cxbridge.run.servers import RunServer
 
 CORES = ("builtin", "fawkes")
 SKILLERS = ("lua", "simulator", "none")
@@ -38,17 +41,50 @@ def is_speech_target(value: str) -> bool:
     return value.lower().endswith((".wav", "/")) or (value not in SPEECH and Path(value).is_dir())
 
 
-OPTIONS: Final[Table[type[Any]]] = Table(
+Setting = bool | int | str | list[str]
+"""A value in the tree ``cxbridge:`` of a daemon's configuration."""
+
+
+class PluginOptions:
+    """The base class of option groups that plug-ins add. A subclass is a dataclass: its fields are options."""
+
+    commands: ClassVar[frozenset[str]] = frozenset({"agent"})
+    """The commands that have the options: ``agent``: all that run or read an agent; ``run``; ``daemon``."""
+
+    @property
+    def needs_real_time(self) -> bool:
+        """Whether a run uses the real clock unless ``--clock`` names another clock."""
+        return False
+
+    @property
+    def is_interactive(self) -> bool:
+        """Whether a user may stop the rules: a loop may take any time, and a run that waits is not stuck."""
+        return False
+
+    def check(self, options: RunOptions) -> None:
+        """Raise :class:`CxbridgeError` when options contradict each other."""
+
+    def servers(self) -> Sequence[RunServer]:
+        """Return the servers of a run."""
+        return ()
+
+    def settings(self) -> Iterable[tuple[str, Setting]]:
+        """Return the settings of a daemon that the options stand for, by path below ``cxbridge``."""
+        return ()
+
+
+OPTIONS: Final[Table[type[PluginOptions]]] = Table(
     "OPTIONS",
-    is_dataclass,
-    "a dataclass whose fields are options",
+    lambda loaded: is_dataclass(loaded) and isinstance(loaded, type) and issubclass(loaded, PluginOptions),
+    "a dataclass derived from cxbridge.run.options.PluginOptions",
 )
-"""The groups of options that plug-ins add to :class:`SourceOptions`."""
+"""The groups of options that plug-ins add to commands."""
 
 
-def option_groups() -> list[type[Any]]:
-    """Return the dataclasses of :data:`OPTIONS`."""
-    return [OPTIONS.load(row) for row in OPTIONS.rows]
+def option_groups(commands: frozenset[str]) -> list[type[PluginOptions]]:
+    """Return the option groups that plug-ins add to these commands."""
+    groups = map(OPTIONS.load, OPTIONS.rows)
+    return [group for group in groups if group.commands & commands]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -58,9 +94,15 @@ class SourceOptions:
     :param more: the options of plug-ins: an instance for each group with an option that was given.
     """
 
-    added_groups: ClassVar[Callable[[], list[type[Any]]]] = option_groups
+    commands: ClassVar[frozenset[str]] = frozenset({"agent"})
+    """The commands that have the options, as in :attr:`PluginOptions.commands`."""
 
-    more: tuple[Any, ...] = ()
+    more: tuple[PluginOptions, ...] = ()
+
+    @classmethod
+    def added_groups(cls) -> list[type[PluginOptions]]:
+        """Return the option groups that plug-ins add."""
+        return option_groups(cls.commands)
 
     fawkes_dir: Annotated[
         Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False)
@@ -201,6 +243,8 @@ class TraceOptions:
 class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions, LogOptions, BrokenOptions):
     """The options of ``cxbridge run``; see its help."""
 
+    commands: ClassVar[frozenset[str]] = frozenset({"agent", "run"})
+
     replay: Annotated[
         tuple[Path, ...],
         typer.Option(
@@ -235,7 +279,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
                 more = _MORE.get(name, "")
                 raise CxbridgeError(f"--{name} cannot be '{value}'", hint=f"use one of: {names}{more}")
         for group in self.more:
-            group.check()
+            group.check(self)
         if self.replay:
             self._check_replay()
         if "://" in self.skiller and self.clock not in (None, "real", "ros2"):
@@ -255,8 +299,9 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     @property
     def clock_name(self) -> str:
-        """The clock that was chosen, or else the one that the Skiller needs."""
-        return self.clock or ("real" if "://" in self.skiller else "virtual")
+        """The clock that was chosen, or else the clock that the Skiller and the options of plug-ins need."""
+        is_real = "://" in self.skiller or any(group.needs_real_time for group in self.more)
+        return self.clock or ("real" if is_real else "virtual")
 
     def _check_replay(self) -> None:
         """Raise when something is asked for that a replay does not have."""

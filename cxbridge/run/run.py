@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from contextlib import AbstractContextManager, ExitStack
+from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Protocol, Self
+from typing import TYPE_CHECKING, Self, TypeAlias
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -21,10 +21,11 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
+from cxbridge.run.servers import RunServer, keep_serving
 from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
+    from collections.abc import Callable, Iterable, Sequence
 
     from cxbridge.executive.goals import GoalState, GoalWatch
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -38,19 +39,13 @@ STALL_S = LIMIT_S
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
 
+Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
+"""Takes the result of a run whose servers go on; returns a function that tells whether the user has ended them."""
 
-class Company(Protocol):
-    """Something that serves a run in its main loop, and keeps what is there at the end for a while."""
 
-    def join(self, run: Assembly | Team) -> AbstractContextManager[object]:
-        """Join a run that is made and not started, until the context is left: the run's parts go then."""
-
-    def stay(self, result: RunResult, is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
-        """Serve the run that has come to its end, as long as somebody wants.
-
-        :param is_over: whether a signal has come.
-        :param tick: to be called now and then.
-        """
+def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
+    """End the servers with the run."""
+    return lambda: True
 
 
 def run_scenario(
@@ -60,7 +55,7 @@ def run_scenario(
     additions: Additions = NOTHING,
     *,
     interactive: bool = False,
-    company: Company | None = None,
+    stay: Stay = no_stay,
 ) -> RunResult:
     """Run a scenario until its root goals are over, or its time is.
 
@@ -68,13 +63,14 @@ def run_scenario(
     :param attach: called with each agent, before it is started.
     :param additions: what a program adds to the run.
     :param interactive: somebody may stop the rules and type: a loop may take any time.
-    :param company: serves the run while it lasts, and afterwards.
+    :param stay: called with the result when servers of the run go on after its end: whether the user has
+        ended them.
     :raises CxbridgeError: when the input is bad.
     """
     if not options.replay:
         options.check()
         return _run(
-            options, console, attach=attach, additions=additions, interactive=interactive, company=company
+            options, console, attach=attach, additions=additions, interactive=interactive, stay=stay
         )
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
@@ -95,7 +91,7 @@ def _run(
     additions: Additions = NOTHING,
     *,
     interactive: bool,
-    company: Company | None = None,
+    stay: Stay = no_stay,
 ) -> RunResult:
     """Run a scenario; see :func:`run_scenario`.
 
@@ -118,7 +114,9 @@ def _run(
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
-        _let_in(stack, assembly, attach, company)
+        servers = [server for group in options.more for server in group.servers()]
+        interactive = interactive or any(group.is_interactive for group in options.more)
+        _let_in(stack, assembly, attach, servers)
         begun_us = assembly.clock.now_us()
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
@@ -133,8 +131,7 @@ def _run(
         watch = StuckWatch(
             assembly.agents,
             on=replay is None
-            and company is None
-            and not (interactive or additions.features)
+            and not (servers or interactive or additions.features)
             and all(agent.executive.knows_goals for agent in assembly.agents),
         )
 
@@ -162,8 +159,11 @@ def _run(
             rule_errors=rule_errors if is_stuck else None,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
-        if company is not None:
-            company.stay(result, lambda: interrupt.received, recorder.flush_when_due)
+        for server in servers:
+            server.finish(result)
+        if any(server.stays for server in servers):
+            has_ended = stay(result, servers)
+            keep_serving(servers, lambda: interrupt.received or has_ended(), recorder.flush_when_due)
     if recorder.errors:
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
@@ -174,14 +174,14 @@ def _let_in(
     stack: ExitStack,
     assembly: Assembly | Team,
     attach: Callable[[Assembly], None] | None,
-    company: Company | None,
+    servers: Sequence[RunServer],
 ) -> None:
-    """Let in those who want to see a run from before its start."""
+    """Attach the console and the servers to a run before the run starts."""
     if attach is not None:
         for agent in assembly.agents:
             attach(agent)
-    if company is not None:
-        stack.enter_context(company.join(assembly))
+    for server in servers:
+        stack.enter_context(server.serve(assembly))
 
 
 def sum_up_run(

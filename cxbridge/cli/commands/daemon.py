@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -17,7 +16,6 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.cli.styling import StyledCommand
 from cxbridge.daemon.options import DaemonOptions
-from cxbridge_web.cli.options import WebOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -62,7 +60,7 @@ def _daemon() -> None:
 @app.command(cls=StyledCommand)
 @option_groups
 @orderly(service=True)
-def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> int:
+def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     """Serve a blackboard, with Skiller and executive, in the foreground until SIGINT or SIGTERM.
 
     Options win over CONFIG. Exit status: 0 stopped on request; 2 bad input; 4 a component failed.
@@ -71,20 +69,9 @@ def start(options: DaemonOptions, web: WebOptions, console: ConsoleOptions) -> i
     """
     from cxbridge.daemon.daemon import Daemon
 
-    if web.web is None:
-        daemon = Daemon(options, console.log(info=True))
-        with in_words_of_check(daemon.run_options):
-            return daemon.run()
-    wanted: tuple[tuple[str, int], ...] = (("web/enable", True),)
-    if web.port is not None:
-        wanted += (("web/port", web.port),)
-    daemon = Daemon(replace(options, settings=(*options.settings, *wanted)), console.log(info=True))
-
-    def announce() -> None:
-        web.announce(next(url for url in daemon.endpoints if url.startswith("http")))
-
+    daemon = Daemon(options, console.log(info=True))
     with in_words_of_check(daemon.run_options):
-        return daemon.run(on_ready=announce)
+        return daemon.run()
 
 
 @app.command()

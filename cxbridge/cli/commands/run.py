@@ -13,9 +13,8 @@ from cxbridge.cli.console import say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import Before, option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.cli.staying import stay_after
 from cxbridge.run.options import RunOptions
-from cxbridge_web.cli.options import WebOptions
-from cxbridge_web.foxglove.options import FoxgloveOptions
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -36,8 +35,6 @@ class _Console(ConsoleOptions):
 @orderly()
 def run(
     options: RunOptions,
-    web: WebOptions,
-    foxglove: FoxgloveOptions,
     console: _Console,
     breaks: Annotated[
         list[str] | None,
@@ -80,7 +77,12 @@ def run(
         for follow in followers:
             follow(assembly)
 
+    results: list[RunResult] = []
+
     def show(result: RunResult) -> None:
+        if results:
+            return
+        results.append(result)
         shown.finish()
         if prompt is not None:
             prompt.finish()
@@ -90,10 +92,6 @@ def run(
             story.finish(result)
 
     with in_words_of_check(options):
-        if web.web is not None or foxglove.foxglove is not None:
-            from cxbridge_web.cli.options import run_watched
-
-            return run_watched(options, web, foxglove, shown, attach, show)
-        result = run_scenario(options, shown, attach, interactive=bool(breaks))
+        result = run_scenario(options, shown, attach, interactive=bool(breaks), stay=stay_after(show))
     show(result)
     return result.status

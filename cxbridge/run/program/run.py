@@ -67,7 +67,7 @@ def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Pat
     :param given: options by name; a text may stand for a path.
     :param find: returns the path for a text.
     """
-    for group in option_groups():
+    for group in option_groups(RunOptions.commands):
         hints = get_type_hints(group)
         own = {name: given.pop(name) for name in hints if name in given}
         if own:

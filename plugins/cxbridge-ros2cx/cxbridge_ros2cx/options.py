@@ -4,15 +4,13 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Final
+from typing import Annotated, Final
 
 import typer
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.file_access import is_readable_file
-
-if TYPE_CHECKING:
-    from cxbridge.run.options import RunOptions
+from cxbridge.run.options import PluginOptions, RunOptions
 
 _PARAMETERS: Final = (b"ros__parameters", b"environments")
 _NODE_PACKAGE: Final = "cx_clips_env_manager"
@@ -44,7 +42,7 @@ def _names_parameters(file: Path | None) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Ros2CxOptions:
+class Ros2CxOptions(PluginOptions):
     """A checkout, and the executors of its actions."""
 
     ros2cx: Annotated[
@@ -73,7 +71,7 @@ class Ros2CxOptions:
         ),
     ] = None
 
-    def check(self) -> None:
+    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - another group needs no other option
         """Raise :class:`CxbridgeError` when an option of the group lacks another option."""
         if self.executors and self.ros2cx is None:
             raise CxbridgeError(

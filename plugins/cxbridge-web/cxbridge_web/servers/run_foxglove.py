@@ -7,21 +7,23 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from cxbridge.mainloop import Hook
+from cxbridge.run.servers import RunServer
 from cxbridge_web.foxglove.serving import make_foxglove_server
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
-    from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
     from cxbridge_web.foxglove.live import FoxgloveServer
     from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 
-class RunFoxglove:
-    """Lets Foxglove connect to a run; :class:`~cxbridge.daemon.servers.run_watch.RunServer`.
+class RunFoxglove(RunServer):
+    """Lets Foxglove connect to a run; clients that connect after its end get the last values.
 
-    :param on_ready: gets the address, once it is served.
+    :param on_ready: called with the address of the server.
     """
+
+    stays = "Foxglove"
 
     def __init__(self, settings: FoxgloveSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings
@@ -32,7 +34,7 @@ class RunFoxglove:
     def serve(self, run: Assembly | Team) -> Iterator[None]:
         """Serve a run.
 
-        :raises CxbridgeError: when the package or the port cannot be had.
+        :raises CxbridgeError: when the package is not installed or the port is taken.
         """
         server = make_foxglove_server(run.bus, self._settings)
         try:
@@ -45,9 +47,6 @@ class RunFoxglove:
             server.stop()
 
     def attend(self) -> None:
-        """Serve those who have just subscribed."""
+        """Send the last values to clients that have just subscribed."""
         if self._server is not None:
             self._server.attend()
-
-    def finish(self, result: RunResult) -> None:
-        """Do nothing: what still holds is kept for those who come."""

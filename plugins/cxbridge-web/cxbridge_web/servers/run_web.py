@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.daemon.servers.run_watch import REST_S
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
+from cxbridge.run.servers import REST_S, RunServer
 from cxbridge_web.server import WebServer
 from cxbridge_web.servers.web_host import ProcessWebHost
 
@@ -124,11 +124,13 @@ class RunWeb(ProcessWebHost):
         self._agent.attend()
 
 
-class RunPage:
-    """Serves the page of a run; :class:`~cxbridge.daemon.servers.run_watch.RunServer`.
+class RunPage(RunServer):
+    """Serves the page of a run.
 
     :param on_ready: gets the page's address, once it is served.
     """
+
+    stays = "the page"
 
     def __init__(self, settings: WebSettings, on_ready: Callable[[str], None]) -> None:
         self._settings = settings

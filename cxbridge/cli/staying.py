@@ -1,0 +1,36 @@
+"""Servers that go on after the end of a run until the user ends them."""
+
+from __future__ import annotations
+
+import select
+import sys
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING
+
+from cxbridge.cli.console import say
+
+if TYPE_CHECKING:
+    from cxbridge.run.result import RunResult
+    from cxbridge.run.run import Stay
+    from cxbridge.run.servers import RunServer
+
+
+def has_pressed_enter() -> bool:
+    """Return whether a user at the terminal has pressed Enter; False for a script."""
+    if not sys.stdin.isatty():
+        return False
+    ready, _, _ = select.select([sys.stdin], [], [], 0)
+    return bool(ready) and sys.stdin.readline() is not None
+
+
+def stay_after(show: Callable[[RunResult], None]) -> Stay:
+    """Return a function that shows the result of a run and says how the user ends its servers."""
+
+    def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
+        show(result)
+        names = " and ".join(server.stays for server in servers if server.stays)
+        how = "Enter or Ctrl-C ends" if sys.stdin.isatty() else "Ctrl-C ends"
+        say(f"{names[:1].upper()}{names[1:]} can be used on: {how}", err=True, flush=True)
+        return has_pressed_enter
+
+    return stay

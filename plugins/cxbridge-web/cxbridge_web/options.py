@@ -1,0 +1,210 @@
+"""The options of commands that serve the page or connect Foxglove."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar, Final
+
+import typer
+
+from cxbridge.cli.console import say
+from cxbridge.errors import CxbridgeError
+from cxbridge.run.options import PluginOptions, RunOptions, Setting
+
+if TYPE_CHECKING:
+    from cxbridge.run.servers import RunServer
+    from cxbridge_web.settings import WebSettings
+
+FOXGLOVE_PORT: Final = 8765
+"""The port at which Foxglove looks for a server when its user names no port."""
+
+_MOST_PORT: Final = 65_535
+
+
+def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
+    """Return whether a browser has a window of its own; in the terminal it would be in the way."""
+    return platform in {"darwin", "win32"} or bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
+
+
+@dataclass(frozen=True, kw_only=True)
+class BrowserOptions:
+    """Whether a browser is opened."""
+
+    no_browser: Annotated[
+        bool, typer.Option("--no-browser", help="Print the address of the page, and open no browser.")
+    ] = False
+
+    def announce(self, url: str) -> None:
+        """Print the address of the page, and open the page in a browser if a person sits at the terminal."""
+        say(f"The page is at {url}", err=True, flush=True)
+        if not self.no_browser and sys.stderr.isatty() and has_desktop():
+            import threading  # noqa: PLC0415 - start-up time is a feature
+            import webbrowser  # noqa: PLC0415
+
+            # some browsers take seconds to report that they have been started
+            threading.Thread(target=webbrowser.open, args=(url,), name="browser", daemon=True).start()
+
+
+def _port(option: str, text: str) -> int:
+    """Return the port that a user gave to an option.
+
+    :raises CxbridgeError: when the text is not a port.
+    """
+    if not (text.isascii() and text.isdecimal() and int(text) <= _MOST_PORT):
+        raise CxbridgeError(f"{option} cannot be at port '{text}'", hint="0 to 65535; 0: any free port")
+    return int(text)
+
+
+def _refuse_replay(option: str, options: RunOptions) -> None:
+    if options.replay:
+        raise CxbridgeError(
+            f"{option} cannot go with --replay", hint="record the replay with --trace, and look at the recording"
+        )
+
+
+class WatchOptions(PluginOptions):
+    """Options with which a person watches a run, or a daemon."""
+
+    commands: ClassVar[frozenset[str]] = frozenset({"run", "daemon"})
+
+    @property
+    def is_on(self) -> bool:
+        """Whether a person watches."""
+        return False
+
+    @property
+    def needs_real_time(self) -> bool:
+        """Whether a run uses the real clock by default."""
+        return self.is_on
+
+    @property
+    def is_interactive(self) -> bool:
+        """Whether a person may stop the rules."""
+        return self.is_on
+
+
+@dataclass(frozen=True, kw_only=True)
+class WebOptions(BrowserOptions, WatchOptions):
+    """The page of a run or a daemon.
+
+    :param web: the port; empty: ``--web`` without a port; None: no page.
+    """
+
+    web: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[PORT]",
+            help="Serve the web page on this machine: at PORT, or 8088, or a free port if that is taken.",
+            show_default=False,
+        ),
+    ] = None
+
+    @property
+    def is_on(self) -> bool:
+        """Whether there is a page."""
+        return self.web is not None
+
+    @property
+    def port(self) -> int | None:
+        """The port that the user gave; None when the user gave none.
+
+        :raises CxbridgeError: when the text is not a port.
+        """
+        return _port("--web", self.web) if self.web else None
+
+    def check(self, options: RunOptions) -> None:
+        """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
+        if self.is_on:
+            _refuse_replay("--web", options)
+        assert self.port is None or self.port >= 0
+
+    def server_settings(self) -> WebSettings:
+        """Return the settings of a server on this machine."""
+        from cxbridge_web.settings import DEFAULT_PORT, WebSettings  # noqa: PLC0415 - start-up time is a feature
+
+        port = self.port
+        if port is None:
+            port = DEFAULT_PORT if is_free(DEFAULT_PORT) else 0
+        return WebSettings(port=port)
+
+    def servers(self) -> Sequence[RunServer]:
+        """Return the server of a run's page."""
+        if not self.is_on:
+            return ()
+        from cxbridge_web.servers.run_web import RunPage  # noqa: PLC0415 - start-up time is a feature
+
+        return (RunPage(self.server_settings(), self.announce),)
+
+    def settings(self) -> Iterable[tuple[str, Setting]]:
+        """Return the settings of a daemon with a page."""
+        if self.is_on:
+            yield "web/enable", True
+            if self.port is not None:
+                yield "web/port", self.port
+
+
+@dataclass(frozen=True, kw_only=True)
+class FoxgloveOptions(WatchOptions):
+    """A server for Foxglove.
+
+    :param foxglove: the port; empty: ``--foxglove`` without a port; None: no server.
+    """
+
+    foxglove: Annotated[
+        str | None,
+        typer.Option(
+            metavar="[PORT]",
+            help=f"Let Foxglove connect on this machine: at PORT, or {FOXGLOVE_PORT}; 0: any free one.",
+            show_default=False,
+        ),
+    ] = None
+
+    @property
+    def is_on(self) -> bool:
+        """Whether there is a server for Foxglove."""
+        return self.foxglove is not None
+
+    @property
+    def port(self) -> int:
+        """The port of the server.
+
+        :raises CxbridgeError: when the text is not a port.
+        """
+        return _port("--foxglove", self.foxglove) if self.foxglove else FOXGLOVE_PORT
+
+    def check(self, options: RunOptions) -> None:
+        """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
+        if self.is_on:
+            _refuse_replay("--foxglove", options)
+        assert self.port >= 0
+
+    def servers(self) -> Sequence[RunServer]:
+        """Return the server of a run for Foxglove."""
+        if not self.is_on:
+            return ()
+        from cxbridge_web.foxglove.settings import FoxgloveSettings  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge_web.servers.run_foxglove import RunFoxglove  # noqa: PLC0415
+
+        settings = FoxgloveSettings(port=self.port)
+        return (RunFoxglove(settings, lambda url: say(f"Foxglove connects to {url}", err=True, flush=True)),)
+
+    def settings(self) -> Iterable[tuple[str, Setting]]:
+        """Return the settings of a daemon with a server for Foxglove."""
+        if self.is_on:
+            yield "foxglove/port", self.port
+
+
+def is_free(port: int) -> bool:
+    """Return whether a server of this machine can listen at a port."""
+    import socket  # noqa: PLC0415 - start-up time is a feature
+
+    with socket.socket() as attempt:
+        attempt.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            attempt.bind(("127.0.0.1", port))
+        except OSError:
+            return False
+    return True
