@@ -75,6 +75,15 @@ def never(_context: Any) -> bool:
     return False
 
 
+def in_daemon(section: str) -> Callable[[Any], bool]:
+    """Return a test whether a daemon has settings of the table SETTINGS of this name; False for runs."""
+
+    def has_settings(context: Any) -> bool:
+        return context.section(section) is not None
+
+    return has_settings
+
+
 def configured(*sections: str) -> Callable[[Any], bool]:
     """Return a test whether the configuration of a run has one of these sections.
 

@@ -11,8 +11,7 @@ from cxbridge.cli.console import say
 
 if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
-    from cxbridge.run.run import Stay
-    from cxbridge.run.servers import RunServer
+    from cxbridge.run.servers import RunServer, Stay
 
 
 def has_pressed_enter() -> bool:
@@ -29,8 +28,8 @@ def stay_after(show: Callable[[RunResult], None]) -> Stay:
     def stay(result: RunResult, servers: Sequence[RunServer]) -> Callable[[], bool]:
         show(result)
         names = " and ".join(server.stays for server in servers if server.stays)
-        how = "Enter or Ctrl-C ends" if sys.stdin.isatty() else "Ctrl-C ends"
-        say(f"{names[:1].upper()}{names[1:]} can be used on: {how}", err=True, flush=True)
+        end = "Enter or Ctrl-C" if sys.stdin.isatty() else "Ctrl-C"
+        say(f"Serving {names} until {end}", err=True, flush=True)
         return has_pressed_enter
 
     return stay

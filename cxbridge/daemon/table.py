@@ -25,14 +25,6 @@ def _serves_fawkes(context: DaemonContext) -> bool:
     return context.settings.fawkes is not None
 
 
-def _serves_foxglove(context: DaemonContext) -> bool:
-    return context.settings.foxglove is not None
-
-
-def _serves_web(context: DaemonContext) -> bool:
-    return context.settings.web is not None
-
-
 def _is_node(context: DaemonContext) -> bool:
     return bool(context.config.keys("/ros2/node"))
 
@@ -42,7 +34,5 @@ DAEMON_COMPONENTS: Final = (
     Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
     Row("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
     Row("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
-    Row("foxglove", "cxbridge_web.servers.foxglove:FoxgloveComponent", _serves_foxglove),
-    Row("web", "cxbridge_web.servers.web:WebComponent", _serves_web),
     Row("ros2-node", "cxbridge_ros2.components.node:Ros2NodeComponent", _is_node),
 )

@@ -7,7 +7,7 @@ import stat
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, is_dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, TypeVar
 
 import typer
 
@@ -46,7 +46,7 @@ Setting = bool | int | str | list[str]
 
 
 class PluginOptions:
-    """The base class of option groups that plug-ins add. A subclass is a dataclass: its fields are options."""
+    """The base class of option groups of plug-ins. The fields of a subclass, a dataclass, are options."""
 
     commands: ClassVar[frozenset[str]] = frozenset({"agent"})
     """The commands that have the options: ``agent``: all that run or read an agent; ``run``; ``daemon``."""
@@ -72,6 +72,8 @@ class PluginOptions:
         """Return the settings of a daemon that the options stand for, by path below ``cxbridge``."""
         return ()
 
+
+G = TypeVar("G", bound=PluginOptions)
 
 OPTIONS: Final[Table[type[PluginOptions]]] = Table(
     "OPTIONS",
@@ -124,6 +126,10 @@ class SourceOptions:
     skill_dirs: Annotated[
         tuple[Path, ...], typer.Option("--skill-dir", help="A folder with Lua skills. Repeatable.")
     ] = ()
+
+    def group(self, kind: type[G]) -> G | None:
+        """Return the option group of a plug-in; None when none of its options is given."""
+        return next((group for group in self.more if isinstance(group, kind)), None)
 
     def option(self, name: str) -> Any:
         """Return the value of an option of a plug-in; None when it is not given."""

@@ -1,4 +1,4 @@
-"""The settings of plug-ins that servers have: sections of a configuration, and whether strangers reach a server."""
+"""The settings of plug-ins: sections of the configuration of a run or a daemon."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import dataclasses
 import time
 from contextlib import ExitStack
 from types import TracebackType
-from typing import TYPE_CHECKING, Self, TypeAlias
+from typing import TYPE_CHECKING, Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -21,7 +21,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.servers import RunServer, keep_serving
+from cxbridge.run.servers import RunServer, Stay, finish_servers, no_stay
 from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
 
 if TYPE_CHECKING:
@@ -38,14 +38,6 @@ STALL_S = LIMIT_S
 
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
-
-Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
-"""Takes the result of a run whose servers go on; returns a function that tells whether the user has ended them."""
-
-
-def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
-    """End the servers with the run."""
-    return lambda: True
 
 
 def run_scenario(
@@ -69,9 +61,7 @@ def run_scenario(
     """
     if not options.replay:
         options.check()
-        return _run(
-            options, console, attach=attach, additions=additions, interactive=interactive, stay=stay
-        )
+        return _run(options, console, attach=attach, additions=additions, interactive=interactive, stay=stay)
     from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
@@ -159,11 +149,7 @@ def _run(
             rule_errors=rule_errors if is_stuck else None,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
-        for server in servers:
-            server.finish(result)
-        if any(server.stays for server in servers):
-            has_ended = stay(result, servers)
-            keep_serving(servers, lambda: interrupt.received or has_ended(), recorder.flush_when_due)
+        finish_servers(servers, result, stay, lambda: interrupt.received, recorder.flush_when_due)
     if recorder.errors:
         lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
         return dataclasses.replace(result, status=FAULT, reason=lost)

@@ -1,11 +1,11 @@
-"""The servers of a run: plug-ins add them by options, for clients that watch the run while it lasts and after."""
+"""The servers of a run, for clients that watch the run; the options of plug-ins add them."""
 
 from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, ClassVar, Final
+from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
@@ -33,13 +33,33 @@ class RunServer:
         """Note that the run has ended."""
 
 
-def keep_serving(servers: Sequence[RunServer], is_over: Callable[[], bool], tick: Callable[[], None]) -> None:
-    """Let servers answer their clients after the end of the run.
+Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]]"
+"""Takes the result of a run whose servers go on; returns a test whether the user has ended the servers."""
 
-    :param is_over: whether the user has ended the servers.
+
+def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
+    """End the servers with the run."""
+    return lambda: True
+
+
+def finish_servers(
+    servers: Sequence[RunServer],
+    result: RunResult,
+    stay: Stay,
+    is_interrupted: Callable[[], bool],
+    tick: Callable[[], None],
+) -> None:
+    """Report the end of the run to its servers; let those that stay answer clients until the user ends them.
+
+    :param is_interrupted: whether a signal has come.
     :param tick: called after each round of answers.
     """
-    while not is_over():
+    for server in servers:
+        server.finish(result)
+    if not any(server.stays for server in servers):
+        return
+    has_ended = stay(result, servers)
+    while not (is_interrupted() or has_ended()):
         for server in servers:
             server.attend()
         tick()

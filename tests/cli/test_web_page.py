@@ -15,8 +15,9 @@ import pytest
 from cxbridge.cli.main import invoke
 from cxbridge.cli.styling import _filled
 from cxbridge.errors import CxbridgeError
-from cxbridge_web.cli import options as web_options
-from cxbridge_web.cli.options import WebOptions
+from cxbridge.run.options import RunOptions
+from cxbridge_web import options as web_options
+from cxbridge_web.options import WebOptions
 from tests.programs import Started
 from tests.run.mini import write_scenario
 from tests.support import free_port
@@ -55,7 +56,7 @@ def test_a_run_with_a_page_stays_open_at_its_end_and_ends_with_its_own_status(tm
         assert status == 200
         assert b"<!doctype html>" in page.lower()
         assert any("unsuccessful, G ended FAILED" in line for line in iter(process.stdout.readline, ""))
-        assert "The page stays open: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        assert "Serving the page until Ctrl-C\n" in iter(process.stderr.readline, "")
         status, answer = get(address, "/api/cxbridge/status")
         found = json.loads(answer)
         assert (status, found["clock"], found["state"]) == (200, "real", "FINISHED")
@@ -93,7 +94,7 @@ def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
     with served(*command) as (process, address):
         said = process.stderr.readline()
         assert said.startswith("Foxglove connects to ws://127.0.0.1:")
-        assert "The page stays open: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        assert "Serving the page until Ctrl-C\n" in iter(process.stderr.readline, "")
         assert get(address, "/api/cxbridge/status")[0] == 200
         with connected(said.split()[-1]) as client:
             client.until(lambda: client.has("/goals"))
@@ -106,7 +107,7 @@ def test_foxglove_alone_is_announced_and_is_a_port(tmp_path, capsys):
     scenario = write_scenario(tmp_path)
     with served("run", scenario, "--foxglove", "0", line="Foxglove connects to ") as (process, address):
         assert address.startswith("ws://127.0.0.1:")
-        assert "Foxglove stays connected: Ctrl-C ends\n" in iter(process.stderr.readline, "")
+        assert "Serving Foxglove until Ctrl-C\n" in iter(process.stderr.readline, "")
         process.send_signal(signal.SIGINT)
         assert process.wait(WAIT_S) == 0
     assert invoke(["run", str(scenario), "--foxglove=70000"]) == 2
@@ -222,5 +223,5 @@ def test_a_desktop_has_a_display_where_there_are_any():
 
 def test_a_port_that_is_none_is_told():
     with pytest.raises(CxbridgeError, match="port '70000'"):
-        WebOptions(web="70000").settings()
-    assert WebOptions(web="0").settings().port == 0
+        WebOptions(web="70000").check(RunOptions())
+    assert WebOptions(web="0").server_settings().port == 0

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import RunOptions, option_groups
+from cxbridge.run.options import RunOptions
 from cxbridge.run.program.run import make_options
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
@@ -47,7 +47,7 @@ def _kinds() -> dict[str, tuple[type, ...]]:
     """Return what may be given for each option."""
     return {
         name: tuple(dict.fromkeys(plain for each in _members(hint) for plain in _PLAIN.get(each, ())))
-        for group in (RunOptions, *option_groups())
+        for group in (RunOptions, *RunOptions.added_groups())
         for name, hint in get_type_hints(group).items()
     }
 

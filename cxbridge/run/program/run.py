@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import RunOptions, option_groups
+from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.program.finished import Run
 from cxbridge.run.program.skills import Skills, executor_classes
@@ -67,7 +67,7 @@ def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Pat
     :param given: options by name; a text may stand for a path.
     :param find: returns the path for a text.
     """
-    for group in option_groups(RunOptions.commands):
+    for group in RunOptions.added_groups():
         hints = get_type_hints(group)
         own = {name: given.pop(name) for name in hints if name in given}
         if own:

@@ -61,7 +61,8 @@ def _port(option: str, text: str) -> int:
 def _refuse_replay(option: str, options: RunOptions) -> None:
     if options.replay:
         raise CxbridgeError(
-            f"{option} cannot go with --replay", hint="record the replay with --trace, and look at the recording"
+            f"{option} cannot go with --replay",
+            hint="record the replay with --trace, and look at the recording",
         )
 
 

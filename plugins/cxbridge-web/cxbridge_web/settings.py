@@ -4,21 +4,25 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Final
+from typing import ClassVar, Final, Self
 
+from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, check_place, is_loopback
+from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web.tls import check_pair
 
 DEFAULT_PORT: Final = 8088
 """That of Fawkes' webview."""
 
+_TREE: Final = "/cxbridge/web"
+
 LEAST_TOKEN: Final = 16
 """Characters of a token that are too many to guess."""
 
 
-@dataclass(frozen=True, slots=True, kw_only=True)
-class WebSettings:
+@dataclass(frozen=True, kw_only=True)
+class WebSettings(PluginSettings):
     """A web server's settings.
 
     :param port: 0: any free one.
@@ -28,6 +32,17 @@ class WebSettings:
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 
+    KEYS: ClassVar[tuple[str, ...]] = (
+        "web/allow-origins",
+        "web/enable",
+        "web/exact",
+        "web/host",
+        "web/port",
+        "web/tls-cert",
+        "web/tls-key",
+        "web/token",
+    )
+
     host: str = LOOPBACK
     port: int = DEFAULT_PORT
     token: str = ""
@@ -36,9 +51,26 @@ class WebSettings:
     allow_origins: tuple[str, ...] = ()
     exact: bool = False
 
+    @classmethod
+    def read(cls, config: Configuration) -> Self | None:
+        """Return the settings below ``cxbridge/web``; None without them, or with ``enable: false``."""
+        if not config.get_bool(f"{_TREE}/enable", default=bool(config.keys(_TREE))):
+            return None
+        settings = cls(
+            host=config.get_str(f"{_TREE}/host", default=LOOPBACK),
+            port=config.get_uint(f"{_TREE}/port", default=DEFAULT_PORT),
+            token=config.get_str(f"{_TREE}/token", default=""),
+            tls_cert=config.get_file(f"{_TREE}/tls-cert"),
+            tls_key=config.get_file(f"{_TREE}/tls-key"),
+            allow_origins=tuple(config.get_strings(f"{_TREE}/allow-origins", default=[])),
+            exact=config.get_bool(f"{_TREE}/exact", default=False),
+        )
+        settings.check()
+        return settings
+
     @property
-    def local(self) -> bool:
-        """Whether it can be reached from this machine only."""
+    def is_local(self) -> bool:
+        """Whether the server is for clients of this machine only."""
         return is_loopback(self.host)
 
     def check(self) -> None:
@@ -59,7 +91,7 @@ class WebSettings:
         check_place(
             "the web server",
             self.host,
-            private=self.local,
+            private=self.is_local,
             admitted=bool(self.token and self.tls_cert),
             hint="cxbridge/web needs token, tls-cert and tls-key there; or host: 127.0.0.1",
         )

@@ -11,7 +11,7 @@ import typer
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
-from cxbridge_web.cli.options import BrowserOptions
+from cxbridge_web.options import BrowserOptions
 
 _REST_S: Final = 0.1
 

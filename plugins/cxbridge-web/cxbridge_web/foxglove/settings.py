@@ -3,19 +3,21 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Final
+from typing import ClassVar, Final, Self
 
+from cxbridge.config import Configuration
 from cxbridge.listening import LOOPBACK, check_place, is_loopback
+from cxbridge.run.plugin_settings import PluginSettings
+from cxbridge_web.options import FOXGLOVE_PORT
 
-DEFAULT_PORT: Final = 8765
-"""Where Foxglove looks for a server when its user names no port."""
+_TREE: Final = "/cxbridge/foxglove"
 
 PAGES: Final = ("https://app.foxglove.dev", "file://")
 """The origins of Foxglove in a browser, and of Foxglove as a program."""
 
 
-@dataclass(frozen=True, slots=True)
-class FoxgloveSettings:
+@dataclass(frozen=True)
+class FoxgloveSettings(PluginSettings):
     """Where to serve.
 
     :param port: 0: any free one.
@@ -23,10 +25,37 @@ class FoxgloveSettings:
     :param insecure: listen beyond this machine: the protocol has neither passwords nor encryption.
     """
 
+    KEYS: ClassVar[tuple[str, ...]] = (
+        "foxglove/allow-origins",
+        "foxglove/enable",
+        "foxglove/host",
+        "foxglove/insecure",
+        "foxglove/port",
+    )
+
     host: str = LOOPBACK
-    port: int = DEFAULT_PORT
+    port: int = FOXGLOVE_PORT
     allow_origins: tuple[str, ...] = PAGES
     insecure: bool = False
+
+    @classmethod
+    def read(cls, config: Configuration) -> Self | None:
+        """Return the settings below ``cxbridge/foxglove``; None without them, or with ``enable: false``."""
+        if not config.get_bool(f"{_TREE}/enable", default=bool(config.keys(_TREE))):
+            return None
+        settings = cls(
+            host=config.get_str(f"{_TREE}/host", default=LOOPBACK),
+            port=config.get_uint(f"{_TREE}/port", default=FOXGLOVE_PORT),
+            allow_origins=tuple(config.get_strings(f"{_TREE}/allow-origins", default=list(PAGES))),
+            insecure=config.get_bool(f"{_TREE}/insecure", default=False),
+        )
+        settings.check()
+        return settings
+
+    @property
+    def is_local(self) -> bool:
+        """Whether the server is for clients of this machine only."""
+        return is_loopback(self.host)
 
     def check(self) -> None:
         """Refuse a place that everybody reaches.

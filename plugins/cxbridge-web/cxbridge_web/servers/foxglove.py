@@ -6,6 +6,7 @@ from cxbridge.daemon.context import DaemonContext
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge_web.foxglove.serving import make_foxglove_server
+from cxbridge_web.foxglove.settings import FoxgloveSettings
 
 
 class FoxgloveComponent(Component):
@@ -15,8 +16,8 @@ class FoxgloveComponent(Component):
     steady = True
 
     def __init__(self, context: DaemonContext) -> None:
-        settings, self._daemon = context.settings.foxglove, context.daemon
-        assert settings is not None  # else it is not needed
+        settings, self._daemon = context.section("foxglove"), context.daemon
+        assert isinstance(settings, FoxgloveSettings)
         self._server = make_foxglove_server(context.bus, settings)
 
     def activate(self) -> None:

@@ -8,7 +8,9 @@ from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
 from cxbridge.run.components.component import Component
 from cxbridge_web.daemon_source import DaemonWeb
 from cxbridge_web.http.connections import MOST_SOCKETS
+from cxbridge_web.options import WebOptions
 from cxbridge_web.server import WebServer
+from cxbridge_web.settings import WebSettings
 
 
 class WebComponent(Component):
@@ -18,8 +20,9 @@ class WebComponent(Component):
     steady = True
 
     def __init__(self, context: DaemonContext) -> None:
-        settings, self._daemon = context.settings.web, context.daemon
-        assert settings is not None  # else it is not needed
+        settings, self._daemon = context.section("web"), context.daemon
+        assert isinstance(settings, WebSettings)
+        self._options = context.options.group(WebOptions)
         most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
         host = DaemonWeb(self._daemon, self._daemon.carry_out, self._daemon.executive)
         self._server = WebServer(host, settings, most)
@@ -28,6 +31,8 @@ class WebComponent(Component):
         """Begin to serve."""
         self._server.start()
         self._daemon.add_endpoints([self._server.url], "the web page and the REST API")
+        if self._options is not None:
+            self._options.announce(self._server.url)
 
     def loop(self) -> None:
         """Answer requests."""
