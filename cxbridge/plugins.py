@@ -46,6 +46,7 @@ HOOKS: Final = frozenset(
         "SETTINGS",
         "SOURCES",
         "TRANSPORTS",
+        "VIEWS",
     }
 )
 """The tables of cxbridge to which a plug-in's module may add rows."""

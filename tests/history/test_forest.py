@@ -16,7 +16,7 @@ from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
-from cxbridge.trace.timeline.export import write_timeline
+from cxbridge_web.timeline.export import write_timeline
 from tests.history.runs import goal
 from tests.support import many
 from tests.trace.runs import MemoryRun

@@ -23,7 +23,6 @@ from cxbridge.run.run import run_scenario
 from cxbridge.trace.codec import encode_with_kind
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.timeline.export import trace_events
 from cxbridge_explore.counterexample import write_counterexample
 from cxbridge_explore.counterexample_playing import play
 from cxbridge_explore.worlds.points import RandomChooser
@@ -31,6 +30,7 @@ from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.recorded import RecordedEvidence
 from cxbridge_web.report.page import page_data
 from cxbridge_web.report.reading import read
+from cxbridge_web.timeline.export import trace_events
 from explore_tests.defects.seeded import DEFECTS, runs
 from tests.history.runs import ListRun
 from tests.history.test_lives import recorded

@@ -2,22 +2,33 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import cached_property
 from html import escape
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
+from cxbridge.file_access import write_file
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import GoalRecord, PlanActionRecord, SkillExecution, goal_tree, goals_named
+from cxbridge.plugins import Table
 from cxbridge.run.explainers import why
 from cxbridge.trace.formats import registry
 from cxbridge.trace.formats.base import Run as RecordedRun
 
 if TYPE_CHECKING:
     from cxbridge.trace.compare.model import Comparison
+
+
+VIEWS: Final[Table[Callable[[RecordedRun], str]]] = Table(
+    "VIEWS", callable, "a function that makes a page, as HTML, of a recorded run"
+)
+"""The pages about runs."""
+
+_REPORT: Final = "report"
 
 
 class Run:
@@ -127,9 +138,8 @@ class Run:
 
         :raises TraceError: when it cannot be written.
         """
-        from cxbridge_web.report.page import write_report  # noqa: PLC0415
-
-        write_report(self.source, Path(path))
+        report = VIEWS.load(VIEWS.find(_REPORT))
+        write_file(Path(path), report(self.source).encode("utf-8"))
         return Path(path)
 
     def __str__(self) -> str:
@@ -140,10 +150,11 @@ class Run:
         return f"<Run {self.source.path.name}: status {self.status}, {len(self.goals)} goals>"
 
     def _repr_html_(self) -> str:
-        """Return the page about the run for a notebook: goals, timeline, skills, log."""
-        from cxbridge_web.report.page import report  # noqa: PLC0415
-
-        page = escape(report(self.source), quote=True)
+        """Return a page about the run for a notebook: the report of a plug-in, or the tree of goals."""
+        row = next((row for row in VIEWS.rows if row.name == _REPORT), None)
+        if row is None:
+            return f"<pre>{escape(str(self))}</pre>"
+        page = escape(VIEWS.load(row)(self.source), quote=True)
         return (
             f'<iframe srcdoc="{page}" title="{escape(repr(self))}" sandbox="allow-scripts"'
             ' style="width:100%;height:36rem;border:0"></iframe>'

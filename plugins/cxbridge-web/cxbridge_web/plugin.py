@@ -8,12 +8,14 @@ API = 1
 
 COMMANDS = (
     Row("trace report", "cxbridge_web.cli.report", section="Commands"),
+    Row("trace timeline", "cxbridge_web.cli.timeline", section="Commands"),
     Row("view", "cxbridge_web.cli.view", section="Look"),
 )
 COMPONENTS = (
     Row("foxglove", "cxbridge_web.servers.foxglove:FoxgloveComponent", in_daemon("foxglove"), early=always),
     Row("web", "cxbridge_web.servers.web:WebComponent", in_daemon("web"), early=always),
 )
+FORMATS = (Row("foxglove", "cxbridge_web.foxglove.copies"),)
 OPTIONS = (
     Row("web", "cxbridge_web.options:WebOptions"),
     Row("foxglove", "cxbridge_web.options:FoxgloveOptions"),
@@ -22,3 +24,4 @@ SETTINGS = (
     Row("web", "cxbridge_web.settings:WebSettings"),
     Row("foxglove", "cxbridge_web.foxglove.settings:FoxgloveSettings"),
 )
+VIEWS = (Row("report", "cxbridge_web.report.page:report"),)

@@ -1,4 +1,4 @@
-"""The mcap files that cxbridge records, and those with a second log for Foxglove."""
+"""The mcap files that cxbridge records."""
 
 from __future__ import annotations
 
@@ -13,7 +13,4 @@ FORMATS = (
         reader="cxbridge.trace.formats.mcap.reader:McapRun",
     ),
 )
-COPIES = (
-    CopyFormat("mcap", 10, "cxbridge.trace.formats.mcap.writer:open_copy"),
-    CopyFormat("foxglove", 40, "cxbridge.trace.formats.mcap.foxglove:open_copy"),
-)
+COPIES = (CopyFormat("mcap", 10, "cxbridge.trace.formats.mcap.writer:open_copy"),)

@@ -22,7 +22,7 @@ def timeline(
     Example: cxbridge trace timeline out/run.mcap -o out/run.json
     """
     from cxbridge.trace.formats.registry import open_run
-    from cxbridge.trace.timeline.export import write_timeline
+    from cxbridge_web.timeline.export import write_timeline
 
     run = open_run(file)
     if output.exists() and output.samefile(file):

@@ -8,6 +8,7 @@ from pathlib import Path
 from cxbridge.events import Event
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.trace.codec import dump
+from cxbridge.trace.formats.base import CopyFormat
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge_web.foxglove.messages import foxglove_messages
 from cxbridge_web.foxglove.schemas import json_schema, schema_name
@@ -45,3 +46,6 @@ class FoxgloveWriter(McapWriter):
 def open_copy(path: Path, _registry: InterfaceRegistry) -> FoxgloveWriter:
     """Open a file for a copy of a run."""
     return FoxgloveWriter(path)
+
+
+COPIES = (CopyFormat("foxglove", 40, f"{__name__}:open_copy"),)

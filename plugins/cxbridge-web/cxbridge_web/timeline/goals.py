@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import DONE_STATES, ActionChange, GoalRecord, PlanActionRecord, goal_forest
-from cxbridge.trace.timeline.events import Events, Moment, Track, Tracks
+from cxbridge_web.timeline.events import Events, Moment, Track, Tracks
 
 OPEN = "not over at the end of the recording"
 """Says for a slice that it ends with the recording."""

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cxbridge.cli.main import invoke
-from tests.cli.test_trace_report import recorded
-from tests.trace.timeline.checker import counts, load
+from web_tests.test_trace_report import recorded
+from web_tests.timeline.checker import counts, load
 
 
 def test_a_timeline_is_written(tmp_path, capsys):

@@ -24,14 +24,14 @@ from cxbridge.events import (
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.trace.formats.registry import open_run
-from cxbridge.trace.timeline.export import trace_events, write_timeline
-from cxbridge.trace.timeline.goals import DROPPED, INDENT, OPEN
 from cxbridge_web.report.reading import read
+from cxbridge_web.timeline.export import trace_events, write_timeline
+from cxbridge_web.timeline.goals import DROPPED, INDENT, OPEN
 from tests.trace.events import events
 from tests.trace.html.test_text import HOSTILE
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, goal, recording
-from tests.trace.timeline.checker import check, counts, load, threads
 from web_tests.report.test_page import hostile
+from web_tests.timeline.checker import check, counts, load, threads
 
 
 def made(*run: Event) -> list[dict[str, Any]]:
