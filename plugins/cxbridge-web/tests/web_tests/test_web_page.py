@@ -94,7 +94,7 @@ def test_foxglove_connects_to_a_run_and_stays_connected(tmp_path):
     with served(*command) as (process, address):
         said = process.stderr.readline()
         assert said.startswith("Foxglove connects to ws://127.0.0.1:")
-        assert "Serving the page until Ctrl-C\n" in iter(process.stderr.readline, "")
+        assert "Serving the page and Foxglove until Ctrl-C\n" in iter(process.stderr.readline, "")
         assert get(address, "/api/cxbridge/status")[0] == 200
         with connected(said.split()[-1]) as client:
             client.until(lambda: client.has("/goals"))
