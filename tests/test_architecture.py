@@ -7,7 +7,6 @@ import re
 import subprocess
 import sys
 import tomllib
-from collections import Counter
 from collections.abc import Iterable, Iterator
 from functools import cache
 from pathlib import Path
@@ -45,8 +44,6 @@ LAYERS = (  # lowest first; packages of one layer do not import each other
     {"cli", "pytest_plugin"},
     {"__main__"},
 )
-MODULES_SIDE_BY_SIDE = 20  # beyond that, one begins to search
-IMPORTED_MODULES = 26  # about 20; the daemon and the replay of a run join the most
 
 MODULES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
@@ -144,17 +141,6 @@ def test_no_modules_import_each_other():
     assert cycles() == []
 
 
-def test_folders_can_be_taken_in_at_a_glance():
-    sizes = Counter(
-        str(path.parent.relative_to(PACKAGE)) for path in MODULES.values() if path.stem != "__init__"
-    )
-    assert {folder for folder, size in sizes.items() if size > MODULES_SIDE_BY_SIDE} == set()
-
-
-def test_no_module_imports_too_many_others():
-    assert {module for module in MODULES if len(imports(module)) > IMPORTED_MODULES} == set()
-
-
 def test_the_command_line_imports_nothing_heavy():
     program = "import sys, cxbridge.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
@@ -246,7 +232,6 @@ def imported_packages(files: Iterable[Path]) -> set[str]:
 
 
 NOT_CUT_YET = {
-    "cxbridge.cli.commands.plan": {"cxbridge_studio"},
     "cxbridge.cli.commands.run": {"cxbridge_studio"},
     "cxbridge.run.agent_context": {"cxbridge_ros2"},
     "cxbridge.run.components.table": {"cxbridge_ros2"},

@@ -5,12 +5,10 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, ClassVar, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
     from cxbridge.run.result import RunResult
-    from cxbridge.run.team import Team
 
 REST_S: Final = 0.02
 """Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
@@ -22,8 +20,11 @@ class RunServer:
     stays: ClassVar[str] = ""
     """The server in words, if it goes on after the end of the run until the user ends it: ``the page``."""
 
-    def serve(self, run: Assembly | Team) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
-        """Return a context that serves a run: it is entered before the run starts."""
+    def serve(self, run: Any) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
+        """Return a context that serves a run: it is entered before the run starts.
+
+        :param run: an Assembly or a Team, which import the options that name the servers.
+        """
         return nullcontext()
 
     def attend(self) -> None:
