@@ -34,6 +34,7 @@ GROUP: Final = "cxbridge"
 HOOKS: Final = frozenset(
     {
         "CHECKS",
+        "CLOCKS",
         "COMMANDS",
         "COMPONENTS",
         "DECIDERS",
@@ -105,6 +106,8 @@ class Row(Struct, frozen=True):
     :param early: of a feature: whether the run with this context makes the feature at its start, not when an
         environment requests the feature; a mistake in its configuration is reported before a rule fires. Of a
         component: whether the component starts before the components of cxbridge, to see what they do.
+    :param requested: of a feature: whether the run with this context requests the feature for an agent whose
+        initialisation does not request it.
     :param section: of a command at the top: the heading below which the help lists the command.
     :param origin: the plug-in that has the row; empty for rows of cxbridge. The table sets it.
     """
@@ -113,6 +116,7 @@ class Row(Struct, frozen=True):
     target: str
     needed: Callable[[Any], bool] = always
     early: Callable[[Any], bool] = never
+    requested: Callable[[Any], bool] = never
     section: str = ""
     origin: str = ""
 

@@ -15,12 +15,16 @@ import pytest
 from cxbridge import plugins
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.cli.main import invoke
-from cxbridge.clock import VirtualClock
-from cxbridge.errors import BrokenAgentError, CxbridgeError
+from cxbridge.clock import ScaledClock, VirtualClock
+from cxbridge.config import Configuration
+from cxbridge.daemon.settings import DaemonSettings
+from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
 from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run.agent_context import clock_of
 from cxbridge.run.explainers import with_explanations
+from cxbridge.run.program.finished import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
 from cxbridge.run.program.run import make_options
 from cxbridge.run.source import source_of
@@ -287,3 +291,25 @@ def test_an_option_of_a_known_plug_in_that_is_not_installed_names_the_package(mo
         monkeypatch.delitem(sys.modules, module)
     assert invoke(["run", "--ros2cx", "x"]) == 2
     assert "--ros2cx belongs to the plug-in cxbridge-ros2cx" in capsys.readouterr().err
+
+
+def test_its_settings(greeter):
+    config = Configuration()
+    config.set("/cxbridge/greeter/host", "0.0.0.0")
+    settings = DaemonSettings.of(config)
+    assert not settings.sections["greeter"].is_local
+    assert not settings.rights.programs
+    config.set("/cxbridge/greeter/port", 1)
+    with pytest.raises(ConfigError, match="knows no /cxbridge/greeter/port"):
+        DaemonSettings.of(config)
+
+
+def test_its_clock(greeter, tmp_path):
+    assert isinstance(clock_of("quick", Configuration(), tmp_path), ScaledClock)
+    assert run_scenario(RunOptions(scenario=write_scenario(tmp_path / "s"), clock="quick")).status == 0
+
+
+def test_its_view(greeter, tmp_path):
+    (tmp_path / "run").write_bytes(b"HELLO")
+    view = VIEWS.load(VIEWS.find("greeting"))
+    assert view(open_run(tmp_path / "run")) == "<h1>Hello run</h1>"

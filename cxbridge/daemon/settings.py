@@ -124,7 +124,8 @@ class DaemonSettings:
         fawkes_there = flag("fawkes/enable", True)
         local = (not fawkes_there or is_loopback(fawkes.host)) and all(map(is_private, endpoints))
         skiller = _choice(config, "skiller", SKILLERS, "lua", url=True)
-        rights = read_rights(config, skiller, local=local)
+        sections = plugin_settings(config, of_daemon=True)
+        rights = read_rights(config, skiller, sections.values(), local=local)
         settings = cls(
             clock=text("clock", "real"),
             executive=flag("executive", bool(config.keys("/clips-executive/specs"))),
@@ -135,7 +136,7 @@ class DaemonSettings:
             secret_key=file("zmq/secret-key"),
             clients=file("zmq/clients"),
             fawkes=fawkes if fawkes_there else None,
-            sections=plugin_settings(config),
+            sections=sections,
             on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
             rights=rights,
             watchdog_s=_seconds(config, "watchdog", LIMIT_S),

@@ -25,14 +25,9 @@ def _serves_fawkes(context: DaemonContext) -> bool:
     return context.settings.fawkes is not None
 
 
-def _is_node(context: DaemonContext) -> bool:
-    return bool(context.config.keys("/ros2/node"))
-
-
 DAEMON_COMPONENTS: Final = (
     Row("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
     Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
     Row("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
     Row("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
-    Row("ros2-node", "cxbridge_ros2.components.node:Ros2NodeComponent", _is_node),
 )

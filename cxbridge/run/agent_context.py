@@ -6,7 +6,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
@@ -14,7 +14,7 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
-from cxbridge.rights import EVERYTHING
+from cxbridge.plugins import Table
 from cxbridge.run.options import RunOptions
 from cxbridge.run.rate import make_main_loop
 from cxbridge.run.source import source_of
@@ -23,7 +23,6 @@ from cxbridge.trace.sourcing import EarlySources
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.settings import Settings
     from cxbridge.executive.robmem.store import Store
-    from cxbridge_ros2.node import Node
 
 AGENTS = "/cxbridge/agents"
 """Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
@@ -31,10 +30,14 @@ AGENTS = "/cxbridge/agents"
 AGENT_NAME = "/fawkes/agent/name"
 """Where an agent of several finds its name: rules have it as the wm-fact /config/agent/name."""
 
-ROS2_CLOCK = "ros2"
-_ROS2_CLOCK_TREE = "/ros2/clock"
 _NAME = re.compile(r"[A-Za-z0-9_-]+")
 _KEYS = ("config", "spec")
+
+
+CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
+    "CLOCKS", callable, "a function that makes a clock from a configuration and its folder"
+)
+"""The clocks of plug-ins, by the names that --clock has."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,23 +62,14 @@ class AgentContext:
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
-    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or ``ros2``.
+    """Make a clock: ``virtual``, ``real``, ``scaled:N``, or a clock of a plug-in.
 
-    :param config: may have settings for ``ros2``.
+    :param config: has the settings of clocks of plug-ins.
     :param folder: what relative folders of the configuration are seen from.
     :raises CxbridgeError: when the name is none of these, or the configuration makes no sense.
     """
-    if name != ROS2_CLOCK:
-        return make_clock(name)
-    from cxbridge_ros2.sim_time import SimTimeClock  # noqa: PLC0415  an extra
-    from cxbridge_ros2.trees import node_settings  # noqa: PLC0415
-
-    _, settings = node_settings(config, _ROS2_CLOCK_TREE, (), folder, "the clock of ROS 2")
-
-    def join() -> Node:
-        return settings.join("cxbridge_clock", settings.definitions(), None, EVERYTHING)
-
-    return SimTimeClock(join)
+    row = next((row for row in CLOCKS.rows if row.name == name), None)
+    return make_clock(name) if row is None else CLOCKS.load(row)(config, folder)
 
 
 def make_agent_context(

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import count
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard import LocalBlackBoard
@@ -24,7 +24,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, find_missing
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.rights import read_rights
-from cxbridge.run.shared import SharedExperts, SharedNavGraph, SharedSkillBoard
+from cxbridge.run.shared import SharedNavGraph, SharedSkillBoard
 from cxbridge.run.source import Source, source_of
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
@@ -36,6 +36,8 @@ if TYPE_CHECKING:
     from cxbridge.run.plugin_settings import PluginSettings
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.settings import BoardSettings
+
+T = TypeVar("T")
 
 _SKILL_BOARD = "/skill-board"
 
@@ -57,7 +59,7 @@ class RunContext:
     :param skill_board: the settings of the skill board; None without one.
     :param skills: the skill board itself.
     :param navgraph: the navigation graph, one for skills and rules.
-    :param experts: the world model as others edit it, one for rules and servers.
+    :param made: the objects of :meth:`one_of`.
     :param pddl_parser: the PDDL domains of the environments, one for rules and planners.
     :param make_planning: makes what plans for the environment of that name; None: planners.
     :param source: where the files of the agent come from, and how its executive differs.
@@ -86,7 +88,7 @@ class RunContext:
     skill_board: BoardSettings | None = None
     skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
-    experts: SharedExperts = field(default_factory=SharedExperts)
+    made: dict[type[Any], Any] = field(default_factory=dict)
     pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
     is_look: bool = False
@@ -98,6 +100,16 @@ class RunContext:
     def has_clients(self) -> bool:
         """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
         return any(self.options.option(name) is not None for name in ("web", "foxglove"))
+
+    def one_of(self, kind: type[T]) -> T:
+        """Return the object of a class that the parts of a plug-in share; the first call makes the object.
+
+        :param kind: called with the context.
+        """
+        if kind not in self.made:
+            self.made[kind] = kind(self)  # type: ignore[call-arg]
+        found: T = self.made[kind]
+        return found
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them
         """Return the settings of a daemon for a plug-in; None in a run."""

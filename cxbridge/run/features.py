@@ -83,10 +83,6 @@ def _skill_board(context: RunContext) -> Feature:
     return SkillBoardFeature(local_calls)
 
 
-def _problem_expert(context: RunContext) -> Feature:
-    return context.experts.feature(context.pddl_parser.domain_of)
-
-
 FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
     "FEATURES",
     callable,
@@ -101,7 +97,6 @@ FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
     Row("planner", f"{__name__}:_planner", early=configured(_PLANNER)),
     Row("motor-switch", f"{__name__}:_motor_switch", early=configured(_MOTOR_SWITCH)),
     Row("skill-board", f"{__name__}:_skill_board", configured("/skill-board")),
-    Row("problem-expert", f"{__name__}:_problem_expert"),
 )
 """The features, in the order of Fawkes' facts about features; those that most agents use are made early."""
 

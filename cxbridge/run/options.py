@@ -30,6 +30,9 @@ TRACE_LEVELS = ("transitions", "rules", "facts")
 
 REPLAY_ORDERS = ("total", "partial")
 
+_UNREAL_CLOCKS = ("virtual", "scaled")
+"""How the names of clocks begin that do not go at the pace of a Skiller elsewhere."""
+
 _MORE = {
     "skiller": ", or the URL of a blackboard",
     "speech": ", or FILE.wav, or a folder that ends in / or is there",
@@ -214,7 +217,7 @@ class ExecutionOptions:
     clock: Annotated[
         str | None,
         typer.Option(
-            help="virtual, real, scaled:N, ros2 (/clock); virtual by default, real with a Skiller elsewhere.",
+            help="virtual, real, scaled:N, a plug-in's; virtual by default, real with a Skiller elsewhere.",
             show_default=False,
         ),
     ] = None
@@ -288,10 +291,10 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             group.check(self)
         if self.replay:
             self._check_replay()
-        if "://" in self.skiller and self.clock not in (None, "real", "ros2"):
+        if "://" in self.skiller and self.clock is not None and self.clock.startswith(_UNREAL_CLOCKS):
             raise CxbridgeError(
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
-                hint="the Skiller there works in real time: use --clock real (the default) or ros2",
+                hint="the Skiller there works in real time: use --clock real (the default)",
             )
         if not 0 < self.timeout <= MAX_TIMEOUT:
             raise CxbridgeError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Any, ClassVar, Final, Self
+from typing import ClassVar, Final, Self
 
 from cxbridge.config import Configuration
 from cxbridge.plugins import Table
@@ -14,6 +14,9 @@ class PluginSettings:
 
     KEYS: ClassVar[tuple[str, ...]] = ()
     """The keys below ``cxbridge`` that a daemon accepts, as in ``web/port``."""
+
+    in_runs: ClassVar[bool] = False
+    """Whether runs have servers with these settings, too, not only daemons."""
 
     @classmethod
     def read(cls, config: Configuration) -> Self | None:  # noqa: ARG003 - for subclasses
@@ -29,20 +32,22 @@ class PluginSettings:
         return True
 
 
-SETTINGS: Final[Table[type[Any]]] = Table(
+SETTINGS: Final[Table[type[PluginSettings]]] = Table(
     "SETTINGS",
     lambda loaded: isinstance(loaded, type) and issubclass(loaded, PluginSettings),
     "a subclass of cxbridge.run.plugin_settings.PluginSettings",
 )
-"""The settings of plug-ins. A row is needed when the configuration may have its settings."""
+"""The settings of plug-ins. ``needed`` of a row gets the configuration."""
 
 
-def plugin_settings(config: Configuration) -> Mapping[str, PluginSettings]:
+def plugin_settings(config: Configuration, *, of_daemon: bool) -> Mapping[str, PluginSettings]:
     """Return the settings that a configuration has for plug-ins, by the names of their rows.
 
+    :param of_daemon: whether a daemon has the servers; False: a run.
     :raises ConfigError: when a setting makes no sense.
     """
-    read = {row.name: SETTINGS.load(row).read(config) for row in SETTINGS.rows if row.needed(config)}
+    kinds = {row.name: SETTINGS.load(row) for row in SETTINGS.rows if row.needed(config)}
+    read = {name: kind.read(config) for name, kind in kinds.items() if of_daemon or kind.in_runs}
     return {name: settings for name, settings in read.items() if settings is not None}
 
 

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
 from cxbridge.rights import Rights
+from cxbridge.run.plugin_settings import PluginSettings, plugin_settings
 from cxbridge.skiller.backend import INSTANCES
 
 _CONTROL: Final = "/cxbridge/remote-control"
@@ -15,15 +17,24 @@ _FAWKES_URL: Final = "fawkes://"
 """Of a Skiller that evaluates skill strings, whatever the configuration says."""
 
 
-def read_rights(config: Configuration, skiller: str, *, local: bool = True) -> Rights:
+def read_rights(
+    config: Configuration,
+    skiller: str,
+    settings: Iterable[PluginSettings] | None = None,
+    *,
+    local: bool = True,
+) -> Rights:
     """Return what clients may do.
 
     :param skiller: who executes skills, as in ``RunOptions.skiller``.
-    :param local: whether all servers but the nodes of ROS 2 are for this machine only.
+    :param settings: the settings of plug-ins; None: those of a run.
+    :param local: whether the servers of cxbridge are for this machine only.
     :raises ConfigError: when the settings do not go together.
     """
     control = config.get_bool(_CONTROL, default=True)
-    by_default = control and local and _ros2_is_local(config)
+    if settings is None:
+        settings = plugin_settings(config, of_daemon=False).values()
+    by_default = control and local and all(each.is_local for each in settings)
     programs = config.get_bool(_PROGRAMS, default=by_default)
     if programs and not control:
         place = config.get(_PROGRAMS)
@@ -45,11 +56,3 @@ def data_may_be_programs(config: Configuration) -> bool:
     :raises ConfigError: when the value is not a boolean.
     """
     return config.get_bool(_PROGRAMS, default=False)
-
-
-def _ros2_is_local(config: Configuration) -> bool:
-    if not config.keys("/ros2"):
-        return True
-    from cxbridge_ros2.trees import nodes_stay_here  # noqa: PLC0415 - for configurations with nodes of ROS 2
-
-    return nodes_stay_here(config)

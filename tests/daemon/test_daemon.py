@@ -395,10 +395,11 @@ def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     import re
 
     from cxbridge.daemon.settings import _KNOWN
+    from cxbridge.run.plugin_settings import plugin_keys
 
     page = (ROOT / "docs" / "daemon.md").read_text()
     (sample,) = re.findall(r"^```yaml\n(.*?)^```", page, re.DOTALL | re.MULTILINE)
     config = Configuration.from_text(sample, "docs/daemon.md")
     assert DaemonSettings.of(config).fawkes is not None
     shown = {value.path.removeprefix("/cxbridge/") for value in config.search("/cxbridge")}
-    assert shown == set(_KNOWN)
+    assert shown == {*_KNOWN, *plugin_keys()}

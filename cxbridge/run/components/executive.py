@@ -14,7 +14,7 @@ from cxbridge.run.components.component import Component
 from cxbridge.run.context import RunContext, init_mentions, needs_memory
 from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
-from cxbridge.run.features import run_features
+from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
 from cxbridge.run.specs import check_features
@@ -104,8 +104,7 @@ class ExecutiveComponent(Component):
 def unasked_features(context: RunContext) -> list[str]:
     """Return the features that an agent gets though its initialisation does not name them."""
     names = [feature.name for feature in context.additions.features]
-    if context.config.keys(context.experts.section):
-        names.append(context.experts.name)
+    names += [row.name for row in FEATURES.rows if row.requested(context)]
     return [name for name in names if not init_mentions(context.config, context.spec, name)]
 
 

@@ -5,12 +5,11 @@ from __future__ import annotations
 from itertools import combinations
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.plugins import Row, Table, configured, two_of_a_name
+from cxbridge.plugins import Row, Table, two_of_a_name
 from cxbridge.run.components.component import is_component
 from cxbridge.run.context import init_mentions
 from cxbridge.run.remote_skiller import is_url
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
-from cxbridge_ros2.fawkes_keys import has_ours
 
 if TYPE_CHECKING:
     from cxbridge.run.context import RunContext
@@ -18,7 +17,6 @@ if TYPE_CHECKING:
 EXECUTIVE: Final = "executive"
 PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
-_ROS2 = "cxbridge_ros2.components"
 
 
 def local_skillers(context: RunContext) -> tuple[SkillerSettings, ...]:
@@ -61,27 +59,6 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
         "skill-board",
         f"{_PACKAGE}.skill_board:SkillBoardComponent",
         lambda context: context.skill_board is not None,
-    ),
-    Row(
-        "ros2-performers",
-        f"{_ROS2}.performers:Ros2Performers",
-        configured("/ros2/performers"),
-    ),
-    Row(
-        "ros2-experts",
-        f"{_ROS2}.experts:Ros2Experts",
-        lambda context: bool(context.config.keys(context.experts.section)),
-    ),
-    Row(
-        "ros2-interfaces",
-        f"{_ROS2}.interfaces:Ros2Interfaces",
-        configured("/ros2/interfaces"),
-    ),
-    Row("ros2-skiller", f"{_ROS2}.skiller:Ros2Skiller", configured("/ros2/skiller")),
-    Row(
-        "ros2-tf",
-        f"{_ROS2}.transforms:Ros2Transforms",
-        lambda context: has_ours(context.config, "/ros2/tf"),
     ),
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
     Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda context: bool(context.spec)),

@@ -4,6 +4,5 @@ from __future__ import annotations
 
 from cxbridge.run.shared.navgraph import SharedNavGraph
 from cxbridge.run.shared.skill_board import SharedSkillBoard
-from cxbridge_ros2.shared_experts import SharedExperts
 
-__all__ = ["SharedExperts", "SharedNavGraph", "SharedSkillBoard"]
+__all__ = ["SharedNavGraph", "SharedSkillBoard"]

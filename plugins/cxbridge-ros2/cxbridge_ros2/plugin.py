@@ -2,9 +2,42 @@
 
 from __future__ import annotations
 
-from cxbridge.plugins import Row
+from typing import Any
+
+from cxbridge.plugins import Row, always, configured
+from cxbridge_ros2.fawkes_keys import has_ours
 
 API = 1
 
+
+def _is_node(context: Any) -> bool:
+    return context.section("ros2") is not None and bool(context.config.keys("/ros2/node"))
+
+
+def _has_transforms(context: Any) -> bool:
+    return has_ours(context.config, "/ros2/tf")
+
+
+def _has_nodes(config: Any) -> bool:
+    return bool(config.keys("/ros2"))
+
+
+_COMPONENTS = "cxbridge_ros2.components"
+
+CLOCKS = (Row("ros2", "cxbridge_ros2.clock:make_clock"),)
 COMMANDS = (Row("ros2", "cxbridge_ros2.cli.ros2", section="Blackboard"),)
+COMPONENTS = (
+    Row("ros2-node", f"{_COMPONENTS}.node:Ros2NodeComponent", _is_node, early=always),
+    Row("ros2-performers", f"{_COMPONENTS}.performers:Ros2Performers", configured("/ros2/performers")),
+    Row("ros2-experts", f"{_COMPONENTS}.experts:Ros2Experts", configured("/ros2/experts")),
+    Row("ros2-interfaces", f"{_COMPONENTS}.interfaces:Ros2Interfaces", configured("/ros2/interfaces")),
+    Row("ros2-skiller", f"{_COMPONENTS}.skiller:Ros2Skiller", configured("/ros2/skiller")),
+    Row("ros2-tf", f"{_COMPONENTS}.transforms:Ros2Transforms", _has_transforms),
+)
+FEATURES = (
+    Row(
+        "problem-expert", "cxbridge_ros2.shared_experts:problem_expert", requested=configured("/ros2/experts")
+    ),
+)
 FORMATS = (Row("rosbag", "cxbridge_ros2.bags.formats"),)
+SETTINGS = (Row("ros2", "cxbridge_ros2.settings:NodesSettings", _has_nodes),)

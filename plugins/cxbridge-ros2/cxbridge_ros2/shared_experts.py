@@ -1,33 +1,25 @@
-"""The world model of a run as others see and edit it: one for its rules and for the servers of experts."""
+"""The world model of a run for clients: one feature for rules and for the servers of experts."""
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING
+
+from cxbridge_ros2.problem_expert import ProblemExpertFeature
 
 if TYPE_CHECKING:
-    from cxbridge.executive.features.planning_base import DomainOf
-    from cxbridge_ros2.problem_expert import ProblemExpertFeature
+    from cxbridge.run.context import RunContext
 
 
 class SharedExperts:
-    """Makes the feature for the first who asks."""
+    """The feature that the rules and the servers of a run share.
 
-    name: Final = "problem-expert"
-    """What the feature is called."""
+    :param context: of the run.
+    """
 
-    section: Final = "/ros2/experts"
-    """The part of the configuration with which an agent has it unasked."""
+    def __init__(self, context: RunContext) -> None:
+        self.feature = ProblemExpertFeature(context.pddl_parser.domain_of)
 
-    def __init__(self) -> None:
-        self._feature: ProblemExpertFeature | None = None
 
-    def feature(self, domain_of: DomainOf) -> ProblemExpertFeature:
-        """Return the feature.
-
-        :param domain_of: returns the domain that an environment parsed last.
-        """
-        if self._feature is None:
-            from cxbridge_ros2.problem_expert import ProblemExpertFeature  # noqa: PLC0415
-
-            self._feature = ProblemExpertFeature(domain_of)
-        return self._feature
+def problem_expert(context: RunContext) -> ProblemExpertFeature:
+    """Return the feature of a run."""
+    return context.one_of(SharedExperts).feature

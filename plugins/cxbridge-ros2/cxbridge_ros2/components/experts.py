@@ -14,6 +14,7 @@ from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import ExpertServer
 from cxbridge_ros2.experts.settings import TREE, ExpertSettings
+from cxbridge_ros2.shared_experts import problem_expert
 from cxbridge_ros2.trees import placed
 
 if TYPE_CHECKING:
@@ -57,7 +58,7 @@ class Ros2Experts(Component):
                 settings,
                 namespace,
                 self._node,
-                context.experts.feature(context.pddl_parser.domain_of),
+                problem_expert(context),
                 PlanServer(planning, lambda: _planners(planning)),
                 log,
             )

@@ -11,7 +11,6 @@ from cxbridge.daemon.lifecycle import ComponentStatus, State
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
-from cxbridge.run.agent_context import ROS2_CLOCK
 from cxbridge.run.components.component import Component
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.executor import typed
@@ -60,7 +59,7 @@ class Ros2NodeComponent(Component):
             report = context.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, work, context.clock, report, LifecycleState.ACTIVE)
             own = {
-                "use_sim_time": Parameter(value=context.clock.name == ROS2_CLOCK, read_only=True),
+                "use_sim_time": Parameter(value=context.clock.name == "ros2", read_only=True),
                 "spec": Parameter(context.spec, "what the executive does", read_only=True),
             }
             self._parameters = Parameters(node, name, own, context.clock)

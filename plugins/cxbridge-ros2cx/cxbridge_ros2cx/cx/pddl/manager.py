@@ -16,6 +16,7 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.planning import PlanningService
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
+from cxbridge.rights import Right
 from cxbridge_ros2.actions import GoalHandler, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedProblem
 
@@ -49,7 +50,12 @@ class PddlManager(GoalHandler, Closing):
         self._planning: PlanningService | None = None
         self._waiting: deque[ServedGoal] = deque()
         for service, (kind, answer) in self._services().items():
-            node.serve(f"{NAME}/{service}", f"{_PACKAGE}/srv/{kind}", self._reported(answer))
+            node.serve(
+                f"{NAME}/{service}",
+                f"{_PACKAGE}/srv/{kind}",
+                self._reported(answer),
+                needs=Right.CONTROL,
+            )
         self._updates = node.publisher(f"{NAME}/instance_update", "std_msgs/msg/String")
         action = f"{_PACKAGE}/action/PlanTemporal"
         self._server = GoalServer(node, f"{NAME}/temp_plan", action, self, clock)

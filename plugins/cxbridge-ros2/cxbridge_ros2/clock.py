@@ -1,0 +1,28 @@
+"""The clock of a run that follows the topic /clock: ``--clock ros2``."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from cxbridge.clock import Clock
+from cxbridge.config import Configuration
+from cxbridge.rights import EVERYTHING
+from cxbridge_ros2.node import Node
+from cxbridge_ros2.sim_time import SimTimeClock
+from cxbridge_ros2.trees import node_settings
+
+_TREE = "/ros2/clock"
+
+
+def make_clock(config: Configuration, folder: Path) -> Clock:
+    """Make a clock that follows the simulated time of ROS 2.
+
+    :param folder: of the configuration, where relative folders begin.
+    :raises ConfigError: when a setting makes no sense.
+    """
+    _, settings = node_settings(config, _TREE, (), folder, "the clock of ROS 2")
+
+    def join() -> Node:
+        return settings.join("cxbridge_clock", settings.definitions(), None, EVERYTHING)
+
+    return SimTimeClock(join)
