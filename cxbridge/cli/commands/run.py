@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from contextlib import redirect_stdout
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
@@ -36,15 +37,6 @@ class _Console(ConsoleOptions):
 def run(
     options: RunOptions,
     console: _Console,
-    breaks: Annotated[
-        list[str] | None,
-        typer.Option(
-            "--break",
-            metavar="SPEC",
-            help="Stop there and take commands from stdin, e.g. rule:NAME, goal:CLASS:MODE. Repeatable.",
-        ),
-        Before("strict"),
-    ] = None,
     as_json: Annotated[
         bool, typer.Option("--json", help="Print the result as JSON."), Before("quiet")
     ] = False,
@@ -62,13 +54,6 @@ def run(
 
     shown, story = RunLog(quiet=console.quiet, verbose=console.verbose), None
     followers = [shown.attach]
-    prompt = None
-    if breaks:
-        from cxbridge.cli.command_lines import CommandLines
-        from cxbridge_studio.cli.debug_prompt import DebugPrompt
-
-        prompt = DebugPrompt(breaks, CommandLines(), sys.stderr if as_json else sys.stdout)
-        followers.append(prompt.attach)
     if not as_json:
         story = RunStory(quiet=console.quiet)
         followers.append(story.attach)
@@ -77,6 +62,7 @@ def run(
         for follow in followers:
             follow(assembly)
 
+    stdout = sys.stdout
     results: list[RunResult] = []
 
     def show(result: RunResult) -> None:
@@ -84,14 +70,14 @@ def run(
             return
         results.append(result)
         shown.finish()
-        if prompt is not None:
-            prompt.finish()
         if story is None:
-            say_json(result.as_dict(), indent=2)
+            with redirect_stdout(stdout):
+                say_json(result.as_dict(), indent=2)
         else:
             story.finish(result)
 
-    with in_words_of_check(options):
-        result = run_scenario(options, shown, attach, interactive=bool(breaks), stay=stay_after(show))
+    # with --json only the result is for stdout, not what a prompt prints
+    with in_words_of_check(options), redirect_stdout(sys.stderr if as_json else stdout):
+        result = run_scenario(options, shown, attach, stay=stay_after(show))
     show(result)
     return result.status

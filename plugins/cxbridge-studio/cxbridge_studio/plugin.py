@@ -14,6 +14,7 @@ COMPONENTS = (
     ),
 )
 EXPLAINERS = (Row("studio", "cxbridge_studio.explainer"),)
+OPTIONS = (Row("break", "cxbridge_studio.options:BreakOptions"),)
 COMMANDS = (
     Row("check", "cxbridge_studio.cli.check", section="Run"),
     Row("coverage", "cxbridge_studio.cli.coverage", section="Record and compare"),

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import TYPE_CHECKING, Any, Final, TextIO
 
@@ -22,6 +23,7 @@ from cxbridge.operations.operation import OperationContext
 from cxbridge.operations.table import carry_out, operations
 from cxbridge.printing import indented
 from cxbridge.rights import EVERYTHING
+from cxbridge.run.servers import RunServer
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook
@@ -30,6 +32,8 @@ from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
 if TYPE_CHECKING:
     from cxbridge.run.assembly import Assembly
+    from cxbridge.run.result import RunResult
+    from cxbridge.run.team import Team
 
 _MOST_SHOWN: Final = 200
 
@@ -50,7 +54,7 @@ q                               end the run
 h                               this text"""
 
 
-class DebugPrompt:
+class DebugPrompt(RunServer):
     """Reports where the run has stopped, and carries out commands.
 
     :param specs: breakpoints.
@@ -67,8 +71,14 @@ class DebugPrompt:
         self._mistakes: list[dict[str, ExecutiveError]] = []
         self._is_quit = False
 
-    def attach(self, assembly: Assembly) -> None:
-        """Debug an agent, that is made and not started."""
+    @contextmanager
+    def serve(self, run: Assembly | Team) -> Iterator[None]:
+        """Debug the agents of a run."""
+        for agent in run.agents:
+            self._attach(agent)
+        yield
+
+    def _attach(self, assembly: Assembly) -> None:
         agent = _Agent(assembly, self._say)
         self._agents.append(agent)
         for item in self._specs:
@@ -88,8 +98,8 @@ class DebugPrompt:
             if all(spec in each for each in self._mistakes):
                 raise error
 
-    def finish(self) -> None:
-        """Report the breakpoints that the run has not reached, when it is over."""
+    def finish(self, result: RunResult) -> None:  # noqa: ARG002 - however it has ended
+        """Report the breakpoints that the run has not reached."""
         if self._is_quit:
             return
         for item in dict.fromkeys(item for agent in self._agents for item in agent.debugger.breakpoints):

@@ -1,0 +1,52 @@
+"""The options of this plug-in: where a run stops for commands."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+import typer
+
+from cxbridge.run.options import PluginOptions, RunOptions
+
+if TYPE_CHECKING:
+    from cxbridge.run.servers import RunServer
+
+
+@dataclass(frozen=True, kw_only=True)
+class BreakOptions(PluginOptions):
+    """Where a run stops and takes commands."""
+
+    commands: ClassVar[frozenset[str]] = frozenset({"run"})
+
+    breaks: Annotated[
+        tuple[str, ...],
+        typer.Option(
+            "--break",
+            metavar="SPEC",
+            help="Stop there and take commands from stdin, e.g. rule:NAME, goal:CLASS:MODE. Repeatable.",
+        ),
+    ] = ()
+
+    @property
+    def is_interactive(self) -> bool:
+        """Whether a user may stop the rules."""
+        return bool(self.breaks)
+
+    def check(self, options: RunOptions) -> None:  # noqa: ARG002 - a breakpoint goes with each of them
+        """Raise :class:`ExecutiveError` when a text is not a breakpoint."""
+        from cxbridge.executive.breakpoints import parse_breakpoint  # noqa: PLC0415 - start-up time is a feature
+
+        for spec in self.breaks:
+            parse_breakpoint(spec)
+
+    def servers(self) -> Sequence[RunServer]:
+        """Return the prompt."""
+        if not self.breaks:
+            return ()
+        from cxbridge.cli.command_lines import CommandLines  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge_studio.cli.debug_prompt import DebugPrompt  # noqa: PLC0415
+
+        return (DebugPrompt(self.breaks, CommandLines(), sys.stdout),)
