@@ -99,7 +99,7 @@ class RunContext:
     @property
     def has_clients(self) -> bool:
         """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
-        return any(self.options.option(name) is not None for name in ("web", "foxglove"))
+        return any(group.is_interactive for group in self.options.more)
 
     def one_of(self, kind: type[T]) -> T:
         """Return the object of a class that the parts of a plug-in share; the first call makes the object.
