@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import json
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -16,7 +14,6 @@ from cxbridge.history.model import goal_forest, goal_tree
 from cxbridge.run.result import COMPLETED, RunResult
 from cxbridge.trace.compare.context import goal_lines
 from cxbridge.trace.compare.goals import GoalForest
-from cxbridge_web.timeline.export import write_timeline
 from tests.history.runs import goal
 from tests.support import many
 from tests.trace.runs import MemoryRun
@@ -94,12 +91,6 @@ def of_report(shape: dict[str, str]) -> list[str]:
     return [goals[number].id for number, _ in goal_forest(goals).walk()]
 
 
-def of_timeline(shape: dict[str, str], tmp_path: Path) -> list[str]:
-    write_timeline(MemoryRun(events(shape)), tmp_path / "t.json")
-    slices = json.loads((tmp_path / "t.json").read_text())["traceEvents"]
-    return [each["args"]["goal"] for each in slices if each.get("cat") == "goal" and each["ph"] == "B"]
-
-
 def events(shape: dict[str, str]) -> list[Any]:
     """The goals, as transitions."""
     made = [goal(0.0, each, "FORMULATED", parent=above) for each, above in shape.items()]
@@ -114,11 +105,6 @@ VIEWS = (of_result, of_test, of_comparison, of_trail, of_report)
 @pytest.mark.parametrize("view", VIEWS, ids=lambda view: view.__name__)
 def test_each_goal_is_shown_once_whatever_is_its_parent(view, shape: str) -> None:
     assert sorted(view(SHAPES[shape])) == sorted(SHAPES[shape])
-
-
-@pytest.mark.parametrize("shape", SHAPES)
-def test_a_timeline_has_each_goal_once(shape: str, tmp_path: Path) -> None:
-    assert sorted(of_timeline(SHAPES[shape], tmp_path)) == sorted(SHAPES[shape])
 
 
 def test_a_goal_without_id_is_above_nobody() -> None:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import pytest
 
+from cxbridge.resources import shipped_dir
 from studio_tests.dap.client import Client
 from tests.forked import nursery
 from tests.support import ROOT
 
-SCENARIO = ROOT / "scenarios" / "test-scenario"
+SCENARIO = shipped_dir("scenarios") / "test-scenario"
 GOALS = SCENARIO / "talk-goals.clp"
 LEAVES = SCENARIO / "talk-leaves.clp"
 
