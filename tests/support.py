@@ -60,6 +60,13 @@ PLUGIN_NAMES = ("explore", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web"
 WHOLE = all(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES)
 """Whether all plug-ins of the repository are installed."""
 
+
+def needs_plugin(name: str) -> pytest.MarkDecorator:
+    """Mark a test that needs a plug-in of the repository, e.g. ``web``."""
+    absent = find_spec(f"cxbridge_{name}") is None
+    return pytest.mark.skipif(absent, reason=f"needs cxbridge-{name}, which is not installed")
+
+
 needs_all_plugins = pytest.mark.skipif(not WHOLE, reason="a plug-in of the repository is not installed")
 """For tests that enumerate what all distributions have: commands, pages, servers."""
 

@@ -18,7 +18,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.listing import event_filter, json_lines, text_lines
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.summary import summarise
-from web_tests.support import read_events, serving
+from tests.support import needs_plugin
 
 BEFORE = dict(EVENT_TYPES)
 
@@ -114,7 +114,10 @@ def test_patterns_select_it(events: list[Event]) -> None:
         Selection(only=["battery:volts=1"])
 
 
+@needs_plugin("web")
 def test_a_client_of_the_web_server_follows_it(events: list[Event]) -> None:
+    from web_tests.support import read_events, serving
+
     with serving() as (daemon, client, _):
         with client.open("GET", "/api/cxbridge/events?kinds=battery") as stream:
             following = read_events(stream)

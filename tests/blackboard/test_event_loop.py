@@ -14,14 +14,11 @@ from concurrent.futures import CancelledError
 from contextlib import contextmanager, suppress
 
 import pytest
-from starlette.responses import PlainTextResponse
 
 from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge_web.http.serving import HttpThread
-from cxbridge_web.settings import WebSettings
 from tests.support import ROOT
 
 LOOPS = re.compile(r"new_event_loop|asyncio\.run\(|Runner\(|run_until_complete|run_forever")
@@ -86,14 +83,20 @@ def close_a_network() -> None:
 
 
 def close_a_web_server() -> None:
-    server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
+    pytest.importorskip("cxbridge_web", reason="needs cxbridge-web")
+    from starlette.responses import PlainTextResponse
 
+    from cxbridge_web.http.serving import HttpThread
+    from cxbridge_web.settings import WebSettings
+
+    server = HttpThread(WebSettings(port=0), EventBus(RealClock()).logger("Web"))
     server.start(PlainTextResponse("here"))
     server.stop()
     server.stop()
 
 
 def close_the_door_of_foxglove() -> None:
+    pytest.importorskip("cxbridge_web", reason="needs cxbridge-web")
     pytest.importorskip("foxglove", reason="needs foxglove-sdk")
     from cxbridge_web.foxglove.door import FoxgloveDoor
     from cxbridge_web.foxglove.settings import FoxgloveSettings

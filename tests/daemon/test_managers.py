@@ -13,10 +13,10 @@ from cxbridge.cli.main import invoke
 from cxbridge.daemon.client import request
 from cxbridge.errors import CxbridgeError
 from cxbridge.operations.table import verbs
-from cxbridge_web.catalogue import directory
 from tests.daemon.test_daemon import WAIT_S, connected, running
 from tests.daemon.test_rights import rest
 from tests.run.mini import write_scenario
+from tests.support import needs_plugin
 
 FIRST = {
     "name": "log",
@@ -178,7 +178,7 @@ def _served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, lis
         yield daemon, lines
 
 
-@pytest.fixture(name="way", params=["python", "cli", "rest"])
+@pytest.fixture(name="way", params=["python", "cli", pytest.param("rest", marks=needs_plugin("web"))])
 def _way(
     request: pytest.FixtureRequest, served: tuple[Any, list[str]], capsys: pytest.CaptureFixture[str]
 ) -> Iterator[Way]:
@@ -358,10 +358,16 @@ def test_a_component_is_taken_through_its_life(way: Way) -> None:
             way.ask("component-change", component=component, transition=transition)
 
 
-def test_every_operation_has_all_ways(served: tuple[Any, list[str]]) -> None:
+def test_every_operation_has_all_ways() -> None:
     beginnings = ("env-feature", "env-logger", "feature-", "component-")
     assert {verb for verb in verbs() if verb.startswith(beginnings)} <= set(COMMANDS)
     assert set(REQUESTS) == set(COMMANDS)
+
+
+@needs_plugin("web")
+def test_every_operation_has_an_endpoint() -> None:
+    from cxbridge_web.catalogue import directory
+
     figures: Any = SimpleNamespace(status=None, maps=None, describe_constructs=None)
     known = {(each.method, each.path) for each in directory(figures).endpoints}
     assert known >= {

@@ -14,9 +14,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.listening import is_loopback, is_named, is_own_page, is_private
 from cxbridge.rights import FRAMES, Right, right_of_frame
 from cxbridge.run.components.table import COMPONENTS
-from cxbridge_web.foxglove.settings import FoxgloveSettings
-from cxbridge_web.settings import WebSettings
-from tests.support import module_files
+from tests.support import module_files, needs_all_plugins, needs_plugin
 
 WAYS = {
     "blackboard": (),
@@ -83,12 +81,14 @@ def calls() -> Iterator[tuple[str, ast.Call, str, str]]:
 # -- the tables
 
 
+@needs_all_plugins
 def test_each_component_is_a_way_in_or_none():
     names = [row.name for row in (*DAEMON_COMPONENTS, *COMPONENTS.rows)]
     assert set(names) == set(WAYS)
     assert {protocol for protocols in WAYS.values() for protocol in protocols} == set(FRAMES)
 
 
+@needs_all_plugins
 def test_each_socket_that_is_bound_is_known():
     found = {
         module for module, _, receiver, name in calls() if name in _BINDING and "signature" not in receiver
@@ -96,6 +96,7 @@ def test_each_socket_that_is_bound_is_known():
     assert found == set(LISTENS)
 
 
+@needs_all_plugins
 def test_each_service_and_each_topic_of_a_node_names_its_right():
     """Without a right it needs the highest: no client of a daemon beyond the loopback would have it."""
     found = [
@@ -111,6 +112,7 @@ def test_each_service_and_each_topic_of_a_node_names_its_right():
     assert [module for module, keywords in found if "needs" not in keywords] == []
 
 
+@needs_all_plugins
 def test_each_sender_of_skill_strings_is_known():
     found = {
         module.removesuffix(".__init__")
@@ -143,15 +145,26 @@ def test_a_frame_without_an_entry_needs_the_highest_right():
 )
 def test_the_loopback_is_the_same_for_all_servers(host: str, expected: bool):
     assert is_loopback(host) is expected
+
+
+@needs_plugin("web")
+@pytest.mark.parametrize("host", ["localhost", "[::1]", "0.0.0.0", "robot"])
+def test_the_servers_of_the_web_plug_in_listen_on_the_loopback(host: str):
+    from cxbridge_web.foxglove.settings import FoxgloveSettings
+    from cxbridge_web.settings import WebSettings
+
     for settings in (FoxgloveSettings(host=host), WebSettings(host=host)):
-        if expected:
+        if is_loopback(host):
             settings.check()
         else:
             with pytest.raises(ConfigError, match="could be reached from beyond this machine"):
                 settings.check()
 
 
+@needs_plugin("web")
 def test_foxglove_listens_elsewhere_if_the_settings_say_so():
+    from cxbridge_web.foxglove.settings import FoxgloveSettings
+
     FoxgloveSettings(host="0.0.0.0", insecure=True).check()
 
 

@@ -14,8 +14,9 @@ import pytest
 
 from cxbridge.clipstext.goal_slots import DECLARATION, GOAL_SLOTS, read_slots
 from tests.history.test_lives import AGENT, SCENARIO
-from tests.history.test_views_agree import NODE
-from tests.support import PACKAGES, ROOT
+from tests.support import PACKAGES, ROOT, needs_plugin
+
+NODE = shutil.which("node")
 
 ADDED = "  (slot deadline    ; seconds\n    (type INTEGER) (default 0))\n  (multislot warning)"
 REST = """
@@ -102,10 +103,12 @@ def test_text_lines_have_it(package: Path):
     assert "  deadline=20" in (package / "golden.txt").read_text()
 
 
+@needs_plugin("web")
 def test_rest_has_it(package: Path):
     assert json.loads(run(package, "-c", REST)) == [7, "number"]
 
 
+@needs_plugin("web")
 @pytest.mark.skipif(NODE is None, reason="needs node")
 def test_the_page_has_it(package: Path, events: list[dict[str, Any]]):
     (package / "cxbridge_web" / "static" / "package.json").write_text('{"type": "module"}')

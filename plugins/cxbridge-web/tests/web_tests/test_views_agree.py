@@ -11,6 +11,10 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+
+pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
+pytest.importorskip("cxbridge_explore", reason="needs cxbridge-explore")
+
 from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact

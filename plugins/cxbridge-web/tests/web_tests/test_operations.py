@@ -1,0 +1,79 @@
+"""An operation of a plug-in: the blackboard, REST and the description of the API have it."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import cxbridge_web.fawkes
+from cxbridge.daemon.client import request
+from cxbridge.errors import CxbridgeError
+from tests.daemon.test_daemon import WAIT_S, connected
+from tests.operations.test_table import _added  # noqa: F401 - a fixture
+from tests.run.mini import write_scenario
+from web_tests.support import Client, serving
+
+
+def ways(scenario: Path, tmp_path: Path) -> dict[str, Any]:
+    """What a daemon answers on each way, or why it does not."""
+    settings = (("zmq/endpoints", [f"ipc://{tmp_path}/bb"]), ("fawkes/enable", False))
+    with serving(settings, config=scenario) as (daemon, client, _), connected(daemon) as board:
+        assert isinstance(client, Client)
+        try:
+            verb = request(board, "count-words", WAIT_S, text="a bb ccc", least=2)
+        except CxbridgeError as error:
+            verb = str(error)
+        described = client.get("/api/openapi.json").json
+        return {
+            "verb": verb,
+            "rest": client.ask("POST", "/api/cxbridge/words", {"text": "a bb ccc"}),
+            "wrong": client.ask("POST", "/api/cxbridge/words", {"text": "a", "least": "2"}),
+            "path": described["paths"].get("/cxbridge/words"),
+            "body": described["components"]["schemas"].get("Words"),
+        }
+
+
+@pytest.mark.usefixtures("added")
+def test_each_way_has_a_new_operation(tmp_path: Path) -> None:
+    found = ways(write_scenario(tmp_path / "mini"), tmp_path)
+    assert found["verb"] == {"count": 2}
+    assert found["rest"].json == {"kind": "WordCount", "apiVersion": "v1beta1", "count": 3}
+    assert (found["wrong"].status, found["wrong"].text) == (400, "'least' must be a whole number")
+    assert found["path"]["post"]["summary"] == "Count words."
+    assert found["body"] == {
+        "type": "object",
+        "properties": {"text": {"type": "string"}, "least": {"type": "integer"}},
+        "required": ["text"],
+    }
+
+
+VIEW = '''
+"""The endpoint that greets."""
+from cxbridge_web.endpoint import Endpoint, Text
+
+ENDPOINTS = (
+    Endpoint(method="GET", path="/greeting", handler=lambda call: Text("hello"), about="Greet."),
+)
+'''
+
+
+def test_a_new_view_of_the_rest_api_is_one_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "greeting.py").write_text(VIEW)
+    with monkeypatch.context() as patch:
+        patch.setattr(cxbridge_web.fawkes, "__path__", [*cxbridge_web.fawkes.__path__, str(tmp_path)])
+        with serving() as (_, client, _):
+            assert client.get("/api/greeting").text == "hello"
+            assert client.get("/api/openapi.json").json["paths"]["/greeting"]["get"]["summary"] == "Greet."
+    sys.modules.pop("cxbridge_web.fawkes.greeting")
+    with serving() as (_, client, _):
+        assert client.get("/api/greeting").status == 404
+
+
+def test_without_its_plug_in_no_way_has_it(tmp_path: Path) -> None:
+    found = ways(write_scenario(tmp_path / "mini"), tmp_path)
+    assert "knows no request 'count-words'" in found["verb"]
+    assert found["rest"].status == 404
+    assert (found["path"], found["body"]) == (None, None)
