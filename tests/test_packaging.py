@@ -153,7 +153,6 @@ STATUS = {"cxbridge-rcll": 2}
 """The exit status of a command that ends with another than 0: the folder is no referee box."""
 
 
-@pytest.mark.xfail(reason="the cuts of NOT_CUT_YET in test_architecture.py", strict=True)
 @pytest.mark.parametrize("name", SMOKE)
 def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     """In an environment with the wheel and its dependencies alone; cxbridge's with no plug-in."""
