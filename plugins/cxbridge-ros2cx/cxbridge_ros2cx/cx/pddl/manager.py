@@ -17,7 +17,7 @@ from cxbridge.executive.planning import PlanningService
 from cxbridge.executive.planning.planner import PlanStatus
 from cxbridge.executive.planning.service import PlanRequest
 from cxbridge.rights import Right
-from cxbridge_ros2.actions import GoalHandler, GoalServer, GoalStatus, ServedGoal
+from cxbridge_ros2.actions import GoalHandler, GoalResponse, GoalServer, GoalStatus, ServedGoal
 from cxbridge_ros2cx.cx.pddl.problem import ManagedProblem
 
 if TYPE_CHECKING:
@@ -28,6 +28,9 @@ if TYPE_CHECKING:
     from cxbridge_ros2.node import Node
 
 NAME: Final = "/pddl_manager"
+MOST_WAITING: Final = 64
+"""Goals that wait for the planner; a further goal is rejected."""
+
 _PACKAGE: Final = "cx_pddl_interfaces"
 _UNKNOWN: Final = "Unknown pddl instance"
 _GROUP_S: Final = 0.1
@@ -235,6 +238,10 @@ class PddlManager(GoalHandler, Closing):
         return {}
 
     # --- planning -----------------------------------------------------------------------------------------
+
+    def respond(self, served: ServedGoal) -> GoalResponse:
+        """Refuse a goal when :data:`MOST_WAITING` goals wait."""
+        return super().respond(served) if len(self._waiting) < MOST_WAITING else GoalResponse.REJECT
 
     def begin(self, served: ServedGoal) -> None:
         """Plan for a goal at the next step: its sender does not know yet that it was accepted."""
