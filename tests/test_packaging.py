@@ -140,6 +140,7 @@ def wheels(tmp_path_factory):
 SMOKE = {
     "cxbridge": "run -q test-scenario",
     "cxbridge-explore": "explore test-scenario --faults 0",
+    "cxbridge-mcp": "mcp --help",
     "cxbridge-protobuf": "run -q {protobuf}",
     "cxbridge-rcll": "game test-scenario --refbox-dir {here}",
     "cxbridge-ros2": "doctor",

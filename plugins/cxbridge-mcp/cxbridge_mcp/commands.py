@@ -1,0 +1,82 @@
+"""The commands of cxbridge that tools call: processes of their own, with the answers of the command line."""
+
+from __future__ import annotations
+
+import os
+import sys
+from subprocess import DEVNULL, PIPE
+from typing import Final
+
+import anyio
+from anyio.abc import ByteReceiveStream, Process
+
+from cxbridge.errors import CxbridgeError
+
+_CLEANING_UP_S: Final = 5.0
+_SOME: Final = 1 << 20
+"""Bytes of each output that are kept: more are read and dropped."""
+
+_BAD_USAGE: Final = 2
+"""The exit status from which on a command has given no answer, but for 3: the time was over."""
+
+_TIMED_OUT: Final = 3
+
+
+async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
+    """Call a command; return its exit status, and what it printed.
+
+    A call that is cancelled ends the process.
+
+    :param patience_s: seconds of real time that the command may take.
+    :raises CxbridgeError: when the command could not do it, or takes longer; in the words of the command.
+    """
+    command = [sys.executable, "-m", "cxbridge", *arguments]
+    environment = os.environ | {"NO_COLOR": "1"}
+    async with await anyio.open_process(
+        command, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, env=environment
+    ) as process:
+        try:
+            with anyio.fail_after(patience_s):
+                said, errors = await _outputs(process)
+        except TimeoutError:
+            raise CxbridgeError(
+                f"'cxbridge {arguments[0]}' has not ended after {patience_s:g} s and was stopped",
+                hint="ask for less, or for a longer time",
+            ) from None
+        finally:
+            await _end(process)
+    status = process.returncode or 0
+    if status >= _BAD_USAGE and status != _TIMED_OUT:
+        raise CxbridgeError(
+            errors.strip().removeprefix("cxbridge: error: ") or said.strip() or f"status {status}"
+        )
+    return status, said.strip() or errors.strip()
+
+
+async def _outputs(process: Process) -> tuple[str, str]:
+    """Return what a process prints to stdout and to stderr, once it has ended."""
+    kept = [bytearray(), bytearray()]
+
+    async def read(stream: ByteReceiveStream, into: bytearray) -> None:
+        async for chunk in stream:
+            into += chunk[: _SOME - len(into)]
+
+    async with anyio.create_task_group() as group:
+        for stream, into in zip((process.stdout, process.stderr), kept, strict=True):
+            assert stream is not None
+            group.start_soon(read, stream, into)
+        await process.wait()
+    said, errors = (bytes(each).decode(errors="replace") for each in kept)
+    return said, errors
+
+
+async def _end(process: Process) -> None:
+    """End a process that still runs: first with the signal at which commands clean up."""
+    if process.returncode is not None:
+        return
+    process.terminate()
+    with anyio.CancelScope(shield=True):
+        with anyio.move_on_after(_CLEANING_UP_S):
+            await process.wait()
+        if process.returncode is None:
+            process.kill()

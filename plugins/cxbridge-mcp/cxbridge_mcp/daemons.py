@@ -1,0 +1,100 @@
+"""The tools for a running daemon. The daemon has the last word: the table of its rights counts."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any, Final
+
+import cxbridge as cx
+from cxbridge.blackboard import parse_uid
+from cxbridge.daemon.client import ask_why, read_status, request
+from cxbridge.errors import CxbridgeError
+from cxbridge.operations.table import verbs
+from cxbridge.rights import Right
+from cxbridge_mcp.recordings import MOST_ROWS, cut
+
+_PATIENCE_S: Final = 30.0
+_OWNER: Final = "mcp"
+
+
+class DaemonTools:
+    """The tools that ask a daemon.
+
+    :param url: the daemon's blackboard.
+    :param allowed: operations that the user allows beyond those that only look.
+    """
+
+    def __init__(self, url: str, allowed: Iterable[str]) -> None:
+        self._url = url
+        looking = (name for name, right in verbs().items() if right is Right.LOOK)
+        self._operations = {*looking, *allowed}
+
+    def daemon_status(self) -> dict[str, Any]:
+        """Return the state of the daemon and of its components."""
+        with cx.connect(self._url) as board:
+            return read_status(board)
+
+    def list_interfaces(self, pattern: str = "*") -> list[dict[str, Any]]:
+        """List the interfaces on the daemon's blackboard, with their writers and readers.
+
+        :param pattern: TYPE or TYPE::ID, with the shell patterns *, ? and [].
+        """
+        kind, _, name = pattern.partition("::")
+        with cx.connect(self._url) as board:
+            return [
+                {"interface": info.uid, "writer": info.writer, "readers": list(info.readers)}
+                for info in board.list(kind, name or "*")[:MOST_ROWS]
+            ]
+
+    def read_interface(self, interface: str) -> dict[str, Any]:
+        """Return the values of an interface.
+
+        :param interface: TYPE::ID.
+        """
+        kind, name = parse_uid(interface)
+        with cx.connect(self._url) as board:
+            if not any((info.type, info.id) == (kind, name) for info in board.list()):
+                raise CxbridgeError(f"there is no interface {interface}", hint="list_interfaces has them all")
+            with board.open_for_reading(kind, name, owner=_OWNER) as instance:
+                instance.read()
+                return dict(instance.as_dict())
+
+    def list_facts(
+        self, template: str = "", environment: str = "executive", limit: int = MOST_ROWS
+    ) -> list[dict[str, Any]]:
+        """List the facts of a CLIPS environment of the daemon, with their indices.
+
+        :param template: only facts of this deftemplate.
+        :param limit: so many at most, up to 1000.
+        """
+        with cx.connect(self._url) as board:
+            facts = request(board, "facts", _PATIENCE_S, env=environment, template=template, limit=limit)
+        return [{"index": index, "fact": text} for index, text in facts]
+
+    def why_in_daemon(self, name: str) -> str:
+        """Return what a goal of the running agent waits for, or why a rule of it has not fired.
+
+        :param name: a goal's id, a class of goals, or a rule.
+        """
+        with cx.connect(self._url) as board:
+            answer = ask_why(board, name, "", 1, _PATIENCE_S)
+        if answer is None:
+            raise CxbridgeError("the daemon has not answered in time", hint="see daemon_status")
+        return cut("\n".join(answer["lines"]))
+
+    def ask_daemon(self, operation: str, arguments: dict[str, Any] | None = None) -> Any:
+        """Ask the daemon for one of its operations."""
+        if operation not in self._operations:
+            known = operation in verbs()
+            raise CxbridgeError(
+                f"the operation {operation} is not allowed"
+                if known
+                else f"there is no operation {operation}",
+                hint=f"the user starts 'cxbridge mcp --allow {operation}'" if known else self.describe(),
+            )
+        with cx.connect(self._url) as board:
+            return request(board, operation, _PATIENCE_S, **(arguments or {}))
+
+    def describe(self) -> str:
+        """Return which operations the assistant may ask for."""
+        return f"the operations are {', '.join(sorted(self._operations))}"

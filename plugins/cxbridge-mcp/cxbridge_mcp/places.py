@@ -1,0 +1,120 @@
+"""The files that an assistant may name: scenarios and recordings below the folders of the command."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any, Final
+
+from cxbridge.errors import CxbridgeError
+from cxbridge.resources import shipped_scenarios
+from cxbridge.trace.formats.registry import open_run
+
+MOST_FILES: Final = 20_000
+"""How many files of the folders are looked at."""
+
+_SCENARIO: Final = "scenario.yaml"
+
+
+class Places:
+    """The folders in which an assistant finds scenarios and recordings.
+
+    :raises CxbridgeError: when one is no folder.
+    """
+
+    def __init__(self, folders: Sequence[Path]) -> None:
+        self.folders = [folder.resolve() for folder in folders]
+        for folder in self.folders:
+            if not folder.is_dir():
+                raise CxbridgeError(
+                    "there is no such folder", file=folder, hint="name a folder with scenarios or recordings"
+                )
+
+    @property
+    def home(self) -> Path:
+        """The folder to which relative paths belong."""
+        return self.folders[0]
+
+    def path(self, name: str) -> Path:
+        """Return the path that an assistant names.
+
+        :raises CxbridgeError: when the path, its links followed, is outside the folders.
+        """
+        path = (self.home / name).resolve()
+        if not any(path.is_relative_to(folder) for folder in self.folders):
+            raise CxbridgeError(
+                f"{name} is outside the folders of this server",
+                hint=f"the folders are {', '.join(map(str, self.folders))}; 'cxbridge mcp' takes others",
+            )
+        return path
+
+    def recording(self, name: str) -> Path:
+        """Return the path of a recording that there is.
+
+        :raises CxbridgeError: when there is none of this name.
+        """
+        path = self.path(name)
+        if not path.exists():
+            raise CxbridgeError(f"there is no recording '{name}'", hint="list_recordings has them all")
+        return path
+
+    def new_recording(self, name: str) -> Path:
+        """Return the path of a recording that is made.
+
+        :raises CxbridgeError: when the name has another ending than ``.mcap``, or the file is there already.
+        """
+        path = self.path(name)
+        if path.suffix != ".mcap":
+            raise CxbridgeError(f"a recording cannot be '{name}'", hint="choose a name that ends in .mcap")
+        if path.exists():
+            raise CxbridgeError(f"'{name}' is there already", hint="choose another name")
+        return path
+
+    def scenario(self, name: str) -> str:
+        """Return what commands take as SCENARIO: the name of a shipped scenario, or a path.
+
+        :raises CxbridgeError: when there is no scenario of this name.
+        """
+        if name in shipped_scenarios():
+            return name
+        path = self.path(name)
+        if not path.exists():
+            raise CxbridgeError(f"there is no scenario '{name}'", hint="list_scenarios has them all")
+        return str(path)
+
+    def scenarios(self) -> list[str]:
+        """Return the names of the shipped scenarios, and the folders of those in the folders."""
+        found = [self._short(path.parent) for path in self._files() if path.name == _SCENARIO]
+        return [*shipped_scenarios(), *sorted(found)]
+
+    def recordings(self) -> list[dict[str, Any]]:
+        """Return path, format and size of each recording in the folders, the newest first."""
+        found = []
+        for path in self._files():
+            try:
+                run, stat = open_run(path), path.stat()
+            except (CxbridgeError, OSError):
+                continue
+            found.append((stat.st_mtime, self._short(path), run.format, stat.st_size))
+        rows = sorted(found, reverse=True)
+        return [{"path": path, "format": form, "bytes": size} for _, path, form, size in rows]
+
+    def _short(self, path: Path) -> str:
+        """Return a path as the assistant may name it."""
+        return str(path.relative_to(self.home)) if path.is_relative_to(self.home) else str(path)
+
+    def _files(self) -> Iterator[Path]:
+        """Yield the regular files of the folders, hidden ones and links left out."""
+        count = 0
+        for top in dict.fromkeys(self.folders):
+            for folder, inner, names in os.walk(top):
+                inner[:] = sorted(name for name in inner if not name.startswith("."))
+                for name in sorted(names):
+                    path = Path(folder, name)
+                    if name.startswith(".") or path.is_symlink() or not path.is_file():
+                        continue
+                    count += 1
+                    if count > MOST_FILES:
+                        return
+                    yield path

@@ -1,0 +1,55 @@
+"""The tools that run an agent: there only with ``--allow``."""
+
+from __future__ import annotations
+
+from cxbridge_mcp.commands import call
+from cxbridge_mcp.places import Places
+from cxbridge_mcp.recordings import cut
+
+
+class ProgramTools:
+    """The tools that run agents, each as a process of its own.
+
+    :param places: the files that the assistant may name.
+    """
+
+    def __init__(self, places: Places) -> None:
+        self._places = places
+
+    async def run(self, scenario: str, recording: str, limit: float = 600.0, patience: float = 120.0) -> str:
+        """Run an agent headless, and record the run with its facts.
+
+        :param recording: the new file, NAME.mcap; goal_tree, why_in_recording and compare_recordings read it.
+        :param limit: seconds of the run's clock.
+        :param patience: seconds of real time.
+        """
+        file = self._places.new_recording(recording)
+        arguments = [
+            self._places.scenario(scenario),
+            "--quiet",
+            "--trace",
+            str(file),
+            "--trace-level",
+            "facts",
+        ]
+        _, said = await call("run", *arguments, "--timeout", str(limit), patience_s=patience)
+        return cut(said)
+
+    async def explore(
+        self,
+        scenario: str,
+        faults: int = 1,
+        properties: list[str] | None = None,
+        patience: float = 300.0,
+    ) -> str:
+        """Run an agent in every way that its world can go with so many faults.
+
+        The answer names the properties that are violated, and the shortest way there.
+
+        :param properties: names or forms; without any the scenario's and those that are built in.
+        :param patience: seconds of real time.
+        """
+        arguments = [self._places.scenario(scenario), "--faults", str(faults)]
+        arguments += [f"--property={each}" for each in properties or ()]
+        _, said = await call("explore", *arguments, patience_s=patience)
+        return cut(said)

@@ -1,0 +1,88 @@
+"""The tools for files: scenarios and recordings, and what they say."""
+
+from __future__ import annotations
+
+from typing import Any, Final, Literal
+
+import cxbridge as cx
+from cxbridge_mcp.commands import call
+from cxbridge_mcp.places import Places
+
+MOST_ROWS: Final = 200
+"""Rows of an answer."""
+
+MOST_CHARACTERS: Final = 60_000
+"""Characters of a text; the model that reads the text has a bound, too."""
+
+_CHECK_S: Final = 120.0
+
+
+def cut(text: str) -> str:
+    """Return a text, and where it is too long for an answer its begin."""
+    if len(text) <= MOST_CHARACTERS:
+        return text
+    return f"{text[:MOST_CHARACTERS]}\n... {len(text) - MOST_CHARACTERS} more characters are left out"
+
+
+class RecordingTools:
+    """The tools that look at scenarios and recordings.
+
+    :param places: the files that the assistant may name.
+    """
+
+    def __init__(self, places: Places) -> None:
+        self._places = places
+
+    def list_scenarios(self) -> list[str]:
+        """List the agents that can be checked: shipped scenarios by name, others by their folder."""
+        return self._places.scenarios()[:MOST_ROWS]
+
+    def list_recordings(self) -> list[dict[str, Any]]:
+        """List the recordings of runs, the newest first, with format and size."""
+        return self._places.recordings()[:MOST_ROWS]
+
+    def goal_tree(self, recording: str) -> dict[str, Any]:
+        """Return how a recorded run ended, and the tree of its goals with modes, outcomes and errors."""
+        run = cx.open_run(self._places.recording(recording))
+        return {
+            "status": run.status,
+            "reason": run.reason,
+            "seconds": run.seconds,
+            "goals": len(run.goals),
+            "tree": cut(str(run)),
+        }
+
+    def why_in_recording(self, recording: str, name: str) -> str:
+        """Return why a goal of a recorded run came to its outcome, or why a rule did not fire.
+
+        :param name: a goal's id, a class of goals (CLASS#2 for its second goal), or a rule. A rule needs a
+            recording with facts.
+        """
+        return cut(cx.open_run(self._places.recording(recording)).why(name))
+
+    def compare_recordings(
+        self, first: str, second: str, order: Literal["partial", "total"] = "partial"
+    ) -> dict[str, Any]:
+        """Compare the transitions of goals and plan-actions of two recorded runs.
+
+        :param order: partial: the order of each goal's transitions; total: the order of all.
+        """
+        a, b = (cx.open_run(self._places.recording(name)) for name in (first, second))
+        comparison = a.compare(b, order=order)
+        shown = comparison.differences[:MOST_ROWS]
+        return {
+            "same": comparison.same,
+            "transitions": [comparison.count_a, comparison.count_b],
+            "differences": [
+                {"what": each.what, "subject": each.subject, "first": each.a.text, "second": each.b.text}
+                for each in shown
+            ],
+            "more_differences": len(comparison.differences) - len(shown) + comparison.dropped,
+            "hints": comparison.hints,
+        }
+
+    async def check_agent(self, scenario: str) -> str:
+        """Find mistakes of an agent without running it: each with file, line, code and what to do."""
+        command = ["check", self._places.scenario(scenario), "--format", "text"]
+        status, said = await call(*command, patience_s=_CHECK_S)
+        return cut(said) or ("no mistakes" if status == 0 else "there are mistakes")
