@@ -5,6 +5,7 @@ Its operation: tests/operations/test_table.py.
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
@@ -30,6 +31,7 @@ from cxbridge.run.program.run import make_options
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry
+from tests.daemon.test_daemon import running
 from tests.plugins import example, forget, install
 from tests.run.mini import AGENT, write_scenario
 from tests.support import ROOT
@@ -117,6 +119,14 @@ def test_its_command(greeter, capsys):
     assert invoke(["--help"]) == 0
     look = capsys.readouterr().out.partition("\nLook:\n")[2].partition("\n\n")[0]
     assert "Greet a person." in look
+
+
+def test_its_command_has_options_that_many_commands_have(greeter, capsys, tmp_path):
+    endpoint = f"ipc://{tmp_path}/bb"
+    with running(settings=(("fawkes/enable", False), ("zmq/endpoints", [endpoint]))):
+        assert invoke(["writers", "--json", "--connect", endpoint]) == 0
+        assert "skiller" in json.loads(capsys.readouterr().out)
+    assert invoke(["writers", "--connect", f"ipc://{tmp_path}/none?timeout=1"]) == 2
 
 
 def test_its_transport(greeter):

@@ -43,6 +43,8 @@ CASES = {
     ("run", "breaks"): ("run OWN --break rule:mini-begn", "did you mean mini-begin?"),
     ("explore", "properties"): ("explore OWN --property runs-end", "did you mean run-ends?"),
     ("sweep", "engine"): ("sweep OWN --engine locl", "use local or dask"),
+    ("mcp", "allow"): ("mcp OWN --allow exlore", "did you mean explore?"),
+    ("mcp", "folders"): ("mcp nowhere", "there is no such folder"),
     ("new", "from_fawkes"): ("new OWN/x --from-fawkes tst", "--fawkes-dir"),
     ("check", "explain"): ("check --explain CX999", "there are: CX101"),
     ("coverage", "env"): ("coverage RECORDED --env executve", "did you mean executive?"),

@@ -20,7 +20,7 @@ _SCENARIO: Final = "scenario.yaml"
 class Places:
     """The folders in which an assistant finds scenarios and recordings.
 
-    :raises CxbridgeError: when one is no folder.
+    :raises CxbridgeError: when a folder does not exist.
     """
 
     def __init__(self, folders: Sequence[Path]) -> None:
@@ -50,7 +50,7 @@ class Places:
         return path
 
     def recording(self, name: str) -> Path:
-        """Return the path of a recording that there is.
+        """Return the path of a recording.
 
         :raises CxbridgeError: when there is none of this name.
         """

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any, Final, Literal
 
 import cxbridge as cx
+from cxbridge.printing import visible
 from cxbridge_mcp.commands import call
 from cxbridge_mcp.places import Places
 
@@ -18,7 +19,8 @@ _CHECK_S: Final = 120.0
 
 
 def cut(text: str) -> str:
-    """Return a text, and where it is too long for an answer its begin."""
+    """Return a text without control characters; of a text that is too long for an answer the start."""
+    text = visible(text)
     if len(text) <= MOST_CHARACTERS:
         return text
     return f"{text[:MOST_CHARACTERS]}\n... {len(text) - MOST_CHARACTERS} more characters are left out"
