@@ -125,7 +125,7 @@ def test_its_command_has_options_that_many_commands_have(greeter, capsys, tmp_pa
     endpoint = f"ipc://{tmp_path}/bb"
     with running(settings=(("fawkes/enable", False), ("zmq/endpoints", [endpoint]))):
         assert invoke(["writers", "--json", "--connect", endpoint]) == 0
-        assert "skiller" in json.loads(capsys.readouterr().out)
+        assert "SkillerLua" in json.loads(capsys.readouterr().out)
     assert invoke(["writers", "--connect", f"ipc://{tmp_path}/none?timeout=1"]) == 2
 
 

@@ -29,7 +29,9 @@ def test_a_run_that_is_allowed_is_recorded(tmp_path):
     with assisting(tmp_path, "--allow", "run") as assistant:
         tools = assistant.tools()
         assert "explore" not in tools
-        assert tools["run"].annotations.destructive_hint
+        annotations = tools["run"].annotations
+        assert annotations is not None
+        assert annotations.destructive_hint
         assert "G (MINI): COMPLETED" in assistant.ask("run", scenario="mini", recording="new.mcap")
         assert assistant.ask("goal_tree", recording="new.mcap")["tree"].startswith("G (MINI): ")
         again = assistant.refusal("run", scenario="mini", recording="new.mcap")
