@@ -24,7 +24,7 @@ from packaging.requirements import Requirement
 from tests.support import ROOT
 
 CORE = "cxbridge"
-TOOLS = ("pytest", "pytest-xdist", "hypothesis", "mcap", "mongomock", "psutil")
+TOOLS = ("pytest", "pytest-xdist", "hypothesis", "jsonschema-rs", "mcap", "mongomock", "psutil")
 """The tools of the tests, of which those that are installed count."""
 
 SOURCES = (CORE, "plugins", "tests", "conftest.py", "pyproject.toml")

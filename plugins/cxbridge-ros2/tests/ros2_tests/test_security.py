@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
+pytest.importorskip("cryptography", reason="needs cryptography, which writes the keystore")
 
 from cxbridge.errors import Ros2Error
 from cxbridge_ros2.definitions import Definitions

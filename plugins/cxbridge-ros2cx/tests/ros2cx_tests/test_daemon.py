@@ -14,8 +14,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.program.run import more_options
 from tests.daemon.test_daemon import QUIET, running
-from tests.support import ROS2CX_DIR, needs_ros2cx
-from web_tests.support import serving
+from tests.support import ROS2CX_DIR, needs_plugin, needs_ros2cx
 
 pytestmark = needs_ros2cx
 
@@ -39,7 +38,10 @@ def wait_for(what: str, lines: list[str], start: int = 0) -> None:
 
 
 @pytest.mark.parametrize("core", [None, "builtin"])
+@needs_plugin("web")
 def test_it_plans_and_moves_and_clients_see_it(core):
+    from web_tests.support import serving
+
     settings = (FAST, *([("core", core)] if core else []))
     with serving(settings, more=tuple(more_options({"ros2cx": ROS2CX_DIR})), spec="test-nav2") as (
         _,
@@ -61,8 +63,12 @@ def test_it_plans_and_moves_and_clients_see_it(core):
         assert client.ask("POST", f"{ENV}/eval", {"expression": there}).json["text"] == "TRUE"
 
 
+@needs_plugin("web")
 def test_after_a_reset_it_begins_again_with_its_executors(tmp_path):
     """The skill board is made again: those who execute must be found on the new one."""
+
+    from web_tests.support import serving
+
     file = tmp_path / "robot.py"
     file.write_text(
         "from cxbridge.skiller.board import SkillExecutor\n"

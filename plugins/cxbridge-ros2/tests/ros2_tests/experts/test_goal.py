@@ -17,10 +17,9 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions
 from cxbridge_ros2.experts.answers import PROBLEM_SERVICES
 from cxbridge_ros2.experts.names import NODES
-from cxbridge_studio.check.run import check
 from ros2_tests.experts.agents import HERE, MEETING, asking, configuration, served
 from ros2_tests.experts.test_services import WHOLE, goal, named, predicate
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 WANTED = (HERE / "wanted.clp").read_text()
 
@@ -116,8 +115,11 @@ def test_without_an_executive(tmp_path: Path):
         Daemon(DaemonOptions(config=file), lambda line: None).run()
 
 
+@needs_plugin("studio")
 @pytest.mark.parametrize("served_", [True, False])
 def test_the_check_knows_the_facts_of_clients(tmp_path: Path, served_: bool):
+    from cxbridge_studio.check.run import check
+
     agent = meeting_that_listens(tmp_path)
     if served_:
         with (agent / "scenario.yaml").open("a") as file:

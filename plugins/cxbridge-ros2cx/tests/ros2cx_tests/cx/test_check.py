@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import pytest
 
+pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
+
 from cxbridge.run.program.run import make_options
 from cxbridge_studio.check.run import check
 from ros2cx_tests.cx.test_examples import PDDL, PLUGINS, TUTORIALS
