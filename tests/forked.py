@@ -23,6 +23,7 @@ import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, BinaryIO, Final, NamedTuple, NoReturn, Self
 
@@ -312,10 +313,11 @@ def main(number: int) -> None:
         with suppress(ImportError):  # of what is optional
             if not module.name.endswith("__main__"):
                 importlib.import_module(module.name)
-    from cxbridge.run.options import RunOptions
-    from cxbridge_studio.check.run import check
+    if find_spec("cxbridge_studio"):
+        from cxbridge.run.options import RunOptions
+        from cxbridge_studio.check.run import check
 
-    check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
+        check(RunOptions(scenario=ROOT / "scenarios" / "test-scenario"))  # and the core's files are known
     gc.freeze()  # nor need a command's collector look at what all share
     gc.enable()
     if _Serving(socket.socket(fileno=number)).serve():

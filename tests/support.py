@@ -19,9 +19,6 @@ T = TypeVar("T")
 ROOT = Path(__file__).resolve().parent.parent
 """The checkout."""
 
-PACKAGES = (ROOT / "cxbridge", *sorted((ROOT / "plugins").glob("*/cxbridge_*")))
-"""The packages of cxbridge and of the plug-ins of this repository."""
-
 
 TEST_FOLDERS = tuple(map(str, sorted((ROOT / "plugins").glob("*/tests"))))
 """The folders with the tests of the plug-ins."""
@@ -56,6 +53,11 @@ ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
 
 PLUGIN_NAMES = ("explore", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web")
 """The plug-ins of the repository."""
+
+_FOUND = (find_spec("cxbridge"), *(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES))
+
+PACKAGES = tuple(Path(each.origin).parent for each in _FOUND if each is not None and each.origin)
+"""The packages of cxbridge and of the plug-ins of this repository that are installed, wherever these are."""
 
 WHOLE = all(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES)
 """Whether all plug-ins of the repository are installed."""

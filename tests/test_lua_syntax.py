@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from cxbridge.blackboard.stale_errors import OwnError, syntax_error
 from cxbridge.lua_syntax import LuaCompiler
-from tests.support import ROOT
+from tests.support import module_files
 
 _RUNTIME = re.compile(r"LuaRuntime\((?!\s*encoding=\"latin-1\")")
 
@@ -46,7 +46,7 @@ def test_the_first_line_of_a_file_may_name_an_interpreter():
 
 def test_every_state_of_lua_takes_bytes_that_are_no_text():
     """With any other encoding an error of Lua that cuts a character in two becomes another error."""
-    files = [*(ROOT / "cxbridge").rglob("*.py"), *(ROOT / "plugins").glob("*/cxbridge_*/**/*.py")]
+    files = module_files().values()
     found = [path.name for path in files if _RUNTIME.search(path.read_text("utf-8"))]
     assert found == []
     assert any("LuaRuntime(" in path.read_text("utf-8") for path in files)

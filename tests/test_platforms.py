@@ -16,7 +16,7 @@ from cxbridge.blackboard.kit.errors import EndpointError
 from cxbridge.blackboard.zmq.wire.sockets import context_for
 from cxbridge.errors import CxbridgeError
 from cxbridge.process.stepping import StepKeys
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 WITHOUT = """
 import os, select, shutil, signal, subprocess, sys, tempfile
@@ -96,6 +96,7 @@ def test_it_works_without_what_windows_lacks(command):
     assert "Traceback" not in done.stderr
 
 
+@needs_plugin("web")
 def test_a_daemon_with_tcp_and_web_works_without_what_windows_lacks():
     done = subprocess.run(
         [sys.executable, *STRICT, "-c", WITHOUT + DAEMON],

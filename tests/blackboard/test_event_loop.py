@@ -19,7 +19,7 @@ from cxbridge.blackboard.kit.accepting import Shortage
 from cxbridge.blackboard.kit.event_loop import LoopThread
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from tests.support import ROOT
+from tests.support import module_files
 
 LOOPS = re.compile(r"new_event_loop|asyncio\.run\(|Runner\(|run_until_complete|run_forever")
 TIMES = 20
@@ -55,7 +55,7 @@ def complaints() -> Iterator[list[str]]:
 
 def test_one_module_makes_event_loops():
     """Who makes a loop by itself gets its end wrong: a close while the thread starts, sockets left open."""
-    files = [*(ROOT / "cxbridge").rglob("*.py"), *(ROOT / "plugins").glob("*/cxbridge_*/**/*.py")]
+    files = module_files().values()
     makers = {path.name for path in files if LOOPS.search(path.read_text("utf-8"))}
     assert makers == {"event_loop.py"}
 

@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator
 from pathlib import Path
 
-from tests.support import ROOT, module_files, short_path
+from tests.support import ROOT, module_files, needs_all_plugins, short_path
 
 PACKERS = {"zstandard", "zstd", "lz4", "bz2", "gzip", "zlib", "lzma", "zipfile", "tarfile", "base64"}
 PACKERS |= {"websockets", "foxglove"}
@@ -34,6 +34,7 @@ def is_unlimited(node: ast.AST) -> bool:
     return name in QUEUES and not any(each.arg == "maxlen" for each in node.keywords)
 
 
+@needs_all_plugins
 def test_the_page_lists_each_queue_without_a_limit():
     made = {name for name, tree in files() if any(map(is_unlimited, ast.walk(tree)))}
     assert listed("| queue in `cxbridge/` |") == made
@@ -49,5 +50,6 @@ def imports(tree: ast.Module) -> set[str]:
     return found
 
 
+@needs_all_plugins
 def test_the_page_lists_each_file_that_can_unpack():
     assert listed("| code in `cxbridge/` |") == {name for name, tree in files() if imports(tree) & PACKERS}

@@ -8,12 +8,16 @@ import pytest
 
 from cxbridge.cli.main import invoke
 from tests.run.mini import write_scenario
+from tests.support import needs_plugin
 from tests.unprivileged import dark, unprivileged
 
 __all__ = ["dark"]  # a fixture
 
 
-@pytest.mark.parametrize("command", ["run", "check", "why mini-begin"])
+@pytest.mark.parametrize(
+    "command",
+    ["run", *(pytest.param(each, marks=needs_plugin("studio")) for each in ("check", "why mini-begin"))],
+)
 def test_a_configuration_in_a_folder_that_may_not_be_searched(
     command: str, dark: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:

@@ -27,7 +27,7 @@ from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.sources import sources_of
 from tests.programs import Started
 from tests.run.mini import write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, needs_all_plugins
 
 WAIT_S = 20
 QUIET: tuple[tuple[str, Any], ...] = (("fawkes/enable", False), ("zmq/endpoints", []))
@@ -391,6 +391,7 @@ def test_systemd_is_told(tmp_path):
 # -- documentation
 
 
+@needs_all_plugins
 def test_the_configuration_of_the_page_is_one_and_shows_every_setting():
     import re
 

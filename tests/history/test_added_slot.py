@@ -43,7 +43,7 @@ def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
         shutil.copytree(copied, folder / copied.name, ignore=ignored)
     for each in ("interfaces", "luaskills"):
         (folder / each).symlink_to(ROOT / each)
-    goal = folder / "cxbridge" / DECLARATION.relative_to(ROOT / "cxbridge")
+    goal = folder / "cxbridge" / DECLARATION.relative_to(PACKAGES[0])
     text = goal.read_text()
     assert text.count("  (multislot warning)") == 1
     goal.write_text(text.replace("  (multislot warning)", ADDED))

@@ -25,7 +25,7 @@ from cxbridge.blackboard.zmq import ZmqBlackBoard, ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
 from cxbridge.interfaces import InterfaceRegistry
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 LIMIT, IDLE = 64, 200
 FEW, MORE_THAN_FEW = 34, 16
@@ -132,6 +132,7 @@ def idle(port: int, count: int = IDLE) -> Iterator[list[socket.socket]]:
         yield peers
 
 
+@needs_plugin("web")
 @pytest.mark.parametrize("name", ["http", "fawkes", "zmq"])
 def test_idle_connections_do_not_keep_it_busy_and_it_serves_on(tmp_path: Path, name: str) -> None:
     """It wrote 18,000 tracebacks in 5 s (http), and used a core in libzmq (zmq)."""
@@ -150,6 +151,7 @@ def test_idle_connections_do_not_keep_it_busy_and_it_serves_on(tmp_path: Path, n
             daemon.until(each)
 
 
+@needs_plugin("web")
 def test_when_no_descriptor_is_left_it_says_so_once_and_accepts_again(tmp_path: Path) -> None:
     """Shares do not help when the process itself has opened the rest: the listener pauses."""
     with attacked(tmp_path, limit=FEW) as daemon, ExitStack() as stack:

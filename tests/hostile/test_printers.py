@@ -51,11 +51,11 @@ from tests.daemon.test_daemon import QUIET, running
 from tests.forked import Nursery, nursery
 from tests.programs import Started
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT, module_files, needs_all_plugins
+from tests.support import PACKAGES, module_files, needs_all_plugins
 
 pytestmark = needs_all_plugins
 
-PACKAGE = ROOT / "cxbridge"
+PACKAGE = PACKAGES[0]
 FORGED = "E 12:00:00.000000 Forged: a line of nobody"
 ATTACKS = (
     "\x1b[31mred\x1b[0m",

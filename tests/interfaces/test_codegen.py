@@ -16,7 +16,7 @@ from cxbridge.interfaces.registry import default_registry
 from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.interfaces.xml.parser import parse_bytes, parse_file
 from tests.interfaces.samples import bare, schemas
-from tests.support import ROOT
+from tests.support import PACKAGES, ROOT
 
 DATA = Path(__file__).parent / "data"
 SAMPLE = DATA / "CompiledInterface.xml"
@@ -58,7 +58,7 @@ def test_a_compiled_class_equals_the_one_made_from_xml(name: str) -> None:
 @pytest.mark.parametrize("name", NAMES)
 def test_the_stub_of_each_shipped_type_is_up_to_date(name: str) -> None:
     # made by: cxbridge interface compile --stubs NAME -o cxbridge/interfaces/stubs
-    stubs = ROOT / "cxbridge" / "interfaces" / "stubs"
+    stubs = PACKAGES[0] / "interfaces" / "stubs"
     assert (stubs / f"{name}.pyi").read_text(encoding="utf-8") == stub_source(default_registry().schema(name))
     assert f"{name} as {name}" in (stubs / "__init__.pyi").read_text(encoding="utf-8")
 

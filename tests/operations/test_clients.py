@@ -10,7 +10,7 @@ import msgspec
 import pytest
 
 from cxbridge.operations.table import operations
-from tests.support import module_files, short_path
+from tests.support import module_files, needs_plugin, short_path
 
 ASKING = {"ask_daemon": 1, "request": 1, "_ask": 0}
 """Functions that ask for an operation, and which of their arguments is its name."""
@@ -74,6 +74,7 @@ def test_requests_are_as_the_table_has_them(file):
     assert wrong == []
 
 
+@needs_plugin("studio")
 def test_the_command_line_and_the_monitor_are_among_the_clients():
     names = set(map(short_path, clients()))
     assert {

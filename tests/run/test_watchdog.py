@@ -27,6 +27,7 @@ from cxbridge.run.watchdog import Stall, Watchdog
 from tests.daemon.test_daemon import WAIT_S, connected, running, start
 from tests.run.mini import write_scenario, write_skill_space
 from tests.skiller.rig import Rig
+from tests.support import needs_plugin
 
 SPIN = """
 (defrule arm (executive-initialized) (time ? ?) (not (go)) => (assert (go)))
@@ -205,6 +206,7 @@ def fetch(url, method="GET"):
         return error.code, json.load(error)
 
 
+@needs_plugin("web")
 def test_the_rest_api_answers_while_a_rule_does_not_end(tmp_path):
     with spinning(tmp_path, **{"web/port": 0}) as (daemon, _, outcome), connected(daemon) as board:
         api = next(url for url in daemon.endpoints if url.startswith("http")).rstrip("/") + "/api/cxbridge"

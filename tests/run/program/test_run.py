@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import cxbridge as cx
-from tests.support import ROOT
+from tests.support import ROOT, needs_plugin
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
 
@@ -65,6 +65,7 @@ def test_it_prints_the_goals_and_the_result(run):
     assert repr(run) == f"<Run test-scenario: status 0, {len(run.goals)} goals>"
 
 
+@needs_plugin("studio")
 def test_it_says_why(run):
     assert "ALWAYS-REJECT" in run.why("ALWAYS-REJECT")
 
@@ -76,6 +77,7 @@ def test_it_has_the_log(run):
     assert len(run.log("D")) > len(run.log()) > len(run.log("W"))
 
 
+@needs_plugin("web")
 def test_it_is_a_page_in_a_notebook_and_in_a_file(run, tmp_path):
     page = run.write_report(tmp_path / "run.html").read_text()
     assert "TESTGOAL-PARENT" in page

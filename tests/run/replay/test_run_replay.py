@@ -22,6 +22,7 @@ from cxbridge.events import (
     PlannerCall,
     SkillStatus,
 )
+from cxbridge.resources import shipped_dir
 from cxbridge.run import RunOptions, RunResult, run_scenario
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
@@ -434,7 +435,7 @@ def test_a_recording_does_not_choose_what_runs(mini: Path) -> None:
 
 
 def test_the_scenarios_that_come_with_cxbridge_need_no_name(tmp_path: Path) -> None:
-    shipped = SCENARIOS / "test-scenario"
+    shipped = shipped_dir("scenarios") / "test-scenario"
     run_scenario(RunOptions(scenario=shipped, trace=tmp_path / "run.mcap"))
     assert run_scenario(RunOptions(replay=(tmp_path / "run.mcap",))).status == 0
 
