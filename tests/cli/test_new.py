@@ -15,7 +15,7 @@ from cxbridge.cli.main import invoke
 from tests.docs.pages import blocks
 from tests.docs.test_samples import PART, write
 from tests.forked import IGNORED, nursery
-from tests.support import FAWKES_DIR, ROOT, ROS2CX_DIR, needs_fawkes, needs_ros2cx
+from tests.support import FAWKES_DIR, ROOT, ROS2CX_DIR, needs_fawkes, needs_plugin, needs_ros2cx
 
 
 @pytest.fixture(autouse=True)
@@ -48,6 +48,7 @@ def launches(project: Path) -> None:
         make_target(launch)
 
 
+@needs_plugin("studio")
 def test_the_agent_of_the_tutorial_runs_passes_and_has_no_mistake(here, capsys):
     assert invoke(["new", "my-robot"]) == 0
     made = capsys.readouterr().out.splitlines()
@@ -173,7 +174,7 @@ def test_a_folder_with_other_files_is_taken(here):
         (["x", "--from-fawkes", "test", "--from-ros2cx", "."], "cannot go together"),
         (["x", "--from-fawkes", "test"], "needs a checkout"),
         (["x", "--from-fawkes", "test", "--fawkes-dir", "nowhere"], "no such folder"),
-        (["x", "--from-ros2cx", "nowhere"], "no such folder"),
+        pytest.param(["x", "--from-ros2cx", "nowhere"], "no such folder", marks=needs_plugin("ros2cx")),
     ],
 )
 def test_a_mistake_makes_nothing(arguments, message, here, capsys, monkeypatch):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Iterator
+from importlib.util import find_spec
 from types import SimpleNamespace
 from typing import Any
 
@@ -171,8 +172,7 @@ def _served(tmp_path_factory: pytest.TempPathFactory) -> Iterator[tuple[Any, lis
     settings: Any = (
         ("fawkes/enable", False),
         ("zmq/endpoints", [f"ipc://{folder}/bb"]),
-        ("web/enable", True),
-        ("web/port", 0),
+        *((("web/enable", True), ("web/port", 0)) if find_spec("cxbridge_web") else ()),
     )
     with running(config=write_scenario(folder / "mini"), settings=settings) as (daemon, lines, _):
         yield daemon, lines

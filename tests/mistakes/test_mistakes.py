@@ -12,12 +12,37 @@ from tests.forked import Nursery, nursery
 from tests.mistakes.making import run_seconds, tell
 from tests.mistakes.table import MISTAKES, WITHOUT_LINE
 from tests.mistakes.table.mistake import BAD_INPUT, DAEMON, RUN, Mistake
+from tests.support import needs_plugin
 
 MOST_SECONDS: Final = 2.0
 """Of the run's clock, until nothing can happen any more."""
 
+TOLD_BY_CHECKS: Final = {
+    "a parenthesis is missing",
+    "a parenthesis is missing at the end of the file",
+    "a string never closes",
+    "the arrow is missing",
+    "a rule has no name",
+    "a deftemplate is misspelt in a condition",
+    "a deftemplate is misspelt in assert",
+    "a variable is misspelt",
+    "a defglobal is not defined",
+    "a goal mode is misspelt in a condition",
+    "a type of a slot is misspelt",
+    "the file is named wrongly",
+}
+"""The mistakes of CLIPS and PDDL in whose lines the studio's checks say more than the core."""
+
 ROWS: Final = [
-    pytest.param(each, id=f"{kind}: {each.name}") for kind, mistakes in MISTAKES.items() for each in mistakes
+    pytest.param(
+        each,
+        id=f"{kind}: {each.name}",
+        marks=[needs_plugin("studio")]
+        if kind in ("CLIPS", "PDDL", "daemon") and each.name in TOLD_BY_CHECKS
+        else [],
+    )
+    for kind, mistakes in MISTAKES.items()
+    for each in mistakes
 ]
 MOST_WITHOUT_LINE: Final = 15
 """It only becomes less."""
