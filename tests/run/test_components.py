@@ -73,14 +73,14 @@ def test_it_is_gone_with_its_package():
     [
         (("broken", "nowhere:Nothing"), "ModuleNotFoundError"),
         (("broken", "greeter.component:Hook"), "is not a subclass"),
-        (("web", "greeter.component:Heartbeat"), None),
+        (("zmq", "greeter.component:Heartbeat"), None),
         (("blackboard", "greeter.component:Heartbeat"), "two components are called 'blackboard'"),
     ],
 )
 def test_a_component_that_cannot_be_used_is_an_error_at_the_start(plugin, row, message):
     plugin(row)
     if message is None:  # the name of a component that this daemon does not have
-        assert "web" in components(Daemon(DaemonOptions(settings=SILENT)))
+        assert "zmq" in components(Daemon(DaemonOptions(settings=SILENT)))
         return
     with pytest.raises(PluginError, match=message):
         Daemon(DaemonOptions(settings=SILENT))

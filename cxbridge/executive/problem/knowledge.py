@@ -36,6 +36,11 @@ _NAME: Final = re.compile(r"\w[\w.:+-]*")
 _ZERO: Final = Constant("0")
 
 
+def _refuse(mistake: PddlError) -> None:
+    """Refuse a problem for a mistake that planners tolerate: clients of experts get the reason."""
+    raise mistake
+
+
 class Knowledge(ABC):
     """Where instances, predicates, functions and the goal are kept."""
 
@@ -301,7 +306,7 @@ class ProblemExpert:
         :raises PddlError: when it is none of the domain, or an instance is there with another type; nothing
             is added then.
         """
-        problem = parse_problem(text, self.domain)
+        problem = parse_problem(text, self.domain, warn=_refuse)
         objects = dict(pairs_of(problem.objects))
         for name, kind in objects.items():
             there = self.instances.get(name)

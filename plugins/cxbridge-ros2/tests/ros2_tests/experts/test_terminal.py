@@ -82,7 +82,6 @@ REFUSED = {
     "get model predicate flies": "Predicate not found",
     "get model function speed": "Function not found",
     "get model action fly": "Action not found",
-    "get plan": "Plan not found",  # no planner here takes durative actions
     "set instance x boat": "no such type",
     "set predicate (flies r2)": "Unknown predicate",
     "set function (= (speed r2) 1)": "Unknown function",
