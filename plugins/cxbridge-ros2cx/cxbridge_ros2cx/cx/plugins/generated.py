@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge_ros2cx.cx.plugin import NodeContext
 
 CLASS: Final = re.compile(r"cx::CX(\w+)Plugin")
-_UPPER: Final = re.compile(r"([A-Z]+)([A-Z][a-z])")
+_UPPER: Final = re.compile(r"([A-Z])(?=[A-Z][a-z])")
 _WORD: Final = re.compile(r"([a-z0-9])([A-Z])")
 
 
@@ -31,7 +31,7 @@ def class_name(kind: TypeName) -> str:
 
 def prefix_of(kind: TypeName) -> str:
     """Return how the functions and templates for a type begin: ``std-msgs-string-``."""
-    parted = _WORD.sub(r"\1-\2", _UPPER.sub(r"\1-\2", _camel(kind)))
+    parted = _WORD.sub(r"\1-\2", _UPPER.sub(r"\1-", _camel(kind)))
     return f"{parted.lower()}-"
 
 
