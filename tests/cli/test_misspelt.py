@@ -21,7 +21,7 @@ pytestmark = needs_all_plugins
 NO_NAMES = {
     "FILE", "DIR", "URL", "PORT", "[PORT]", "HOST", "ADDRESS", "N", "TEXT", "SECONDS|end", "OUT", "PATH", "A",
     "B...", "RUN", "[RUN]", "RUN...", "CONFIG", "OUT.html", "OUT.json", "FILE...", "DOMAIN", "PROBLEM",
-    "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS",
+    "PLAN", "(FACT)", "NUMBER...", "INDEX", "INDEX...", "KEY=VALUE", "K", "ACTION=CLASS",
     "virtual|real|scaled:N|ros2",
     "off|on|FILE.wav|DIR/",
 }  # fmt: skip
