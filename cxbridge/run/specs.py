@@ -6,12 +6,12 @@ stage, and the agent waits forever. Here a wrong type is an error with its place
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from cxbridge.config import ConfigType, Configuration, ConfigValue
 from cxbridge.errors import ConfigError
-from cxbridge.file_access import is_readable_file
+from cxbridge.file_access import ABSENT, why_unreadable
 from cxbridge.plugins import package_hint
 from cxbridge.suggestions import did_you_mean, nearest
 
@@ -162,12 +162,24 @@ def check_files(config: Configuration, spec: str, folders: Sequence[Path]) -> li
             names = [one, *names]
         for name in names:
             file = name.rpartition("|")[2]  # BATCH|FILE
-            if not any(is_readable_file(folder / file) for folder in folders):
+            reasons = {folder / file: why_unreadable(folder / file) for folder in folders}
+            if all(reasons.values()):
                 place = config.get(path + ("/file" if name == one else "/files"))
-                missing.append(
-                    _error(f"{stage} loads {file}, which no folder has", place, _meant(file, folders))
-                )
+                missing.append(_missing_file(stage, file, reasons, place, folders))
     return missing
+
+
+def _missing_file(
+    stage: str, file: str, reasons: Mapping[Path, str], place: ConfigValue, folders: Sequence[Path]
+) -> ConfigError:
+    """Return the error for a file that a spec loads: why the file cannot be read, or that no folder has it.
+
+    :param reasons: why the file cannot be read in each folder.
+    """
+    there = next((path for path, reason in reasons.items() if reason != ABSENT), None)
+    if there is not None:
+        return _error(f"{stage} loads {file}: {there} {reasons[there]}", place, None)
+    return _error(f"{stage} loads {file}, which no folder has", place, _meant(file, folders))
 
 
 def _meant(file: str, folders: Sequence[Path]) -> str | None:

@@ -74,7 +74,10 @@ def _head(path: Path) -> bytes:
     """Return the start of a file, nothing for a folder."""
     mode = path.stat().st_mode
     if stat.S_ISDIR(mode):
-        os.scandir(path).close()  # whether it can be read
+        with os.scandir(path) as entries:  # raises when the folder may not be read, or not be searched
+            for entry in entries:
+                entry.stat(follow_symlinks=False)
+                break
         return b""
     if not stat.S_ISREG(mode):
         raise TraceError("this is neither a file nor a folder", file=path, hint="copy it into a file first")
