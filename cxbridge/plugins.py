@@ -194,8 +194,8 @@ class Table(Generic[T]):
         try:
             loaded: T = resolve_name(row.target)
         except Exception as error:
-            if not row.origin:
-                absent = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
+            absent = missing_package(error) if isinstance(error, ModuleNotFoundError) else None
+            if absent is not None or not row.origin:
                 raise absent or error from None
             reason = f"{type(error).__name__}: {error}"
             raise PluginError(f"{thing} cannot be loaded: {reason}", hint=_hint(row.origin)) from error

@@ -233,7 +233,7 @@ NO_LOOKS = {
         *("run", "daemon start", "explore", "sweep", "game", "dap", "plan", "gateway"),
         *("skill executor", "skill board", "trace record", "trace replay", "ros2 terminal"),
     ),
-    "asks a daemon, or a blackboard": ("daemon", "env", "bb", "skill"),
+    "asks a daemon, or a blackboard": ("daemon", "env", "bb", "skill", "mcp"),
     "has no program to look at": ("new", "interface", "ros2 package", "doctor", "keys"),
 }
 """All other commands, or their groups."""

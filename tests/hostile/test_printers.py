@@ -242,8 +242,9 @@ DRIVEN: dict[tuple[str, ...], list[tuple[str, ...]]] = {
     ("plan",): [("{text}", "{text}"), ("--list-planners",)],
     ("check",): [("{scenario}",), ("{scenario}", "--json"), ("{text}",)],
     ("format",): [("{text}",), ("{definition}",)],
-    ("lsp",): [],  # these two speak a protocol on stdout
+    ("lsp",): [],  # these three speak a protocol on stdout
     ("dap",): [],
+    ("mcp",): [],
     ("view",): [("{text}",)],  # what is there, it serves until Ctrl-C
     ("doctor",): [(), ("--json",)],
     ("gateway",): [("{text}", "{text}")],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 from subprocess import DEVNULL, PIPE
 from typing import Final
 
@@ -11,6 +10,7 @@ import anyio
 from anyio.abc import ByteReceiveStream, Process
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.process.python import python_command
 
 _CLEANING_UP_S: Final = 5.0
 _SOME: Final = 1 << 20
@@ -30,7 +30,7 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
     :param patience_s: seconds of real time that the command may take.
     :raises CxbridgeError: when the command could not do it, or takes longer; in the words of the command.
     """
-    command = [sys.executable, "-m", "cxbridge", *arguments]
+    command = python_command("-m", "cxbridge", *arguments)
     environment = os.environ | {"NO_COLOR": "1"}
     async with await anyio.open_process(
         command, stdin=DEVNULL, stdout=PIPE, stderr=PIPE, env=environment

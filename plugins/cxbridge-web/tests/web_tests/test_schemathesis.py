@@ -9,7 +9,7 @@ import sys
 
 import pytest
 
-from tests.support import ROOT
+from tests.support import ROOT, TEST_FOLDERS
 from web_tests.support import serving
 
 CHECKS = (
@@ -50,7 +50,11 @@ def test_the_api_keeps_to_its_description():
             timeout=LIMIT_S,
             check=False,
             cwd=ROOT,
-            env={**os.environ, "SCHEMATHESIS_HOOKS": "web_tests.schemathesis_hooks"},
+            env={
+                **os.environ,
+                "PYTHONPATH": os.pathsep.join(TEST_FOLDERS),
+                "SCHEMATHESIS_HOOKS": "web_tests.schemathesis_hooks",
+            },
         )
         assert done.returncode == 0, done.stdout[done.stdout.find("FAILURES") :][:6000] + done.stderr[-2000:]
         assert f" {operations} passed" in done.stdout, done.stdout[-3000:]

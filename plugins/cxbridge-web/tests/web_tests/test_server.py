@@ -163,8 +163,8 @@ def test_settings_that_are_not_safe_or_make_no_sense(text, message):
 
 
 def test_without_the_tree_there_is_no_server_and_nothing_of_it_is_imported():
-    assert settings("a: 1\n").web is None
-    made = settings("cxbridge: {web: {port: 1}}\n").web
+    assert "web" not in settings("a: 1\n").sections
+    made = settings("cxbridge: {web: {port: 1}}\n").sections["web"]
     assert made is not None
     assert (made.host, made.port) == ("127.0.0.1", 1)
 
