@@ -93,14 +93,13 @@ class SourceTree:
 
     @cached_property
     def path(self) -> Path:
-        """The prefix, which is the same folder in each run."""
+        """The prefix: the same folder in each run, or a folder of this run where no cache can be written."""
         base = os.environ.get("XDG_CACHE_HOME") or "~/.cache"
         name = hashlib.sha256(str(self.root).encode("utf-8", "surrogateescape")).hexdigest()[:12]
-        for folder in (Path(base).expanduser(), Path(tempfile.gettempdir()) / f"cxbridge-{os.getuid()}"):
-            path = folder / "cxbridge" / "ros2cx" / name
-            with suppress(OSError):
-                path.mkdir(parents=True, exist_ok=True)
-                return path
+        path = Path(base).expanduser() / "cxbridge" / "ros2cx" / name
+        with suppress(OSError):
+            path.mkdir(parents=True, exist_ok=True)
+            return path
         return Path(tempfile.mkdtemp(prefix="cxbridge-ros2cx-"))
 
     @cached_property

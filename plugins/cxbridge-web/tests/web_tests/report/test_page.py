@@ -144,6 +144,7 @@ DRIVER = """
   await drawn(); press(rows, "Home"); await drawn();
   told.home = rows.querySelector("[aria-selected=true]").innerText.trim();
   press(rows, "End", "ArrowUp"); await drawn();
+  for (let i = 0; i < 200 && !document.querySelector(".tl-detail h3"); i++) await drawn();
   told.chosen = timeline.path; told.detail = document.querySelector(".tl-detail h3").textContent;
   press(rows, "ArrowUp", "ArrowUp"); await drawn();
   press(rows, "ArrowLeft"); await drawn(); told.closed = count();
