@@ -185,4 +185,4 @@ def make_clock(spec: str) -> Clock:
             return ScaledClock(float(factor))
         except ValueError:
             pass
-    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real, scaled:N (e.g. scaled:10), or ros2")
+    raise ConfigError(f"unknown clock '{spec}'", hint="use virtual, real, or scaled:N (e.g. scaled:10)")

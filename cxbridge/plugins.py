@@ -182,7 +182,7 @@ class Table(Generic[T]):
         if found is not None:
             return found
         thing, names = self.hook.lower().removesuffix("s"), [row.name for row in self.rows]
-        hint = did_you_mean(name, names, f"known: {', '.join(names)}")
+        hint = package_hint(name) or did_you_mean(name, names, f"known: {', '.join(names)}")
         raise PluginError(f"there is no {thing} '{name}'", hint=hint)
 
     def load(self, row: Row) -> T:
@@ -229,10 +229,31 @@ def two_of_a_name(hook: str, first: Row, second: Row) -> PluginError:
     )
 
 
+@lru_cache(maxsize=1)
+def known_packages() -> Mapping[str, str]:
+    """Return the known packages of plug-ins, by the names of their rows, options and sections."""
+    known: dict[str, str] = json.loads(
+        Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8")
+    )
+    return MappingProxyType(known)
+
+
 def package_with(name: str) -> str:
-    """Return the known package of plug-ins that has a command or an option; empty when none has."""
-    known = json.loads(Path(__file__).with_name("known_plugins.json").read_text(encoding="utf-8"))
-    return str(known.get(name, ""))
+    """Return the known package of plug-ins that has a row, an option or a section; empty when none has."""
+    return known_packages().get(name, "")
+
+
+def sections_without_package(has_section: Callable[[str], object]) -> list[str]:
+    """Return a warning for each section of a configuration that belongs to a package which is not installed.
+
+    :param has_section: whether the configuration has the section of a path.
+    """
+    installed = {plugin.package.partition(" ")[0] for plugin in installed_plugins()}
+    return [
+        f"the section {path} of the configuration is not used: {package_hint(path)}"
+        for path, package in known_packages().items()
+        if path.startswith("/") and package not in installed and has_section(path)
+    ]
 
 
 def is_installed(target: str) -> bool:
@@ -252,7 +273,7 @@ def installed_plugins() -> tuple[Plugin, ...]:
 
 
 def package_hint(name: str) -> str:
-    """Return how to install the package that has a command, an option, a feature or a member of a test.
+    """Return how to install the package that has a row, an option or a section of a configuration.
 
     Empty when no known package has it.
     """

@@ -10,6 +10,7 @@ import os
 import subprocess
 import sys
 from pkgutil import resolve_name
+from typing import get_type_hints
 
 import pytest
 
@@ -21,7 +22,7 @@ from cxbridge.config import Configuration
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
-from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module
+from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module, known_packages
 from cxbridge.run import Assembly, RunOptions, run_scenario
 from cxbridge.run.agent_context import clock_of
 from cxbridge.run.explainers import with_explanations
@@ -34,7 +35,7 @@ from tests.blackboard.samples import SampleRegistry
 from tests.daemon.test_daemon import running
 from tests.plugins import example, forget, install
 from tests.run.mini import AGENT, write_scenario
-from tests.support import ROOT
+from tests.support import ROOT, needs_all_plugins
 
 
 @pytest.fixture
@@ -323,3 +324,72 @@ def test_its_view(greeter, tmp_path):
     (tmp_path / "run").write_bytes(b"HELLO")
     view = VIEWS.load(VIEWS.find("greeting"))
     assert view(open_run(tmp_path / "run")) == "<h1>Hello run</h1>"
+
+
+def names_of(plugin):
+    """Yield the names by which a user asks for a plug-in: commands, options, features, formats, sections ..."""
+    for hook, rows in plugin.rows.items():
+        for row in rows:
+            if hook in {"CLOCKS", "FEATURES", "MEMBERS", "SETTINGS", "VIEWS"}:
+                yield row.name
+            elif hook == "COMMANDS":
+                yield row.name.rpartition(" ")[2]
+            elif hook == "OPTIONS":
+                hints = get_type_hints(resolve_name(row.target), include_extras=True)
+                for name, hint in hints.items():
+                    options = [
+                        each for each in getattr(hint, "__metadata__", ()) if hasattr(each, "param_decls")
+                    ]
+                    for option in options:
+                        said = (option.default, *(option.param_decls or ()), f"--{name.replace('_', '-')}")
+                        yield next(text for text in said if str(text).startswith("--"))
+            elif hook == "FORMATS":
+                yield from (copy.name for copy in getattr(resolve_name(row.target), "COPIES", ()))
+            if hook == "SETTINGS":
+                yield resolve_name(row.target).SECTION
+
+
+@needs_all_plugins
+def test_each_name_of_a_plug_in_of_the_repository_is_known():
+    """Without the plug-in, its names lead to the package."""
+    own = [plugin for plugin in installed_plugins() if plugin.package.startswith("cxbridge-")]
+    wanted = {name: plugin.package.partition(" ")[0] for plugin in own for name in names_of(plugin)}
+    assert {name: known_packages().get(name) for name in wanted} == wanted
+
+
+@pytest.mark.parametrize(
+    ("arguments", "package"),
+    [
+        (["run", "SCENARIO", "--web"], "cxbridge-web"),
+        (["view", "run.mcap"], "cxbridge-web"),
+        (["run", "SCENARIO", "--clock", "ros2"], "cxbridge-ros2"),
+        (["trace", "convert", "RUN", "out.mcap", "--to", "rosbag"], "cxbridge-ros2"),
+        (["run", "ROS2"], "cxbridge-ros2"),
+        (["daemon", "start", "WEB"], "cxbridge-web"),
+    ],
+)
+def test_what_belongs_to_an_absent_plug_in_names_its_package(
+    arguments, package, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
+        monkeypatch.delitem(sys.modules, module)
+    monkeypatch.setattr("cxbridge.run.context.installed_plugins", tuple)
+    scenario = write_scenario(tmp_path / "s")
+    ros2, web = (write_scenario(tmp_path / name) for name in ("ros2", "web"))
+    for folder, text in ((ros2, "ros2: {interfaces: {a: b}}\n"), (web, "cxbridge: {web: {port: 1}}\n")):
+        with (folder / "scenario.yaml").open("a") as file:
+            file.write(text)
+    run = tmp_path / "run.txt"
+    run.write_text("")
+    places = {"SCENARIO": scenario, "ROS2": ros2, "WEB": web, "RUN": run}
+    status = invoke([str(places.get(each, each)) for each in arguments])
+    assert status == (0 if arguments[-1] == "ROS2" else 2)
+    assert f"belongs to the plug-in {package}: " in capsys.readouterr().err
+
+
+def test_a_report_without_the_plug_in_names_its_package(monkeypatch):
+    monkeypatch.setattr(plugins, "installed_plugins", tuple)
+    with pytest.raises(PluginError, match="there is no view 'report'") as caught:
+        VIEWS.find("report")
+    assert "cxbridge-web" in str(caught.value.hint)

@@ -11,6 +11,7 @@ from cxbridge.config import Configuration
 from cxbridge.daemon.lifecycle import Policy
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, is_loopback, is_private
+from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
@@ -228,5 +229,6 @@ def _refuse_unknown(config: Configuration) -> None:
                 f"a daemon knows no {value.path}",
                 file=value.file or None,
                 line=value.line or None,
-                hint=did_you_mean(name, known, f"it knows: {', '.join(sorted(known))}"),
+                hint=package_hint(name.partition("/")[0])
+                or did_you_mean(name, known, f"it knows: {', '.join(sorted(known))}"),
             )

@@ -14,7 +14,7 @@ from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.mainloop import MainLoop
-from cxbridge.plugins import Table
+from cxbridge.plugins import Table, package_hint
 from cxbridge.run.options import RunOptions
 from cxbridge.run.rate import make_main_loop
 from cxbridge.run.source import source_of
@@ -69,7 +69,11 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     :raises CxbridgeError: when the name is none of these, or the configuration makes no sense.
     """
     row = next((row for row in CLOCKS.rows if row.name == name), None)
-    return make_clock(name) if row is None else CLOCKS.load(row)(config, folder)
+    if row is not None:
+        return CLOCKS.load(row)(config, folder)
+    if hint := package_hint(name):
+        raise ConfigError(f"unknown clock '{name}'", hint=hint)
+    return make_clock(name)
 
 
 def make_agent_context(

@@ -17,7 +17,7 @@ from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
-from cxbridge.plugins import installed_plugins
+from cxbridge.plugins import installed_plugins, sections_without_package
 from cxbridge.rights import Rights
 from cxbridge.run.agent_context import AgentContext
 from cxbridge.run.options import RunOptions
@@ -146,7 +146,8 @@ class RunContext:
         if mistaken and not source.is_lenient:
             raise mistaken[0]
         broken = [str(plugin.error) for plugin in installed_plugins() if plugin.error is not None]
-        warnings = [*broken, *map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
+        unused = sections_without_package(config.keys)
+        warnings = [*broken, *unused, *map(str, config.warnings), *(check_spec(config, spec) if spec else ())]
         known = "\n".join(warnings)
         warnings += [str(each) for each in mistaken if each.location not in known]
         paths = source.find_paths(config, agent.config_file)

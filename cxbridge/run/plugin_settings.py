@@ -15,6 +15,9 @@ class PluginSettings:
     KEYS: ClassVar[tuple[str, ...]] = ()
     """The keys below ``cxbridge`` that a daemon accepts, as in ``web/port``."""
 
+    SECTION: ClassVar[str] = ""
+    """The section of the configuration that has the settings, as in ``/cxbridge/web``."""
+
     in_runs: ClassVar[bool] = False
     """Whether runs have servers with these settings, too, not only daemons."""
 

@@ -77,10 +77,9 @@ def needed_components(context: RunContext, *daemon: Row, replayed: bool = False)
     others = [
         row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
     ]
-    wanted = [row for row in others if row.needed(context)]
-    early = [row for row in wanted if row.early(context)]
-    late = [row for row in (*wanted, executive) if row not in early and row.needed(context)]
-    needed = [*(row for row in daemon if row.needed(context)), *early, *late]
+    wanted = [row for row in (*others, executive) if row.needed(context)]
+    wanted.sort(key=lambda row: not row.early(context))
+    needed = [*(row for row in daemon if row.needed(context)), *wanted]
     for first, second in combinations(needed, 2):
         if first.name == second.name:
             raise two_of_a_name(COMPONENTS.hook, first, second)

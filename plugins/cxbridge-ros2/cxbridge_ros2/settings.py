@@ -15,6 +15,7 @@ class NodesSettings(PluginSettings):
     :param is_local: whether the nodes are for this machine only.
     """
 
+    SECTION: ClassVar[str] = "/ros2"
     in_runs: ClassVar[bool] = True
 
     def __init__(self, *, is_local: bool) -> None:
@@ -23,7 +24,7 @@ class NodesSettings(PluginSettings):
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
         """Return the settings; None for a configuration without nodes."""
-        return cls(is_local=nodes_stay_here(config)) if config.keys("/ros2") else None
+        return cls(is_local=nodes_stay_here(config)) if config.keys(cls.SECTION) else None
 
     @property
     def is_local(self) -> bool:

@@ -118,9 +118,10 @@ class WebOptions(BrowserOptions, WatchOptions):
 
     def check(self, options: RunOptions) -> None:
         """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
-        if self.is_on:
+        if self.web is not None:
             _refuse_replay("--web", options)
-        assert self.port is None or self.port >= 0
+        if self.web:
+            _port("--web", self.web)
 
     def server_settings(self) -> WebSettings:
         """Return the settings of a server on this machine."""
@@ -178,9 +179,10 @@ class FoxgloveOptions(WatchOptions):
 
     def check(self, options: RunOptions) -> None:
         """Raise :class:`CxbridgeError` when the port is not a port, or the run is a replay."""
-        if self.is_on:
+        if self.foxglove is not None:
             _refuse_replay("--foxglove", options)
-        assert self.port >= 0
+        if self.foxglove:
+            _port("--foxglove", self.foxglove)
 
     def servers(self) -> Sequence[RunServer]:
         """Return the server of a run for Foxglove."""

@@ -15,8 +15,6 @@ from cxbridge_web.tls import check_pair
 DEFAULT_PORT: Final = 8088
 """That of Fawkes' webview."""
 
-_TREE: Final = "/cxbridge/web"
-
 LEAST_TOKEN: Final = 16
 """Characters of a token that are too many to guess."""
 
@@ -32,6 +30,7 @@ class WebSettings(PluginSettings):
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 
+    SECTION: ClassVar[str] = "/cxbridge/web"
     KEYS: ClassVar[tuple[str, ...]] = (
         "web/allow-origins",
         "web/enable",
@@ -54,16 +53,16 @@ class WebSettings(PluginSettings):
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
         """Return the settings below ``cxbridge/web``; None without them, or with ``enable: false``."""
-        if not config.get_bool(f"{_TREE}/enable", default=bool(config.keys(_TREE))):
+        if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(
-            host=config.get_str(f"{_TREE}/host", default=LOOPBACK),
-            port=config.get_uint(f"{_TREE}/port", default=DEFAULT_PORT),
-            token=config.get_str(f"{_TREE}/token", default=""),
-            tls_cert=config.get_file(f"{_TREE}/tls-cert"),
-            tls_key=config.get_file(f"{_TREE}/tls-key"),
-            allow_origins=tuple(config.get_strings(f"{_TREE}/allow-origins", default=[])),
-            exact=config.get_bool(f"{_TREE}/exact", default=False),
+            host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
+            port=config.get_uint(f"{cls.SECTION}/port", default=DEFAULT_PORT),
+            token=config.get_str(f"{cls.SECTION}/token", default=""),
+            tls_cert=config.get_file(f"{cls.SECTION}/tls-cert"),
+            tls_key=config.get_file(f"{cls.SECTION}/tls-key"),
+            allow_origins=tuple(config.get_strings(f"{cls.SECTION}/allow-origins", default=[])),
+            exact=config.get_bool(f"{cls.SECTION}/exact", default=False),
         )
         settings.check()
         return settings

@@ -7,7 +7,7 @@ import typer
 from cxbridge.cli.discovery import group_of_commands, rows_of_group
 
 _ORDER = (
-    *("diff", "extract", "record", "repair", "replay", "timeline"),
+    *("diff", "extract", "record", "repair", "replay"),
     *("transitions", "rules", "exchange", "info", "cat", "convert"),
 )
 

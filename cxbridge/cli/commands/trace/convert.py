@@ -9,6 +9,8 @@ import typer
 
 from cxbridge.cli.connect import InterfaceDirs
 from cxbridge.cli.recordings import RunPath, definitions, print_notes
+from cxbridge.errors import CxbridgeError
+from cxbridge.plugins import package_hint
 
 
 def convert(
@@ -29,6 +31,8 @@ def convert(
     from cxbridge.trace.formats.registry import copy_formats, open_run
 
     if to not in (known := copy_formats()):
+        if hint := package_hint(to):
+            raise CxbridgeError(f"--to cannot be '{to}'", hint=hint)
         raise typer.BadParameter(f"'{to}' is none of {', '.join(known)}", param_hint="--to")
     run = open_run(file, definitions(interface_dir))
     if output.exists() and output.samefile(file):

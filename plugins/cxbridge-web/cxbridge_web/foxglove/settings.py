@@ -10,8 +10,6 @@ from cxbridge.listening import LOOPBACK, check_place, is_loopback
 from cxbridge.run.plugin_settings import PluginSettings
 from cxbridge_web.options import FOXGLOVE_PORT
 
-_TREE: Final = "/cxbridge/foxglove"
-
 PAGES: Final = ("https://app.foxglove.dev", "file://")
 """The origins of Foxglove in a browser, and of Foxglove as a program."""
 
@@ -25,6 +23,7 @@ class FoxgloveSettings(PluginSettings):
     :param insecure: listen beyond this machine: the protocol has neither passwords nor encryption.
     """
 
+    SECTION: ClassVar[str] = "/cxbridge/foxglove"
     KEYS: ClassVar[tuple[str, ...]] = (
         "foxglove/allow-origins",
         "foxglove/enable",
@@ -41,13 +40,13 @@ class FoxgloveSettings(PluginSettings):
     @classmethod
     def read(cls, config: Configuration) -> Self | None:
         """Return the settings below ``cxbridge/foxglove``; None without them, or with ``enable: false``."""
-        if not config.get_bool(f"{_TREE}/enable", default=bool(config.keys(_TREE))):
+        if not config.get_bool(f"{cls.SECTION}/enable", default=bool(config.keys(cls.SECTION))):
             return None
         settings = cls(
-            host=config.get_str(f"{_TREE}/host", default=LOOPBACK),
-            port=config.get_uint(f"{_TREE}/port", default=FOXGLOVE_PORT),
-            allow_origins=tuple(config.get_strings(f"{_TREE}/allow-origins", default=list(PAGES))),
-            insecure=config.get_bool(f"{_TREE}/insecure", default=False),
+            host=config.get_str(f"{cls.SECTION}/host", default=LOOPBACK),
+            port=config.get_uint(f"{cls.SECTION}/port", default=FOXGLOVE_PORT),
+            allow_origins=tuple(config.get_strings(f"{cls.SECTION}/allow-origins", default=list(PAGES))),
+            insecure=config.get_bool(f"{cls.SECTION}/insecure", default=False),
         )
         settings.check()
         return settings
