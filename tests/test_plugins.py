@@ -327,7 +327,7 @@ def test_its_view(greeter, tmp_path):
 
 
 def names_of(plugin):
-    """Yield the names by which a user asks for a plug-in: commands, options, features, formats, sections ..."""
+    """Yield the names by which a user asks for a plug-in: commands, options, features, formats, sections."""
     for hook, rows in plugin.rows.items():
         for row in rows:
             if hook in {"CLOCKS", "FEATURES", "MEMBERS", "SETTINGS", "VIEWS"}:

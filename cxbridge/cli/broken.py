@@ -1,4 +1,4 @@
-"""A broken agent on the command line: the explainers add what they find."""
+"""A broken agent on the command line: the explainers add their findings."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 @contextmanager
 def in_words_of_check(options: RunOptions) -> Iterator[None]:
-    """Add to a :class:`BrokenAgentError` what explainers find: the word that is wrong, and what was meant.
+    """Add the findings of explainers to a :class:`BrokenAgentError`: the wrong word, the likely right one.
 
     :param options: of the run.
     :raises BrokenAgentError: when one was raised.

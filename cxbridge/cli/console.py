@@ -142,7 +142,7 @@ class ConsoleLog:
             self._print(*line)
 
     def show_info(self) -> None:
-        """Print what is for everybody, too, unless quiet."""
+        """Print lines of the level INFO, too, unless quiet."""
         if not self._quiet:
             self._shown.add(Level.INFO)
 

@@ -140,7 +140,7 @@ def _changes(moment: PlanMoment) -> str:
 
 def _serves(found: Sequence[Service], actions: Sequence[PlannedAction]) -> str:
     if not found:
-        return "nothing needs what it changes"
+        return "no step and no goal needs its effects"
     by_step: dict[int, list[str]] = {}
     for service in found:
         by_step.setdefault(service.step, []).append(_fact(service.fact))

@@ -1,4 +1,4 @@
-"""Why a step of a plan is there: the conditions and the goal that need what it makes true."""
+"""Why a step of a plan is there: the conditions and the goal that need its effects."""
 
 from __future__ import annotations
 

@@ -56,7 +56,7 @@ class _PlannerUser(PlanningUser):
         return self._plan(goal_id, formula, planner, timeout)
 
     def plan_part(self, goal_id: str, formula: str, objects: tuple[Value, ...]) -> Value:
-        """Plan with some objects only, and with what is known of them."""
+        """Plan with some objects only, and with the facts about these objects."""
         return self._plan(goal_id, formula, objects=frozenset(map(str, objects)))
 
     def _plan(

@@ -87,7 +87,7 @@ class PlanChecks:
                 del self._watched[plan_id]
 
     def check(self, plan_id: str) -> Value:
-        """Check what is left of a plan, and note in its fact whether it holds."""
+        """Check the remaining actions of a plan, and note in the plan's fact whether the plan holds."""
         watched = self._watched.get(plan_id)
         if watched is None:
             self._warn(f"plan '{plan_id}' is not one that is checked")
