@@ -88,7 +88,7 @@ class RunContext:
     skill_board: BoardSettings | None = None
     skills: SharedSkillBoard = field(default_factory=SharedSkillBoard)
     navgraph: SharedNavGraph = field(default_factory=SharedNavGraph)
-    made: dict[type[Any], Any] = field(default_factory=dict)
+    made: dict[Callable[[RunContext], Any], Any] = field(default_factory=dict)
     pddl_parser: PddlParserFeature = field(default_factory=PddlParserFeature)
     make_planning: Callable[[str], PlanningService] | None = None
     is_look: bool = False
@@ -101,14 +101,14 @@ class RunContext:
         """Whether clients may ask questions while the rules are at work, e.g. on the page of a run."""
         return any(group.is_interactive for group in self.options.more)
 
-    def one_of(self, kind: type[T]) -> T:
-        """Return the object of a class that the parts of a plug-in share; the first call makes the object.
+    def one_of(self, make: Callable[[RunContext], T]) -> T:
+        """Return an object that the parts of a plug-in share; the first call makes the object.
 
-        :param kind: called with the context.
+        :param make: makes the object of a run from its context.
         """
-        if kind not in self.made:
-            self.made[kind] = kind(self)  # type: ignore[call-arg]
-        found: T = self.made[kind]
+        if make not in self.made:
+            self.made[make] = make(self)
+        found: T = self.made[make]
         return found
 
     def section(self, name: str) -> PluginSettings | None:  # noqa: ARG002 - only a daemon has them

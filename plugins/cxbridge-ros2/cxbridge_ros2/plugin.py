@@ -36,7 +36,7 @@ COMPONENTS = (
 )
 FEATURES = (
     Row(
-        "problem-expert", "cxbridge_ros2.shared_experts:problem_expert", requested=configured("/ros2/experts")
+        "problem-expert", "cxbridge_ros2.problem_expert:problem_expert", requested=configured("/ros2/experts")
     ),
 )
 FORMATS = (Row("rosbag", "cxbridge_ros2.bags.formats"),)

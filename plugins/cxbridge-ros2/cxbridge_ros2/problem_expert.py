@@ -12,6 +12,7 @@ from cxbridge.executive.problem.numbers import load_functions
 
 if TYPE_CHECKING:
     from cxbridge.executive.problem.knowledge import ProblemExpert
+    from cxbridge.run.context import RunContext
 
 _FILE: Final = CORE_DIR / "features" / "problem.clp"
 _WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-goal")
@@ -59,3 +60,13 @@ class ProblemExpertFeature(Feature):
 
         domain = domain_of_facts(env, self._domain_of(env))
         return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)
+
+
+def make_problem_expert(context: RunContext) -> ProblemExpertFeature:
+    """Make the feature of a run."""
+    return ProblemExpertFeature(context.pddl_parser.domain_of)
+
+
+def problem_expert(context: RunContext) -> ProblemExpertFeature:
+    """Return the feature that the rules and the servers of experts of a run share."""
+    return context.one_of(make_problem_expert)

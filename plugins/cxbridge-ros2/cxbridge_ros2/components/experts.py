@@ -14,7 +14,7 @@ from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import ExpertServer
 from cxbridge_ros2.experts.settings import TREE, ExpertSettings
-from cxbridge_ros2.shared_experts import problem_expert
+from cxbridge_ros2.problem_expert import problem_expert
 from cxbridge_ros2.trees import placed
 
 if TYPE_CHECKING:
