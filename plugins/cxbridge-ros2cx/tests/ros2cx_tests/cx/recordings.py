@@ -22,9 +22,9 @@ FOLDER: Final = SHARED / "traces" / "ros2cx"
 _PARAMETERS: Final = re.compile(r"^parameters: (?:ros2cx|upstream-2026-06-14)/(\S+)$", re.MULTILINE)
 _NEWER: Final = "upstream/"
 _PREFIX: Final = re.compile(r"\[[^]]*\] \[[^]]*\] \[\w+\] ")
-_PROGRAM: Final = re.compile(r"/opt/ros2cx-real/tests/[\w/.-]+\.clp")
+_PROGRAM: Final = re.compile(r"/[\w/.-]+/tests/[\w/.-]+\.clp")
 _PATH: Final = re.compile(
-    r"/opt/ros2cx-real/(?:overlay|ws2?/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
+    r"/[\w/-]+/(?:overlay|ws2?/install)|/\S*/cxbridge/ros2cx/[0-9a-f]{12}|/\S*/prefix\b"
 )
 
 
