@@ -45,6 +45,26 @@ def domain() -> Iterator[int]:
         yield number
 
 
+@pytest.fixture(autouse=True, scope="session")
+def qos_is_read_by_one_thread() -> Iterator[None]:
+    """Let each Qos that a thread reads without READ_QOS fail: cyclonedds reads them into shared buffers."""
+    with suppress(ImportError), pytest.MonkeyPatch.context() as patch:
+        from cyclonedds.qos import _CQos
+
+        from cxbridge_ros2.transports.dds.domain import READ_QOS
+
+        read = _CQos.cqos_to_qos
+
+        def checked(pointer: object) -> object:
+            assert READ_QOS.locked(), "a Qos is read without READ_QOS"
+            return read(pointer)
+
+        patch.setattr(_CQos, "cqos_to_qos", checked)
+        yield
+        return
+    yield
+
+
 HUBS = os.environ.get("ROS2_HUBS", "")
 """The folder that with_rclcpp was built in."""
 

@@ -22,6 +22,7 @@ from cyclonedds.sub import DataReader
 from msgspec import Struct
 
 from cxbridge_ros2.names import TypeName
+from cxbridge_ros2.transports.dds.domain import READ_QOS
 from cxbridge_ros2.transports.misfits import misfit, why_unserved
 
 if TYPE_CHECKING:
@@ -144,7 +145,11 @@ class Discovery:
 
     @staticmethod
     def _take(reader: DataReader[Any]) -> Iterator[Any]:
-        while samples := reader.take(N=_BATCH):
+        while True:
+            with READ_QOS:
+                samples = reader.take(N=_BATCH)
+            if not samples:
+                return
             yield from samples
 
     def _compare(self, ours: Ours, endpoint: DcpsEndpoint) -> None:

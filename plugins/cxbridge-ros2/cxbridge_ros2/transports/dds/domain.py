@@ -13,6 +13,12 @@ from cyclonedds.domain import Domain
 
 from cxbridge.errors import Ros2Error
 
+READ_QOS: Final = threading.Lock()
+"""Hold it around each call that returns a Qos of cyclonedds, which reads policies into buffers of a class.
+
+Without the lock, an endpoint gets the user data of another endpoint that another thread reads.
+"""
+
 _DISCOVERY: Final = {
     "localhost": "<ParticipantIndex>auto</ParticipantIndex>"
     "<MaxAutoParticipantIndex>32</MaxAutoParticipantIndex>"

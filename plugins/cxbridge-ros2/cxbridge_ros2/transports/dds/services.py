@@ -21,6 +21,7 @@ from cyclonedds.core import Policy
 
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import AnswerLater, Client, Failed, Receive
+from cxbridge_ros2.transports.dds.domain import READ_QOS
 
 if TYPE_CHECKING:
     from cyclonedds.builtin import DcpsEndpoint
@@ -87,7 +88,8 @@ class _Found:
 
     def _owner(self, handle: int) -> str | None:
         """Return what an endpoint says; None: DDS does not know it yet, or any more."""
-        endpoint = self._describe(handle)
+        with READ_QOS:
+            endpoint = self._describe(handle)
         if endpoint is None:
             return None
         policy = endpoint.qos[Policy.Userdata]
