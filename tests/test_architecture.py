@@ -141,6 +141,15 @@ def test_no_modules_import_each_other():
     assert cycles() == []
 
 
+def test_only_the_command_line_imports_its_library():
+    users = {
+        package(module)
+        for module, path in MODULES.items()
+        if re.search(r"^\s*(import|from) (typer|click)\b", path.read_text(), re.MULTILINE)
+    }
+    assert users == {"cli"}
+
+
 def test_the_command_line_imports_nothing_heavy():
     program = "import sys, cxbridge.cli.main; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -1,9 +1,11 @@
 """Groups of options: a dataclass as a command's parameter stands for an option for each of its fields.
 
-A field is ``Annotated[T, typer.Option(...)]`` or ``typer.Argument``, with its default. So an option is
-written once, with the code that reads it, and every command that takes the group has it. Other fields are no
-options. A group that derives from others has their options first, those of the first base before those of the
-second. A field of type ``tuple[T, ...]`` is an option that may be given several times.
+A field ``Annotated[T, Meta(description=...)]`` is an option of every command that takes the group: the
+description is its help, ``ge`` and ``le`` are its bounds, and the field's name makes the option's. Where the
+command line differs from that, :data:`DECLARED` or a ``typer.Option`` in the annotation says so. Other fields
+are no options. A group that derives from others has their options first, those of the first base before those
+of the second. A field of type ``tuple[T, ...]`` is an option that may be given several times, named in the
+singular.
 """
 
 from __future__ import annotations
@@ -11,12 +13,60 @@ from __future__ import annotations
 import dataclasses
 import functools
 import inspect
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from inspect import Parameter
 from types import GenericAlias, UnionType
-from typing import Annotated, Any, TypeVar, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_type_hints
+
+import typer
+from msgspec import Meta
+
+from cxbridge.cli.connect import CONNECT, INTERFACE_DIR
+from cxbridge.resources import shipped_scenarios
 
 T = TypeVar("T")
+
+_SKILLER: Final = {"metavar": "lua|simulator|none|URL"}
+_SPEECH: Final = {"metavar": "off|on|FILE.wav|DIR/"}
+_GLOBS: Final = {"flags": ("--interface", "-i"), "metavar": "GLOB"}
+
+DECLARED: Final[Mapping[str, Any]] = {
+    "ScenarioOptions.scenario": {"is_argument": True, "autocompletion": shipped_scenarios},
+    "ScenarioOptions.overlays": {"metavar": "DIR"},
+    "BrokenOptions.strict": {"flags": ("--strict/--lenient",)},
+    "ExecutionOptions.skiller": _SKILLER,
+    "ExecutionOptions.speech": _SPEECH,
+    "RunOptions.replay": {"metavar": "RUN"},
+    "RunOptions.replay_tolerance": {"metavar": "S"},
+    "ConfigurationOptions.config": {"is_argument": True},
+    "ConfigurationOptions.overlay": {"flags": ("--config",)},
+    "ServerOptions.endpoints": {"metavar": "URL"},
+    "ServerOptions.insecure": {"flags": ("--insecure",)},
+    "ServerOptions.fawkes_allow": {"metavar": "ADDRESS"},
+    "PartOptions.skiller": _SKILLER,
+    "PartOptions.speech": _SPEECH,
+    "RecordOptions.patterns": _GLOBS,
+    "RecordOptions.outputs": {"flags": ("--output", "-o"), "metavar": "PATH"},
+    "RecordOptions.url": CONNECT,
+    "RecordOptions.duration_s": {"flags": ("--duration",)},
+    "RecordOptions.interface_dirs": INTERFACE_DIR,
+    "ReplayOptions.run": {"is_argument": True, "metavar": "RUN"},
+    "ReplayOptions.url": CONNECT,
+    "ReplayOptions.patterns": _GLOBS,
+    "ReplayOptions.start_s": {"flags": ("--from",), "metavar": "S"},
+    "ReplayOptions.end_s": {"flags": ("--to",), "metavar": "S"},
+    "ReplayOptions.interface_dirs": INTERFACE_DIR,
+    "ExecutorOptions.target": {"is_argument": True, "metavar": "MODULE:CLASS"},
+    "ExecutorOptions.agent": {"metavar": "NAME"},
+    "ExecutorOptions.url": CONNECT,
+    "ExecutorOptions.name": {"metavar": "ID"},
+    "ExecutorOptions.settings": {"flags": ("--set",), "metavar": "NAME=VALUE"},
+    "ExecutorOptions.interface_dirs": INTERFACE_DIR,
+}
+"""The fields whose parameter is more than name, type and description: keywords of typer, or its parameter.
+
+``flags`` are the option's names; ``is_argument`` marks arguments.
+"""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,7 +111,7 @@ class _Group:
                 name,
                 Parameter.KEYWORD_ONLY,
                 default=_default(fields[name]),
-                annotation=_as_typer_has_it(hints[name]),
+                annotation=_as_typer_has_it(_declared(group, fields[name], hints[name])),
             )
             for name in dict.fromkeys(_names(group))
             if get_origin(hints[name]) is Annotated
@@ -88,6 +138,38 @@ def _names(group: type) -> Iterator[str]:
         yield from _names(base)
     if "__dataclass_fields__" in vars(group):
         yield from inspect.get_annotations(group)
+
+
+def _declared(group: type, field: dataclasses.Field[Any], hint: Any) -> Any:
+    """Return the hint of a field with typer's parameter in place of the description."""
+    meta = next((each for each in hint.__metadata__ if isinstance(each, Meta)), None)
+    if meta is None:
+        return hint
+    kind, *_ = get_args(hint)
+    definer = next(base for base in group.__mro__ if field.name in vars(base).get("__annotations__", {}))
+    given = DECLARED.get(f"{definer.__name__}.{field.name}", {})
+    if not isinstance(given, Mapping):
+        return Annotated[kind, given]
+    more = dict(given)
+    if meta.ge is not None:
+        more["min"] = meta.ge
+    if meta.le is not None:
+        more["max"] = meta.le
+    if field.default in (None, ""):
+        more["show_default"] = False
+    make = typer.Argument if more.pop("is_argument", False) else typer.Option
+    flags = more.pop("flags", _flags(field, kind))
+    return Annotated[kind, make(*(flags if make is typer.Option else ()), help=meta.description, **more)]
+
+
+def _flags(field: dataclasses.Field[Any], kind: Any) -> tuple[str, ...]:
+    """Return the names of an option that are not those that typer makes of the field's name."""
+    name = field.name.replace("_", "-")
+    if kind is bool and field.default is False:
+        return (f"--{name}",)
+    if _item(kind) is not None and name.endswith("s"):
+        return (f"--{name.removesuffix('s')}",)
+    return ()
 
 
 def _item(hint: Any) -> Any:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, ClassVar
 
-import typer
+from msgspec import Meta
 
 from cxbridge.run.options import BrokenOptions, LogOptions, Setting, SourceOptions
 
@@ -43,19 +43,14 @@ class ConfigurationOptions:
 
     config: Annotated[
         Path | None,
-        typer.Argument(
-            help="A scenario or a Fawkes configuration, its tree 'cxbridge:' says what to do. "
-            "Without: a blackboard and a Skiller with the shipped skills.",
-            show_default=False,
+        Meta(
+            description="A scenario or a Fawkes configuration, its tree 'cxbridge:' says what to do. "
+            "Without: a blackboard and a Skiller with the shipped skills."
         ),
     ] = None
     overlay: Annotated[
         Path | tuple[Path, ...] | None,
-        typer.Option(
-            "--config",
-            help="A configuration file on top of CONFIG. Repeatable: each over those before it.",
-            show_default=False,
-        ),
+        Meta(description="A configuration file on top of CONFIG. Repeatable: each over those before it."),
     ] = None
 
 
@@ -65,34 +60,24 @@ class ServerOptions:
 
     endpoints: Annotated[
         tuple[str, ...],
-        typer.Option(
-            "--endpoint",
-            metavar="URL",
-            help="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable.",
-        ),
+        Meta(description="Serve over ZeroMQ here: tcp://HOST:PORT, ipc://FILE. Repeatable."),
     ] = ()
-    insecure: Annotated[
-        bool | None, typer.Option("--insecure", help="ZeroMQ beyond this machine without CURVE keys.")
-    ] = None
-    secret_key: Annotated[
-        Path | None, typer.Option(help="CURVE key file of the daemon.", show_default=False)
-    ] = None
-    clients: Annotated[
-        Path | None, typer.Option(help="Folder with the clients' public keys.", show_default=False)
-    ] = None
+    insecure: Annotated[bool | None, Meta(description="ZeroMQ beyond this machine without CURVE keys.")] = (
+        None
+    )
+    secret_key: Annotated[Path | None, Meta(description="CURVE key file of the daemon.")] = None
+    clients: Annotated[Path | None, Meta(description="Folder with the clients' public keys.")] = None
     fawkes: Annotated[
         bool | None,
-        typer.Option(
-            "--fawkes/--no-fawkes", help="A port for Fawkes' tools; on by default.", show_default=False
-        ),
+        Meta(description="A port for Fawkes' tools; on by default."),
     ] = None
-    fawkes_host: Annotated[str | None, typer.Option(help="Where that port is; 127.0.0.1 by default.")] = None
+    fawkes_host: Annotated[str | None, Meta(description="Where that port is; 127.0.0.1 by default.")] = None
     fawkes_port: Annotated[
-        int | None, typer.Option(min=0, max=65535, help="Its number; 1910 by default, 0: any free one.")
+        int | None, Meta(description="Its number; 1910 by default, 0: any free one.", ge=0, le=65535)
     ] = None
     fawkes_allow: Annotated[
         tuple[str, ...],
-        typer.Option(metavar="ADDRESS", help="Who may connect to it from elsewhere. Repeatable."),
+        Meta(description="Who may connect to it from elsewhere. Repeatable."),
     ] = ()
 
 
@@ -103,36 +88,26 @@ class PartOptions:
     :param agent: the one that it is, of a scenario with several.
     """
 
-    skiller: Annotated[
-        str | None, typer.Option(metavar="lua|simulator|none|URL", help="Who executes skills.")
-    ] = None
+    skiller: Annotated[str | None, Meta(description="Who executes skills.")] = None
     executive: Annotated[
         bool | None,
-        typer.Option(
-            "--executive/--no-executive", help="By default if CONFIG has specs.", show_default=False
-        ),
+        Meta(description="By default if CONFIG has specs."),
     ] = None
-    agent: Annotated[
-        str | None, typer.Option(help="Which agent it is, of a CONFIG with several.", show_default=False)
-    ] = None
-    spec: Annotated[str | None, typer.Option(help="The executive's spec.")] = None
-    speech: Annotated[
-        str | None, typer.Option(metavar="off|on|FILE.wav|DIR/", help="speak what skills say")
-    ] = None
-    clock: Annotated[str | None, typer.Option(help="real, scaled:N or ros2.")] = None
+    agent: Annotated[str | None, Meta(description="Which agent it is, of a CONFIG with several.")] = None
+    spec: Annotated[str | None, Meta(description="The executive's spec.")] = None
+    speech: Annotated[str | None, Meta(description="speak what skills say")] = None
+    clock: Annotated[str | None, Meta(description="real, scaled:N or ros2.")] = None
 
 
 @dataclass(frozen=True, kw_only=True)
 class DaemonSourceOptions(SourceOptions):
     """Where the files of a daemon's agent come from, and what it does."""
 
-    clips_dirs: Annotated[
-        tuple[Path, ...], typer.Option("--clips-dir", help="A folder of CLIPS files. Repeatable.")
-    ] = ()
+    clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[
-        str | None, typer.Option(help="stop or continue: what the others do when a component fails.")
+        str | None, Meta(description="stop or continue: what the others do when a component fails.")
     ] = None
-    trace: Annotated[Path | None, typer.Option(help="Record to this mcap file.")] = None
+    trace: Annotated[Path | None, Meta(description="Record to this mcap file.")] = None
 
 
 @dataclass(frozen=True, kw_only=True)

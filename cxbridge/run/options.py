@@ -9,11 +9,10 @@ from dataclasses import dataclass, is_dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Final, TypeVar
 
-import typer
+from msgspec import Meta
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.plugins import Table
-from cxbridge.resources import shipped_scenarios
 
 if TYPE_CHECKING:
     from cxbridge.run.servers import RunServer
@@ -110,25 +109,22 @@ class SourceOptions:
         return option_groups(cls.commands)
 
     fawkes_dir: Annotated[
-        Path | None, typer.Option(help="A Fawkes checkout; its files are used unchanged.", show_default=False)
+        Path | None, Meta(description="A Fawkes checkout; its files are used unchanged.")
     ] = None
     core: Annotated[
         str | None,
-        typer.Option(
-            help="builtin or fawkes: whose CX core; by default that of the checkout, if there is one.",
-            show_default=False,
+        Meta(
+            description="builtin or fawkes: whose CX core; by default that of the checkout, if there is one."
         ),
     ] = None
     clips_dirs: Annotated[
         tuple[Path, ...],
-        typer.Option("--clips-dir", help="A folder of CLIPS files, searched first. Repeatable."),
+        Meta(description="A folder of CLIPS files, searched first. Repeatable."),
     ] = ()
     interface_dirs: Annotated[
-        tuple[Path, ...], typer.Option("--interface-dir", help="A folder of interface XML files. Repeatable.")
+        tuple[Path, ...], Meta(description="A folder of interface XML files. Repeatable.")
     ] = ()
-    skill_dirs: Annotated[
-        tuple[Path, ...], typer.Option("--skill-dir", help="A folder with Lua skills. Repeatable.")
-    ] = ()
+    skill_dirs: Annotated[tuple[Path, ...], Meta(description="A folder with Lua skills. Repeatable.")] = ()
 
     def group(self, kind: type[G]) -> G | None:
         """Return the option group of a plug-in; None when none of its options is given."""
@@ -143,9 +139,9 @@ class SourceOptions:
 class LogOptions:
     """The logs that Fawkes writes, too: options of runs and of daemons."""
 
-    log: Annotated[Path | None, typer.Option(help="Write a log in the layout of Fawkes'.")] = None
+    log: Annotated[Path | None, Meta(description="Write a log in the layout of Fawkes'.")] = None
     bblog: Annotated[
-        Path | None, typer.Option(help="Write files as Fawkes' bblogger does into this folder.")
+        Path | None, Meta(description="Write files as Fawkes' bblogger does into this folder.")
     ] = None
 
 
@@ -158,11 +154,9 @@ class BrokenOptions:
 
     strict: Annotated[
         bool | None,
-        typer.Option(
-            "--strict/--lenient",
-            help="Do not start a broken agent, or start it without what is broken; strict by default, "
-            "lenient with a checkout.",
-            show_default=False,
+        Meta(
+            description="Do not start a broken agent, or start it without what is broken; strict by "
+            "default, lenient with a checkout."
         ),
     ] = None
 
@@ -177,31 +171,27 @@ class ScenarioOptions:
 
     scenario: Annotated[
         Path | None,
-        typer.Argument(
-            help="A folder with a scenario.yaml, or a Fawkes configuration file or folder. "
-            "With --fawkes-dir: that checkout's configuration by default.",
-            show_default=False,
-            autocompletion=shipped_scenarios,
+        Meta(
+            description="A folder with a scenario.yaml, or a Fawkes configuration file or folder. With "
+            "--fawkes-dir: that checkout's configuration by default."
         ),
     ] = None
     agent: Annotated[
         str | None,
-        typer.Option(help="Run only this agent, of a scenario with several.", show_default=False),
+        Meta(description="Run only this agent, of a scenario with several."),
     ] = None
-    spec: Annotated[str | None, typer.Option(help="The spec to run; the configuration's by default.")] = None
+    spec: Annotated[str | None, Meta(description="The spec to run; the configuration's by default.")] = None
     config: Annotated[
         Path | tuple[Path, ...] | None,
-        typer.Option(
-            help="A configuration file on top of the scenario's. Repeatable: each over those before it.",
-            show_default=False,
+        Meta(
+            description="A configuration file on top of the scenario's. Repeatable: each over those "
+            "before it."
         ),
     ] = None
     overlays: Annotated[
         tuple[Path, ...],
-        typer.Option(
-            "--overlay",
-            metavar="DIR",
-            help="A team's checkout: its files hide those of --fawkes-dir. Repeatable: the first wins.",
+        Meta(
+            description="A team's checkout: its files hide those of --fawkes-dir. Repeatable: the first wins."
         ),
     ] = ()
 
@@ -216,35 +206,33 @@ class ExecutionOptions:
 
     clock: Annotated[
         str | None,
-        typer.Option(
-            help="virtual, real, scaled:N, a plug-in's; virtual by default, real with a Skiller elsewhere.",
-            show_default=False,
+        Meta(
+            description="virtual, real, scaled:N, a plug-in's; virtual by default, real with a Skiller "
+            "elsewhere."
         ),
     ] = None
     skiller: Annotated[
         str,
-        typer.Option(
-            metavar="lua|simulator|none|URL",
-            help="Who executes skills; URL: the Skiller on the blackboard there, e.g. fawkes://robot:1910.",
+        Meta(
+            description="Who executes skills; URL: the Skiller on the blackboard there, e.g. "
+            "fawkes://robot:1910."
         ),
     ] = "lua"
     speech: Annotated[
         str,
-        typer.Option(
-            metavar="off|on|FILE.wav|DIR/", help="Speak what skills say: to the speaker, or into sound files."
-        ),
+        Meta(description="Speak what skills say: to the speaker, or into sound files."),
     ] = "off"
-    timeout: Annotated[float, typer.Option(help="Seconds of the run's clock until it is given up.")] = 600.0
+    timeout: Annotated[float, Meta(description="Seconds of the run's clock until it is given up.")] = 600.0
 
 
 @dataclass(frozen=True, kw_only=True)
 class TraceOptions:
     """The recording of a run."""
 
-    trace: Annotated[Path | None, typer.Option(help="Record the run to this mcap file.")] = None
-    trace_level: Annotated[str, typer.Option(help="transitions, rules or facts.")] = "transitions"
+    trace: Annotated[Path | None, Meta(description="Record the run to this mcap file.")] = None
+    trace_level: Annotated[str, Meta(description="transitions, rules or facts.")] = "transitions"
     trace_files: Annotated[
-        bool, typer.Option(help="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
+        bool, Meta(description="Attach the files of the run (configuration, CLIPS, ...) to --trace.")
     ] = True
 
 
@@ -256,22 +244,17 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
 
     replay: Annotated[
         tuple[Path, ...],
-        typer.Option(
-            metavar="RUN",
-            help="Replay the environment of a recorded run, and check that it decides the same. Repeatable.",
+        Meta(
+            description="Replay the environment of a recorded run, and check that it decides the same. "
+            "Repeatable."
         ),
     ] = ()
-    replay_order: Annotated[
-        str, typer.Option(metavar="total|partial", help="How its transitions are compared with the recorded.")
-    ] = "total"
+    replay_order: Annotated[str, Meta(description="How its transitions are compared with the recorded.")] = (
+        "total"
+    )
     replay_tolerance: Annotated[
         float | None,
-        typer.Option(
-            min=0,
-            metavar="S",
-            help="Its transitions must come when the recorded did, give or take S seconds.",
-            show_default=False,
-        ),
+        Meta(description="Its transitions must come when the recorded did, give or take S seconds.", ge=0),
     ] = None
 
     def check(self) -> None:

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from msgspec import Meta
 
-from cxbridge.process.options import CONNECT, INTERFACE_DIR
 from cxbridge.resources import DAEMON_URL
 
 
@@ -23,36 +22,25 @@ class RecordOptions:
 
     patterns: Annotated[
         tuple[str, ...],
-        typer.Option(
-            "--interface",
-            "-i",
-            metavar="GLOB",
-            help="what to record: TYPE or TYPE::ID with *, ?, []; may be given several times",
-        ),
+        Meta(description="what to record: TYPE or TYPE::ID with *, ?, []; may be given several times"),
     ]
     outputs: Annotated[
         tuple[Path, ...],
-        typer.Option(
-            "--output",
-            "-o",
-            metavar="PATH",
-            help="FILE.mcap, or a folder for files as Fawkes' bblogger has them; may be given several times",
+        Meta(
+            description="FILE.mcap, or a folder for files as Fawkes' bblogger has them; may be given "
+            "several times"
         ),
     ]
-    url: Annotated[str, CONNECT] = DAEMON_URL
+    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
     duration_s: Annotated[
-        float | None, typer.Option("--duration", min=0, help="end after so many seconds; else with Ctrl-C")
+        float | None, Meta(description="end after so many seconds; else with Ctrl-C", ge=0)
     ] = None
-    scenario: Annotated[str, typer.Option(help="name of the recording, in bblogger files")] = "record"
+    scenario: Annotated[str, Meta(description="name of the recording, in bblogger files")] = "record"
     switch: Annotated[
         bool | None,
-        typer.Option(
-            "--switch/--no-switch",
-            help="let 'ffbblog enable' and 'disable' switch it; by default unless URL is a Fawkes",
-            show_default=False,
-        ),
+        Meta(description="let 'ffbblog enable' and 'disable' switch it; by default unless URL is a Fawkes"),
     ] = None
-    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
 
     @property
     def wants_switch(self) -> bool:
@@ -68,40 +56,36 @@ class ReplayOptions:
     :param step: a write for each key, or for each line of a pipe; else in recorded time.
     """
 
-    run: Annotated[Path, typer.Argument(metavar="RUN", help="mcap, or a file or folder of bblogger")]
-    url: Annotated[str, CONNECT] = DAEMON_URL
+    run: Annotated[Path, Meta(description="mcap, or a file or folder of bblogger")]
+    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
     patterns: Annotated[
         tuple[str, ...],
-        typer.Option(
-            "--interface",
-            "-i",
-            metavar="GLOB",
-            help="what to replay: TYPE or TYPE::ID with *, ?, []; may be given several times; by default all",
+        Meta(
+            description="what to replay: TYPE or TYPE::ID with *, ?, []; may be given several times; by "
+            "default all"
         ),
     ] = ()
     messages: Annotated[
-        bool, typer.Option("--messages", help="send recorded messages to interfaces that are not replayed")
+        bool, Meta(description="send recorded messages to interfaces that are not replayed")
     ] = False
     speed: Annotated[
-        float, typer.Option(min=1e-6, max=1e6, help="so many seconds of the recording in one")
+        float, Meta(description="so many seconds of the recording in one", ge=1e-06, le=1000000.0)
     ] = 1.0
-    step: Annotated[
-        bool, typer.Option("--step", help="one write a key; without a terminal, a line on stdin")
-    ] = False
+    step: Annotated[bool, Meta(description="one write a key; without a terminal, a line on stdin")] = False
     start_s: Annotated[
         float | None,
-        typer.Option("--from", min=0, metavar="S", help="begin so many seconds after the first event"),
+        Meta(description="begin so many seconds after the first event", ge=0),
     ] = None
     end_s: Annotated[
         float | None,
-        typer.Option("--to", min=0, metavar="S", help="end so many seconds after the first event"),
+        Meta(description="end so many seconds after the first event", ge=0),
     ] = None
-    restamp: Annotated[
-        bool, typer.Option("--restamp", help="stamp writes with the time of now, not the recorded one")
-    ] = False
-    loop: Annotated[bool, typer.Option("--loop", help="from the start again, until Ctrl-C")] = False
-    hold: Annotated[bool, typer.Option("--hold", help="stay the writer at the end, until Ctrl-C")] = False
-    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+    restamp: Annotated[bool, Meta(description="stamp writes with the time of now, not the recorded one")] = (
+        False
+    )
+    loop: Annotated[bool, Meta(description="from the start again, until Ctrl-C")] = False
+    hold: Annotated[bool, Meta(description="stay the writer at the end, until Ctrl-C")] = False
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -111,14 +95,12 @@ class ExecutorOptions:
     :param name: id of the executor's interface; empty: ``AGENT-CLASS``.
     """
 
-    target: Annotated[str, typer.Argument(metavar="MODULE:CLASS", help="or FILE.py:CLASS, a SkillExecutor")]
-    agent: Annotated[str, typer.Option(metavar="NAME", help="the agent (robot) that it works for")]
-    url: Annotated[str, CONNECT] = DAEMON_URL
-    name: Annotated[
-        str, typer.Option(metavar="ID", help="id of the executor; AGENT-CLASS by default", show_default=False)
-    ] = ""
+    target: Annotated[str, Meta(description="or FILE.py:CLASS, a SkillExecutor")]
+    agent: Annotated[str, Meta(description="the agent (robot) that it works for")]
+    url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
+    name: Annotated[str, Meta(description="id of the executor; AGENT-CLASS by default")] = ""
     settings: Annotated[
         tuple[str, ...],
-        typer.Option("--set", metavar="NAME=VALUE", help="a setting of the class; repeatable"),
+        Meta(description="a setting of the class; repeatable"),
     ] = ()
-    interface_dirs: Annotated[tuple[Path, ...], INTERFACE_DIR] = ()
+    interface_dirs: Annotated[tuple[Path, ...], Meta(description="definitions of interfaces")] = ()

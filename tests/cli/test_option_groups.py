@@ -8,27 +8,32 @@ from typing import Annotated
 
 import pytest
 import typer
+from msgspec import Meta
 from typer.testing import CliRunner
 
-from cxbridge.cli.option_groups import Before, option_groups
+from cxbridge.cli.option_groups import DECLARED, Before, option_groups
+from cxbridge.daemon.options import DaemonOptions
+from cxbridge.run.options import RunOptions
+from cxbridge.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 
 
 @dataclass(frozen=True, kw_only=True)
 class Where:
     where: Annotated[Path | None, typer.Argument()] = None
-    colour: Annotated[str, typer.Option(help="Which.")] = "red"
+    colour: Annotated[str, Meta(description="Which.")] = "red"
 
 
 @dataclass(frozen=True, kw_only=True)
 class How:
     layers: Annotated[tuple[int, ...], typer.Option("--layer", min=1)] = ()
-    fast: Annotated[bool, typer.Option("--fast")] = False
+    coats: Annotated[int, Meta(ge=1, le=3)] = 1
+    fast: Annotated[bool, Meta(description="At once.")] = False
 
 
 @dataclass(frozen=True, kw_only=True)
 class Painting(Where, How):
-    colour: Annotated[str, typer.Option(help="Of the paint.")] = "blue"
-    names: Annotated[Path | tuple[Path, ...] | None, typer.Option("--name")] = None
+    colour: Annotated[str, Meta(description="Of the paint.")] = "blue"
+    names: Annotated[Path | tuple[Path, ...] | None, Meta(description="Whose.")] = None
     dry: bool = False  # no option
 
 
@@ -65,15 +70,25 @@ def test_what_is_not_given_has_the_default_of_its_field():
 
 def test_options_stand_in_the_order_of_the_groups():
     help_text = CliRunner().invoke(app, ["--help"]).output
-    names = ["--colour", "--layer", "--brush", "--fast", "--name", "--rooms"]
+    names = ["--colour", "--layer", "--coats", "--brush", "--fast", "--name", "--rooms"]
     places = [help_text.index(name) for name in names]
     assert places == sorted(places)
     assert "Of the paint." in help_text
     assert "--dry" not in help_text
+    assert "--no-fast" not in help_text
     assert "[default: blue]" in help_text
 
 
-@pytest.mark.parametrize("wrong", [["--layer", "0", "--rooms", "1"], [], ["--dry", "--rooms", "1"]])
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ["--layer", "0", "--rooms", "1"],
+        ["--coats", "4", "--rooms", "1"],
+        ["--no-fast", "--rooms", "1"],
+        [],
+        ["--dry", "--rooms", "1"],
+    ],
+)
 def test_usage_is_checked(wrong):
     assert CliRunner().invoke(app, wrong).exit_code == 2
 
@@ -83,3 +98,10 @@ def test_an_option_before_one_that_is_not_there():
 
     with pytest.raises(ValueError, match="'brush' cannot precede 'slow'"):
         option_groups(wall)
+
+
+def test_what_is_declared_is_a_field():
+    groups = (RunOptions, DaemonOptions, RecordOptions, ReplayOptions, ExecutorOptions)
+    bases = {base for group in groups for base in group.__mro__}
+    fields = {f"{base.__name__}.{name}" for base in bases for name in vars(base).get("__annotations__", ())}
+    assert DECLARED.keys() - fields == set()

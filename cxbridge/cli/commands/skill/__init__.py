@@ -12,6 +12,7 @@ import typer
 
 from cxbridge.cli.connect import (
     DEFAULT_URL,
+    INTERFACE_DIR,
     TIMED_OUT,
     AsJson,
     Connect,
@@ -24,7 +25,6 @@ from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.file_access import write_file
 from cxbridge.printing import one_line, terminal_of
-from cxbridge.process.options import INTERFACE_DIR
 from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
