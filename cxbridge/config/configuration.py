@@ -378,7 +378,7 @@ class Configuration:
         if elements not in self._before:
             raise ConfigError(
                 f"cannot erase {path}: it was not set in this run",
-                hint="what a file says stays; edit the file",
+                hint="values of a file cannot be erased here: edit the file",
             )
         above = [self._root]
         for element in elements:

@@ -80,7 +80,7 @@ class ConfigLoader:
             self._load(host_entry)
             if self._queue:
                 raise ConfigError(
-                    "a host-specific file may not include others", file=host_entry.file,
+                    "a host-specific file may not include files", file=host_entry.file,
                     hint=f"move the include into the file that names it ({host_entry.mark.file})",
                 )  # fmt: skip
 
@@ -132,9 +132,7 @@ class ConfigLoader:
         if isinstance(value, YamlScalar) and value.null:
             return
         if not isinstance(value, YamlList):
-            raise value.mark.error(
-                "'include' must be a list", "write each file on a line of its own: '- FILE'"
-            )
+            raise value.mark.error("'include' must be a list", "write each file on a separate line: '- FILE'")
         for item in value.items:
             if not isinstance(item, YamlScalar):
                 raise item.mark.error(

@@ -126,7 +126,7 @@ class TreeBuilder:
         if before.kind is not value.kind:
             raise mark.error(
                 f"'{key}' is {value.kind.value} here, but {before.kind.value} in line {before.mark.line}",
-                "the key is there twice: keep one",
+                "the key is defined twice: keep one of them",
             )
         self.warnings.append(
             f"{mark.file}:{mark.line}: '{key}' replaces all that it was given in line {before.mark.line}"

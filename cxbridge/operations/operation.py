@@ -108,7 +108,7 @@ _Parameters = TypeVar("_Parameters", bound=msgspec.Struct)
 
 def _there(part: _Part | None) -> _Part:
     if part is None:
-        raise UnavailableError("the executive is not there now", hint="see 'cxbridge daemon status'")
+        raise UnavailableError("the executive is not running now", hint="see 'cxbridge daemon status'")
     return part
 
 

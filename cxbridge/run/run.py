@@ -280,7 +280,7 @@ def make_run(
             known = ", ".join(sorted(replay.recordings.envs))
             raise CxbridgeError(
                 f"a recording of several agents is not replayed with --agent {options.agent}",
-                hint="one of them lacks what the others sent it over the robot memory: "
+                hint="a single agent would miss the documents that the other agents sent it: "
                 f"replay all, without --agent; in the recording are: {known}",
             )
         return Assembly(options, agent_context, replay, additions)

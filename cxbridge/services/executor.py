@@ -79,7 +79,7 @@ def run_executor(
                 next_step_s = time.monotonic() + PERIOD_S
                 host.step()
             if not host.valid:
-                raise SkillerError(f"somebody else is the executor {name} now")
+                raise SkillerError(f"another process is the executor {name} now")
             mail.came.wait(max(0.0, next_step_s - time.monotonic()))
             mail.came.clear()
 

@@ -130,7 +130,9 @@ class AgentRun(Closing):
             check()
         except BrokenAgentError as error:
             report = with_explanations(error, self.options)
-            raise AssertionError(f"{report}; strict=False goes on without what is broken") from None
+            raise AssertionError(
+                f"{report}; strict=False starts the agent without its broken parts"
+            ) from None
 
     def close(self) -> None:
         """End the run and let go of everything; a second call does nothing."""

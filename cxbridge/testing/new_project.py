@@ -98,7 +98,7 @@ def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
     there = next((file for file in files if file.exists() or file.is_symlink()), None)
     if there is not None:
         raise CxbridgeError(
-            "this file is there already", file=there, hint="nothing was written: choose another name"
+            "this file exists already", file=there, hint="nothing was written: choose another name"
         )
     for file, text in files.items():
         try:

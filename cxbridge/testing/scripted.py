@@ -80,7 +80,7 @@ class ScriptedSkills(SkillScript):
     def come_back(self, skiller: str = "Skiller") -> None:
         """Let a Skiller that is gone start again."""
         if skiller in self._skillers:
-            raise AssertionError(f"Skiller '{skiller}' is there")
+            raise AssertionError(f"Skiller '{skiller}' is running already")
         if skiller not in self._modes:
             raise AssertionError(f"there is no Skiller '{skiller}', but: {', '.join(self._modes)}")
         context, deciders = self._context, [self.decider(skiller), *self._usual]

@@ -63,7 +63,9 @@ class World:
         with self._env.lock:
             before = len(self._env.faults)
             if self._env.assert_string(text) is None and len(self._env.faults) == before:
-                raise AssertionError(f"{text} cannot be asserted: it is not a fact, or is there already")
+                raise AssertionError(
+                    f"{text} cannot be asserted: it is no valid fact, or an equal fact exists already"
+                )
 
     def retract(self, template: str, slots: dict[str, object]) -> int:
         """Retract the facts that match; return how many."""

@@ -68,7 +68,7 @@ def test_show(board, skiller, capsys):
 def test_show_of_what_is_not_there(board, skiller, capsys):
     assert run("show", "SkillerInterface::Skillet") == 2
     error = capsys.readouterr().err
-    assert "nobody has SkillerInterface::Skillet open" in error
+    assert "no process has SkillerInterface::Skillet open" in error
     assert "SkillerInterface::Skiller" in error
     assert run("show", "Skiller") == 2
 

@@ -153,7 +153,7 @@ def test_nothing_that_is_there_is_overwritten(there, here, capsys):
     (here / there).parent.mkdir(parents=True)
     (here / there).write_text("mine")
     assert invoke(["new", "courier"]) == 2
-    assert f"{there}: this file is there already" in capsys.readouterr().err
+    assert f"{there}: this file exists already" in capsys.readouterr().err
     assert files_in(here) == {there}
     assert (here / there).read_text() == "mine"
 

@@ -264,7 +264,7 @@ def test_a_second_daemon_at_the_same_ipc_endpoint_does_not_take_it_over(tmp_path
     with running(settings=options) as (first, _, _o):
         with running(settings=options) as (_, _lines, outcome):
             assert isinstance(outcome[0], CxbridgeError)
-            assert "somebody serves ipc://" in outcome[0].message
+            assert "another process serves ipc://" in outcome[0].message
         with connected(first) as board:
             assert read_status(board)["state"] == "RUNNING"
     with running(settings=options) as (third, _, _o), connected(third) as board:

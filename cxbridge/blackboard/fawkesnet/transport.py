@@ -41,5 +41,5 @@ class FawkesTransport(Transport):
         except ValueError:
             seconds = {"": 0.0}
         if not all(_LEAST_S.get(name, inf) <= value <= _LONGEST_S for name, value in seconds.items()):
-            raise BlackBoardError(f"'{url}' has a query that makes no sense", hint=self.QUERY_HINT)
+            raise BlackBoardError(f"'{url}' has an invalid query", hint=self.QUERY_HINT)
         return seconds

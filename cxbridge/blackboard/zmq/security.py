@@ -92,7 +92,7 @@ def check_endpoint(endpoint: str, *, keys: bool, insecure: bool) -> None:
         private=is_private(endpoint),
         admitted=keys or insecure,
         hint="it needs CURVE keys: make some with cxbridge keys, see docs/security.md; "
-        "or say that it shall be insecure",
+        "or allow connections without them: insecure",
         error=InsecureEndpointError,
     )
 

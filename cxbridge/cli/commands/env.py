@@ -90,7 +90,8 @@ def add_logger(
     level: Annotated[str, typer.Option(metavar="LEVEL", help="lines of this level and above")] = "debug",
     contains: Annotated[str, typer.Option(metavar="TEXT", help="only lines with this in them")] = "",
     replace: Annotated[
-        bool, typer.Option("--replace", help="what it takes does not come to those below")
+        bool,
+        typer.Option("--replace", help="messages that this entry takes do not reach the entries below it"),
     ] = False,
     component: Annotated[
         str, typer.Option("--as", metavar="COMPONENT", help="of the log; LOGGER|ENV by default")

@@ -45,7 +45,7 @@ class ClipsLogger(Struct, frozen=True):
     :param priority: who has more is asked first; among equals, who came last.
     :param level: the least level that it takes.
     :param contains: takes only lines with this in them.
-    :param replaces: what it takes does not come to those below.
+    :param replaces: messages that this entry takes do not reach the entries below it.
     :param component: under which it logs, for lists.
     """
 

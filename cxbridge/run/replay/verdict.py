@@ -113,7 +113,7 @@ def _cut(mine: Run, theirs: Run, view: View, order: Order) -> tuple[Run, Run]:
         raise TraceError(
             "it ends before the first state of a Skiller, so nothing can be compared in partial order",
             file=theirs.path,
-            hint="--replay-order total compares what there is",
+            hint="--replay-order total compares the events that exist",
         )
     if order is Order.PARTIAL:
         count = min(count, _count(mine, types))

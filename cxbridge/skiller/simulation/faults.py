@@ -90,7 +90,12 @@ def _read(config: Configuration, prefix: str, key: str) -> Failure:
             raise wrong(config, f"{path}/{name}", "means nothing here", hint)
     if "name" not in known or not {"probability", "calls"} & set(known):
         first = f"{path}/{known[0]}" if known else path
-        raise wrong(config, first, f"belongs to a failure '{key}' that says not when", hint)
+        raise wrong(
+            config,
+            first,
+            f"is of the failure '{key}': it needs 'probability' or 'calls'",
+            hint,
+        )
     return Failure(
         read_pattern(config, prefix, key),
         probability=_share(config, f"{path}/probability", 0.0),

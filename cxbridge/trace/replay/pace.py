@@ -25,7 +25,7 @@ class Pace(Protocol):
 class TimedPace:
     """As recorded, faster or slower.
 
-    :param speed: so many seconds of the recording in one.
+    :param speed: N seconds of the recording in one.
     :param stop: set when the replay is to end.
     :param on_wait: called about five times a second while it waits.
     """

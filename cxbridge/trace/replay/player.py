@@ -66,7 +66,7 @@ class ReplayPlayer:
             who = f", {error.owner}" if error.owner else ""
             raise BlackBoardError(
                 f"{uid} cannot be replayed: it has a writer already{who}",
-                hint="leave it out by naming others with --interface, or end its writer",
+                hint="replay other interfaces only (--interface), or end its writer",
             ) from error
         writer.read()
         self._data[uid] = writer.to_bytes()[STAMP.size :]
@@ -116,7 +116,9 @@ class ReplayPlayer:
     def _write(self, event: InterfaceWrite) -> None:
         found = self._writers.get(event.uid)
         if found is None:
-            raise TraceError(f"a write of {event.uid} has come up that was not there before")
+            raise TraceError(
+                f"a write of {event.uid} comes from a writer that the recording did not announce"
+            )
         writer, maker = found
         block = maker.make(event.values, event.time_us, event.uid)
         data = block[STAMP.size :]

@@ -91,9 +91,9 @@ class StateReader:
         names = _Names(world.assembly.clock.now_us())
         skills, properties = world.state(), self._run.properties.state()
         if skills is None:
-            raise HiddenStateError("nobody sees how far the executors of the skill board are")
+            raise HiddenStateError("the progress of the skill board's executors is not visible")
         if properties is None:
-            raise HiddenStateError("a property does not say what it remembers")
+            raise HiddenStateError("a property has no state() to compare")
         return (
             names.plain(point.subject),
             tuple(_agent_state(agent, names) for agent in self._agents),

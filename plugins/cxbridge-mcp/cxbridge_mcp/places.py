@@ -45,7 +45,7 @@ class Places:
         if not any(path.is_relative_to(folder) for folder in self.folders):
             raise CxbridgeError(
                 f"{name} is outside the folders of this server",
-                hint=f"the folders are {', '.join(map(str, self.folders))}; 'cxbridge mcp' takes others",
+                hint=f"the folders are {', '.join(map(str, self.folders))}; see 'cxbridge mcp --help'",
             )
         return path
 
@@ -68,7 +68,7 @@ class Places:
         if path.suffix != ".mcap":
             raise CxbridgeError(f"a recording cannot be '{name}'", hint="choose a name that ends in .mcap")
         if path.exists():
-            raise CxbridgeError(f"'{name}' is there already", hint="choose another name")
+            raise CxbridgeError(f"'{name}' exists already", hint="choose another name")
         return path
 
     def scenario(self, name: str) -> str:

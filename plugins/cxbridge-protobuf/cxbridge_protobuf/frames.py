@@ -131,7 +131,7 @@ class StreamDecoder:
             version, cipher, size = self._header.unpack_from(self._buffer, start)
             least = _MESSAGE_HEADER.size
             if version != self._version:
-                raise ProtobufError(f"what comes are not frames of version {self._version}")
+                raise ProtobufError(f"the stream has no frames of version {self._version}")
             if cipher != NO_CIPHER:
                 raise ProtobufError("a frame is encrypted, which streams never are")
         if not least <= size <= self._max_size:

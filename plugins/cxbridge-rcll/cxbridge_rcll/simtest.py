@@ -30,7 +30,7 @@ def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[
     """
     name = spec.rpartition("/")[2]
     if not config.keys(f"{spec}/{_PARAMETERS}"):
-        raise CxbridgeError(f"the spec '{name}' has no {_PARAMETERS}: its agent has no tests of its own")
+        raise CxbridgeError(f"the spec '{name}' has no {_PARAMETERS}: its agent has no tests")
     known = _testbeds(folder / _FOLDER / name / _FILE for folder in checkouts)
     if known and testbed not in known:
         raise CxbridgeError(

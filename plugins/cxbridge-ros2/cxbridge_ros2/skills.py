@@ -136,7 +136,7 @@ class RosSkills(RosExecutor):
             if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
                 why = client.why_unserved()
                 raise SkillFailedError(
-                    f"nobody serves {known.name} ({known.kind}){f': {why}' if why else ''}"
+                    f"{known.name} ({known.kind}) has no server{f': {why}' if why else ''}"
                 )
             self.poll()
             yield

@@ -82,7 +82,7 @@ def load_features(folder: Path) -> tuple[FeatureEntry, ...]:
     entries: list[FeatureEntry] = []
     for name in config.get_strings(f"{tree}/clips_features"):
         if any(entry.name == name for entry in entries):
-            raise _at_list(config, tree, f"the feature '{name}' is there twice", "name each once")
+            raise _at_list(config, tree, f"the feature '{name}' is listed twice", "name each once")
         path = f"{tree}/{name}/plugin"
         if not config.exists(path):
             hint = f'write below ros__parameters: {name}: {{plugin: "cx::..."}}'

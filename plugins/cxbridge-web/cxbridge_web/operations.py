@@ -42,7 +42,7 @@ def _endpoint(operation: Operation[Any], route: Route[Any]) -> Endpoint:
         except ParameterError as error:
             raise ApiError(400, _wrong(operation, route, error.name)) from error
         except UnavailableError as error:
-            raise ApiError(503, "The executive is not there now") from error
+            raise ApiError(503, "The executive is not running now") from error
         except NotFoundError as error:
             raise ApiError(error.status, error.message) from error
         answer = plain(result)

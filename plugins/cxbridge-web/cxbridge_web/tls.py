@@ -44,7 +44,7 @@ def check_pair(cert: Path, key: Path, now: Callable[[], float] = time.time) -> N
 
     def password() -> str:
         raise ConfigError(
-            "this key is encrypted, and nobody is there to type a password",
+            "this key is encrypted, and a server cannot ask for its password",
             file=key,
             hint="e.g. openssl pkey -in KEY -out NEW; only the daemon's user should read it",
         )

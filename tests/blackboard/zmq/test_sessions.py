@@ -345,7 +345,7 @@ def test_an_endpoint_that_is_taken(tmp_path):
 def test_an_ipc_endpoint_that_somebody_serves_is_not_taken_over(made):
     """libzmq unlinks the socket of the server there, and binds."""
     server = ZmqBlackBoardServer(made.board, made.server.endpoints, context=made.context)
-    with pytest.raises(EndpointError, match="somebody serves ipc://"):
+    with pytest.raises(EndpointError, match="another process serves ipc://"):
         server.start()
     assert made.client().connected
 

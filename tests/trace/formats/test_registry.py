@@ -44,7 +44,7 @@ def read(path: Path, content: bytes) -> int:
         (MCAP, "damaged or cut off before the first event"),
         (MCAP + b"\xff" * 500, "damaged or cut off before the first event"),
         (BBLOGGER, "cut off within the header"),
-        (BBLOGGER + b"\0" * 300, "a header of bblogger that makes no sense"),
+        (BBLOGGER + b"\0" * 300, "the header is not valid for a bblogger file"),
         (b"goal gen1 class=", "not a recorded run"),
         (b"goal gen1 class=A sub-type=nil\nx\n", ":1: this line is not a transition"),
     ],

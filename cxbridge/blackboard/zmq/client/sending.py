@@ -255,7 +255,7 @@ class CommandSender:
             if not repeat:
                 raise DisconnectedError(
                     f"the connection to the blackboard's server was lost ({kind})",
-                    hint="what was asked for may have happened",
+                    hint="the server may have carried out the last request",
                 )
 
     def _nudge(self) -> None:

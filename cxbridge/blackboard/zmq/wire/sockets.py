@@ -110,7 +110,7 @@ def _refuse_taken(endpoint: str) -> None:
     until = time.monotonic() + PATIENCE_S
     while _is_served(str(path)):
         if time.monotonic() > until:
-            raise EndpointError(f"somebody serves {endpoint} already", hint="does another daemon run?")
+            raise EndpointError(f"another process serves {endpoint} already", hint="does another daemon run?")
         time.sleep(0.01)
 
 

@@ -118,8 +118,8 @@ def watch(
     globs: Globs,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
-    count: Annotated[int | None, typer.Option(min=1, help="end after so many lines")] = None,
-    timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="end after N lines")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,
 ) -> int:
     """Print what changes, one line a write: the fields that became others. Ends with Ctrl-C.
@@ -152,9 +152,7 @@ def set_fields(
     assignments: Assignments = None,
     url: Connect = DEFAULT_URL,
     interface_dir: InterfaceDirs = None,
-    hold: Annotated[
-        float | None, typer.Option(min=0, help="stay the writer for so many seconds after it")
-    ] = None,
+    hold: Annotated[float | None, typer.Option(min=0, help="stay the writer for SECONDS afterwards")] = None,
 ) -> None:
     """Write fields of an interface; the others keep their values. Refused when somebody else writes it.
 
@@ -249,7 +247,7 @@ def _existing(board: BlackBoard, uid: str) -> InterfaceInfo:
         if (info.type, info.id) == (interface_type, interface_id):
             return info
     hint = did_you_mean(uid, [info.uid for info in infos], "see 'cxbridge bb list'")
-    raise BlackBoardError(f"nobody has {uid} open", hint=hint)
+    raise BlackBoardError(f"no process has {uid} open", hint=hint)
 
 
 def _plain(values: Mapping[str, Any]) -> dict[str, Any]:

@@ -42,8 +42,8 @@ def plot(
     span: Annotated[
         float, typer.Option(min=0.1, metavar="SECONDS", help="How much time the plot shows.")
     ] = 30.0,
-    count: Annotated[int | None, typer.Option(min=1, help="End after so many writes.")] = None,
-    timeout: Annotated[float | None, typer.Option(min=0, help="End after so many seconds.")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="End after N writes.")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None,
     lines: Annotated[bool, typer.Option("--lines", help="Print lines on a terminal, too.")] = False,
 ) -> int:
     """Plot fields of an interface as they are written. Ends with Ctrl-C.

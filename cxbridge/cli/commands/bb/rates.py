@@ -41,8 +41,8 @@ class MeterOptions:
         int, typer.Option(min=2, help="Writes of each interface that count, the last ones.")
     ] = WINDOW
     every: Annotated[float, typer.Option(min=0.05, metavar="SECONDS", help="Time between two reports.")] = 1.0
-    count: Annotated[int | None, typer.Option(min=1, help="End after so many reports.")] = None
-    timeout: Annotated[float | None, typer.Option(min=0, help="End after so many seconds.")] = None
+    count: Annotated[int | None, typer.Option(min=1, help="End after N reports.")] = None
+    timeout: Annotated[float | None, typer.Option(min=0, help="End after SECONDS.")] = None
     as_json: Annotated[
         bool, typer.Option("--json", help="Print one JSON object an interface and report.")
     ] = False

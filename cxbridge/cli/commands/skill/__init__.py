@@ -48,10 +48,10 @@ def execute(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
     steal: Annotated[
-        bool, typer.Option("--steal", help="take control, even from somebody who has it")
+        bool, typer.Option("--steal", help="take control, even from a client that has it")
     ] = False,
     wait: Annotated[bool, typer.Option("--wait/--no-wait", help="until the skill is over")] = True,
-    timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after so many seconds")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="stop the skill after SECONDS")] = None,
     interface_dir: InterfaceDirs = None,
     as_json: AsJson = False,
 ) -> int:
@@ -173,8 +173,8 @@ def show_board(
 def monitor(
     url: Connect = DEFAULT_URL,
     skiller: Skiller = "Skiller",
-    count: Annotated[int | None, typer.Option(min=1, help="end after so many changes")] = None,
-    timeout: Annotated[float | None, typer.Option(min=0, help="end after so many seconds")] = None,
+    count: Annotated[int | None, typer.Option(min=1, help="end after N changes")] = None,
+    timeout: Annotated[float | None, typer.Option(min=0, help="end after SECONDS")] = None,
     lines: Annotated[bool, typer.Option("--lines", help="print lines on a terminal, too")] = False,
     interface_dir: InterfaceDirs = None,
     as_json: Annotated[bool, typer.Option("--json", help="print one JSON object a line")] = False,

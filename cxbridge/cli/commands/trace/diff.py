@@ -40,7 +40,7 @@ class _Method:
     ] = ()
     time_tolerance: Annotated[
         float | None,
-        typer.Option(min=0, metavar="S", help="times count, with a tolerance of so many seconds"),
+        typer.Option(min=0, metavar="S", help="compare times, too, with a tolerance of SECONDS"),
     ] = None
     time_from: Annotated[
         str, typer.Option(help="count times from the event before of the same 'thread', or from the 'begin'")

@@ -16,7 +16,10 @@ def extract(
         str, typer.Argument(metavar="PATTERN", help="only files whose name matches, e.g. 'clips/*'")
     ] = "*",
     output: Annotated[
-        Path, typer.Option("--output", "-o", metavar="DIR", help="where to put them; made when not there")
+        Path,
+        typer.Option(
+            "--output", "-o", metavar="DIR", help="the folder for the files; created if it is missing"
+        ),
     ] = Path(),
 ) -> None:
     """Write the files that were recorded with a run (configuration, CLIPS, PDDL, interfaces) to a folder.

@@ -28,7 +28,7 @@ def repair(
         ),
     ] = None,
     in_place: Annotated[bool, typer.Option("--in-place", help="mend FILE without keeping a backup")] = False,
-    dry_run: Annotated[bool, typer.Option("--dry-run", help="only tell what is wrong")] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="report the damage and write nothing")] = False,
     exact: Annotated[
         bool, typer.Option("--exact", help="mend bblogger files as 'ffbblog repair' does, with its faults")
     ] = False,
@@ -49,7 +49,7 @@ def repair(
     if output is not None and in_place:
         raise typer.BadParameter("not together with --in-place", param_hint="--output")
     if output is not None and not dry_run and output.exists() and not (file.is_dir() and output.is_dir()):
-        raise typer.BadParameter(f"'{output}' is there already", param_hint="--output")
+        raise typer.BadParameter(f"'{output}' exists already", param_hint="--output")
     status = 0
     results = []
     files = list(files_of(file)) if file.is_dir() else [file]

@@ -27,7 +27,7 @@ def compile_projection(wanted: Mapping[str, Any]) -> Callable[[Document], Docume
         raise QueryError("$project takes one field at least")
     others = {value for path, value in shown.items() if path != "_id"} or {shown["_id"]}
     if len(others) > 1:
-        raise QueryError("$project shows fields or hides them: only '_id' may be different from the others")
+        raise QueryError("$project shows fields or hides them: only '_id' may differ from the other fields")
     including = others == {True}
     if including and not any(path.startswith("_id.") for path in shown):
         shown.setdefault("_id", True)

@@ -108,7 +108,9 @@ class Update:
         for path, value in equalities(query):
             for known in wanted:
                 if _is_within(path, known) or _is_within(known, path):
-                    raise QueryError(f"the query wants both '{known}' and '{path}': what is to be inserted?")
+                    raise QueryError(
+                        f"the query wants both '{known}' and '{path}': the document to insert is ambiguous"
+                    )
             wanted[path] = value
         base: Document = {}
         for path in sorted(wanted):

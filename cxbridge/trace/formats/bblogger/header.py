@@ -172,7 +172,7 @@ def read_header(head: bytes, path: Path, registry: InterfaceRegistry, file_size:
     if not candidates:
         if len(head) < MAX_HEADER:
             raise TraceError("cut off within the header", file=path)
-        raise TraceError("a header of bblogger that makes no sense", file=path, hint="the file is damaged")
+        raise TraceError("the header is not valid for a bblogger file", file=path, hint="the file is damaged")
     known = [
         (score + 8 * _fits(header, registry), -i, header) for i, (score, header) in enumerate(candidates)
     ]

@@ -121,7 +121,7 @@ def _parsed(records: Iterator[tuple[int, bytes]]) -> Iterator[Any]:
             elif kind in readers:
                 yield readers[kind](stream)
         except (McapError, struct.error, ValueError, OverflowError) as error:
-            raise DamageError("a record that makes no sense") from error
+            raise DamageError("a record is not valid") from error
 
 
 def _copy(source: Path, target: Path) -> None:

@@ -92,7 +92,7 @@ class _Judging:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What can happen; by default world.yaml beside the scenario.",
+            help="The world, i.e. possible outcomes and times; by default the scenario's world.yaml.",
             show_default=False,
         ),
     ] = None
@@ -101,8 +101,8 @@ class _Judging:
         typer.Option(
             "--property",
             metavar="NAME|FORM",
-            help="Watch this one, e.g. 'never (goal (mode FAILED))'. Repeatable; by default all that are "
-            "built in, and those of properties.yaml beside the scenario.",
+            help="Watch this property, e.g. 'never (goal (mode FAILED))'. Repeatable; by default those that "
+            "are built in, and those of properties.yaml in the scenario's folder.",
         ),
     ] = ()
     out: Annotated[
@@ -146,7 +146,7 @@ def explore(
         Path | None,
         typer.Option(
             metavar="FILE",
-            help=f"Go on with an exploration that was interrupted; Ctrl-C writes {RESUME}.",
+            help=f"Resume an interrupted exploration; Ctrl-C writes {RESUME}.",
             show_default=False,
         ),
     ] = None,

@@ -43,7 +43,7 @@ class _SweepOptions:
     """How much is played, and where."""
 
     runs: Annotated[int, typer.Option(min=1, help="How many runs.")] = 1000
-    seed: Annotated[int, typer.Option(help="The seed of the first run; the others follow.")] = 0
+    seed: Annotated[int, typer.Option(help="The seed of the first run; later runs count up from it.")] = 0
     against: Annotated[
         Path | None,
         typer.Option(metavar="SCENARIO", help="A second agent, in the same worlds.", show_default=False),
@@ -52,7 +52,7 @@ class _SweepOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What can happen to skills; by default world.yaml beside the scenario.",
+            help="The world: outcomes of skills; by default world.yaml in the scenario's folder.",
             show_default=False,
         ),
     ] = None
@@ -64,7 +64,7 @@ class _SweepOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="Keep the result of each run in this file, and do not play again what is in it.",
+            help="Keep the result of each run in this file, and skip the runs that it has already.",
             show_default=False,
         ),
     ] = None

@@ -162,7 +162,7 @@ class PathChooser:
         if step.subject != point.subject:
             raise DivergedError(
                 f"choice {index} was about {step.subject}, and is about {point.subject}",
-                hint="the agent, or what it runs on, has changed since, or it is not deterministic",
+                hint="the agent or its environment has changed since, or the agent is not deterministic",
             )
         for number, option in enumerate(point.options):
             if option.name == step.option:

@@ -35,7 +35,7 @@ def test_a_run_that_is_allowed_is_recorded(tmp_path):
         assert "G (MINI): COMPLETED" in assistant.ask("run", scenario="mini", recording="new.mcap")
         assert assistant.ask("goal_tree", recording="new.mcap")["tree"].startswith("G (MINI): ")
         again = assistant.refusal("run", scenario="mini", recording="new.mcap")
-        assert "'new.mcap' is there already" in again
+        assert "'new.mcap' exists already" in again
         assert "ends in .mcap" in assistant.refusal("run", scenario="mini", recording="mini/mini.clp")
         assert "outside" in assistant.refusal("run", scenario="mini", recording="../new.mcap")
         slow = assistant.refusal("run", scenario="mini", recording="slow.mcap", patience=0.01)

@@ -57,7 +57,7 @@ def terminal(
     url: Annotated[str, typer.Option(help="The rosbridge, or the router of Zenoh.")] = "",
     domain: Annotated[int | None, typer.Option(min=0, help="The DDS domain.")] = None,
     reach: Annotated[str, typer.Option(help="localhost or subnet.")] = "",
-    namespace: Annotated[str, typer.Option(help="What comes before all names, e.g. /robot1.")] = "",
+    namespace: Annotated[str, typer.Option(help="The prefix of all names, e.g. /robot1.")] = "",
     distribution: Annotated[str, typer.Option(help="Of the experts: humble, iron, jazzy ...")] = "",
     packages: Annotated[
         list[Path] | None, typer.Option(metavar="DIR", help="A folder with ROS packages. Repeatable.")

@@ -58,7 +58,7 @@ class Ros2Performers(Component):
                 place = next(self._context.config.search(f"{TREE}/{key}/"))
                 raise ConfigError(
                     f"the performer {key} would ask itself for {', '.join(sorted(both))}:"
-                    f" {host.name} has others on {performer.topic} execute it",
+                    f" {host.name} lets performers on {performer.topic} execute it",
                     file=place.file,
                     line=place.line,
                     hint=f"leave it out of {TREE}/{key}/actions, or of the skills of {host.name}",

@@ -52,7 +52,7 @@ class ExpertClient:
         if client is None:
             client = self._clients[name] = self.node.client(name, SERVICES[service])
         if not self.wait(lambda: client.is_served, self._patience_s):
-            raise Ros2Error(f"nobody serves {name}", hint="see 'ros2 service list', the domain and the reach")
+            raise Ros2Error(f"{name} has no server", hint="see 'ros2 service list', the domain and the reach")
         got: list[Message] = []
         failed: list[str] = []
         end_us = self.clock.now_us() + round((patience_s or self._patience_s) * MICROSECONDS)

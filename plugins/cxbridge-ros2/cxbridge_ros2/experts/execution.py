@@ -66,7 +66,7 @@ def execute(client: ExpertClient, items: Sequence[Item]) -> Iterator[str]:
     name = client.namespace + _ACTION
     with ActionClient(client.node, name, EXECUTE_PLAN) as executor:
         if not client.wait(lambda: executor.is_served, PATIENCE_S):
-            raise Ros2Error(f"nobody serves {name}", hint=executor.why_unserved() or None)
+            raise Ros2Error(f"{name} has no server", hint=executor.why_unserved() or None)
         sent = executor.send({"plan": {"items": items}})
         states: dict[str, int] = {}
         try:

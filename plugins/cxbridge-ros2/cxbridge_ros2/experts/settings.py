@@ -46,7 +46,7 @@ class ExpertSettings(Struct, frozen=True):
             for name in names:
                 if name not in (ALL, *NODES):
                     hint = did_you_mean(name, (ALL, *NODES), f"there are: {', '.join((*NODES, ALL))}")
-                    raise ConfigError(f"{_WHOSE}: nobody serves '{name}'", hint=hint)
+                    raise ConfigError(f"{_WHOSE}: '{name}' is no service", hint=hint)
             if not names:
                 raise ConfigError(f"{_WHOSE}: nothing is served", hint="serve: all")
         return cls(tuple(NODES) if ALL in names else tuple(dict.fromkeys(names)), node)

@@ -164,7 +164,7 @@ class HubSkills(RosExecutor):
                 return
             waited_us = self.clock.now_us() - start_us
             if waited_us > known.patience_s * MICROSECONDS:
-                raise SkillFailedError(f"nobody performs {key} on {self.topic}")
+                raise SkillFailedError(f"no performer of {key} answers on {self.topic}")
             if waited_us >= requests * RETRY_S * MICROSECONDS:
                 if requests >= _DEAF:
                     self._reject_deaf(key)

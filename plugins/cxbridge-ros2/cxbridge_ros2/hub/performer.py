@@ -92,7 +92,9 @@ class ServedAction(Struct, frozen=True):
                 raise ConfigError(f"the action {action} has no setting '{key}'", hint=hint)
         names, call = value.get("parameters", []), str(value.get("call", ""))
         if call == _MAPPED and not protocol.has_agents:
-            raise ConfigError(f"the action {action} cannot call what is mapped: {protocol.name} has no such")
+            raise ConfigError(
+                f"the action {action} cannot call '{_MAPPED}': {protocol.name} has no mapped actions"
+            )
         mapping = ActionSkillMapping({action: call})
         if call and call != _MAPPED and (doubts := mapping.check()):
             raise ConfigError(f"the call of the action {action}: {doubts[0][1]}")

@@ -311,7 +311,7 @@ def _rclpy() -> Any:
     except ImportError as error:
         python = ".".join(map(str, sys.version_info[:2]))
         raise Ros2Error(
-            f"rclpy is not there: {_one_line(error)}",
+            f"rclpy is not installed: {_one_line(error)}",
             hint=f"source the setup.bash of a ROS 2 for Python {python}, or take the transport dds",
         ) from None
 

@@ -60,7 +60,7 @@ def test_it_does_what_every_transport_does(domain: int):
 
 @unsourced
 def test_without_a_sourced_environment_it_says_what_to_do():
-    with pytest.raises(Ros2Error, match="rclpy is not there: ") as caught:
+    with pytest.raises(Ros2Error, match="rclpy is not installed: ") as caught:
         RclpyNode("test", Definitions(environment={}))
     assert re.match(r"source the setup\.bash of a ROS 2 for Python 3", caught.value.hint or "")
 

@@ -160,7 +160,7 @@ def quiet_domain(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_server_that_is_not_there_is_a_failure_that_names_it(tmp_path: Path):
     status, _, errors = end(begin(scenario(tmp_path, 8)))
     assert status == 1
-    assert "nobody serves /fibonacci (example_interfaces/action/Fibonacci)" in errors
+    assert "/fibonacci (example_interfaces/action/Fibonacci) has no server" in errors
 
 
 @pytest.mark.usefixtures("quiet_domain")
@@ -177,7 +177,10 @@ def test_a_server_that_vanishes_is_a_failure_that_names_it(tmp_path: Path):
     status, _, errors = end(running)
     assert status == 1
     # the last goal was on its way
-    assert "the server of /fibonacci has vanished" in errors or "nobody serves /fibonacci" in errors
+    assert (
+        "the server of /fibonacci has vanished" in errors
+        or "/fibonacci (example_interfaces/action/Fibonacci) has no server" in errors
+    )
 
 
 def executor(settings: dict[str, Any]) -> RosSkills:

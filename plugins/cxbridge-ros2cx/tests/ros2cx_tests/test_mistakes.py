@@ -128,7 +128,7 @@ def test_a_feature_that_cannot_be_had(checkout, core, name):
 
 def test_a_feature_that_is_named_twice(checkout):
     change(checkout, '["plansys2"', '["plansys2", "plansys2"', FEATURES)
-    assert re.search(rf"{FEATURES}:4.*'plansys2' is there twice", complaint(checkout))
+    assert re.search(rf"{FEATURES}:4.*'plansys2' is listed twice", complaint(checkout))
 
 
 def test_a_plugin_that_is_unknown_has_file_and_line(checkout):

@@ -156,7 +156,7 @@ def _add_scenario(agent: AgentSources, options: RunOptions, *, core: bool) -> No
 
 def _refuse(run: Run) -> None:
     raise TraceError(
-        "this recording has no CLIPS files with it, so it is not known what there is to cover",
+        "this recording contains no CLIPS files, so their rules are unknown",
         file=run.path,
         hint="name the scenario that was run (--scenario), or the Fawkes whose log it is (--fawkes-dir)",
     )

@@ -100,7 +100,7 @@ class Explainer(Component):
         self._msgid, self._answer = message.id, None
         env = self._environment
         if env is None:
-            error = CxbridgeError("the executive is not there now", hint="see 'cxbridge daemon status'")
+            error = CxbridgeError("the executive is not running now", hint="see 'cxbridge daemon status'")
             self._publish(_refusal(error))
             return
         evidence = self._copy(env, name, kind)

@@ -109,7 +109,9 @@ def planner_answers(run: Run) -> Iterator[PlannerAnswer]:
             domains[source.owner] = parse_domain(text, where)
         elif kind == "problem":
             if source.owner not in domains:
-                raise TraceError(f"the problem of {call} is there, but not its domain", file=run.path)
+                raise TraceError(
+                    f"the recording has the problem of {call}, but not its domain", file=run.path
+                )
             problem = parse_problem(text, domains[source.owner], where)
             end = ended.get((source.owner, call))
             yield PlannerAnswer(call, "" if end is None else end.goal, problem, end)

@@ -58,7 +58,7 @@ class RecordedSource:
             raise TraceError(
                 "; ".join(self._scrubber.notes) or "this recording has no events",
                 file=path,
-                hint="'cxbridge trace info' shows what is in it",
+                hint="'cxbridge trace info' lists its contents",
             )
         self._follows = True
         self._speed = 1.0

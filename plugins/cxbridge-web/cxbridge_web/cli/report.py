@@ -13,7 +13,7 @@ from cxbridge.cli.console import say
 def report(
     file: Annotated[Path, typer.Argument(metavar="FILE", help="a recorded run of any format")],
     output: Annotated[Path, typer.Option("--output", "-o", metavar="OUT.html", help="the page to write")],
-    title: Annotated[str, typer.Option(help="what is above the page; by default the file's name")] = "",
+    title: Annotated[str, typer.Option(help="the heading of the page; by default the file's name")] = "",
 ) -> None:
     """Write a page that shows a run: goals over time, plan-actions, skills, rules, log, interfaces.
 

@@ -59,7 +59,7 @@ def copy(
                 return copier.copy
         yield
         if environment(call, name, status) is not env:
-            raise ApiError(503, f"The CLIPS environment '{name}' was made again meanwhile")
+            raise ApiError(503, f"The CLIPS environment '{name}' was made again during the request")
 
 
 def facts(call: ApiCall, template: str) -> Iterator[Slots]:

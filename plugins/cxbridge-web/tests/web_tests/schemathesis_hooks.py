@@ -7,9 +7,9 @@ import schemathesis
 NOT_NOW = (
     "Behavior Engine plugin is not loaded",
     "No CLIPS environment named 'executive' found",
-    "The executive is not there now",
+    "The executive is not running now",
     "there is no daemon with an executive",
-    "The CLIPS environment 'executive' was made again meanwhile",
+    "The CLIPS environment 'executive' was made again during the request",
 )
 """Why a request cannot be answered after somebody has unloaded what it needs."""
 

@@ -37,7 +37,7 @@ class PlayOptions:
         ),
     ] = None
     games: Annotated[int, typer.Option(min=1, metavar="N", help="How many games, each with a seed.")] = 1
-    seed: Annotated[int, typer.Option(help="The seed of the first game; the others follow.")] = 0
+    seed: Annotated[int, typer.Option(help="The seed of the first game; later games count up from it.")] = 0
     minutes: Annotated[
         float | None,
         typer.Option(
@@ -51,7 +51,7 @@ class PlayOptions:
         Path | None,
         typer.Option(
             metavar="FILE",
-            help="What can fail; world.yaml beside the scenario by default. Without one nothing fails.",
+            help="The world with its failures; by default the scenario's world.yaml, or none.",
             show_default=False,
         ),
     ] = None

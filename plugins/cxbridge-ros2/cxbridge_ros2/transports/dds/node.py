@@ -109,7 +109,7 @@ class DdsNode(Node):
             self._leave_domain()
             raise Ros2Error(
                 f"DDS cannot begin in domain {number}: {error}",
-                hint="is ROS_DOMAIN_ID right, are there free UDP ports, and is CYCLONEDDS_URI right?",
+                hint="check ROS_DOMAIN_ID, CYCLONEDDS_URI, and that UDP ports are free",
             ) from None
         self._waits = WaitSet(self._participant)
         self._never = GuardCondition(self._participant)

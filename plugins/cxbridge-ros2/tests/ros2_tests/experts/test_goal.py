@@ -92,7 +92,7 @@ def test_a_part_of_it_is_served(domain: int, tmp_path: Path):
     ("settings", "message"),
     [
         ("{serve: all, sevre: all}", "there is no setting 'sevre'"),
-        ("{serve: executor}", "nobody serves 'executor'"),
+        ("{serve: executor}", "'executor' is no service"),
         ("{serve: []}", "nothing is served"),
         ("{serve: all, transport: pigeon}", "there is no transport 'pigeon'"),
     ],

@@ -201,7 +201,7 @@ def test_completion(terminals: Terminal):
 def test_nobody_is_there(domain: int):
     with asking(domain + 4) as client:
         client._patience_s = 0.2
-        with pytest.raises(CxbridgeError, match="nobody serves /domain_expert/get_domain"):
+        with pytest.raises(CxbridgeError, match="/domain_expert/get_domain has no server"):
             list(Terminal(client, NodeCodec("iron")).do("get domain"))
 
 

@@ -318,7 +318,7 @@ def _render(folder: Path, name: str) -> str:
     except ModuleNotFoundError:
         hint = "install it: pip install jinja2"
         raise PddlError(
-            "the file is a template of jinja2, which is not there", file=file, hint=hint
+            "the file is a jinja2 template, and jinja2 is not installed", file=file, hint=hint
         ) from None
     try:
         environment = SandboxedEnvironment(loader=FileSystemLoader(folder))

@@ -211,7 +211,9 @@ class ManagedProblem:
                 ):
                     value = truth.number(amount, bound)
                     if value is None:
-                        raise PddlError(f"'{action}' changes {target.function} by what has no value")
+                        raise PddlError(
+                            f"'{action}' changes {target.function} by an expression without a value"
+                        )
                     yield Change(
                         (target.function, _names(target.arguments, bound)), time, _SIGNS[sign], value
                     )

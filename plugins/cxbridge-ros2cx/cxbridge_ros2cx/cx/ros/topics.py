@@ -91,7 +91,7 @@ class Topics:
     def _publish(self, env: ClipsEnvironment, message: ExternalAddress, topic: str) -> None:
         found = self._publishers.get((env.name, str(topic)))
         if found is None or found.publisher is None:
-            raise ClipsError(f"nobody publishes on {topic}: create a publisher first")
+            raise ClipsError(f"there is no publisher of {topic}: create it first")
         view = self._plugin.messages.find(message)
         if view.kind != found.kind:
             raise ClipsError(f"the topic {topic} has messages of type {found.kind}, not {view.kind}")

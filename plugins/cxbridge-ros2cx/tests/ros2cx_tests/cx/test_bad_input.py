@@ -124,7 +124,7 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
         ('(ros-msgs-create-message "???")', "is no name of a ROS 2 type"),
         (
             '(ros-msgs-publish (ros-msgs-create-message "std_msgs/msg/String") never)',
-            "nobody publishes on never",
+            "there is no publisher of never",
         ),
         ('(ros-msgs-create-publisher "bad name" "std_msgs/msg/String")', "is no whole name of a topic"),
         (f'(bind ?m {BOOL}) (ros-msgs-destroy-message ?m) (ros-msgs-get-field ?m "data")', "Invalid pointer"),
