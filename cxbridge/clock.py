@@ -33,7 +33,7 @@ def split_us(time_us: int) -> tuple[int, int]:
 def join_us(seconds: int, microseconds: int) -> int:
     """Join Fawkes' ``(seconds, microseconds)`` to microseconds since the epoch; 64 signed bits at most.
 
-    A writer may stamp an interface with any two numbers: nobody else shall fail to pass them on.
+    A writer may stamp an interface with any two numbers: a reader must not fail to pass them on.
     """
     return max(-_MAX_US, min(seconds * MICROSECONDS + microseconds, _MAX_US))
 
@@ -62,7 +62,7 @@ class Wakeup:
                 self._lock.release()
 
     def wait(self, seconds: float) -> None:
-        """Return after that time, or as soon as it is set."""
+        """Return after that time, or as soon as the wakeup is set."""
         if not self._is_set:
             self._lock.acquire(timeout=seconds)
 
@@ -86,11 +86,11 @@ class Clock(ABC):
 
     @property
     def is_virtual(self) -> bool:
-        """Whether time stands still unless somebody sleeps."""
+        """Whether time passes only in :meth:`sleep_until`."""
         return False
 
     def close(self) -> None:  # noqa: B027  most have nothing
-        """Give back what it has."""
+        """Release the clock's resources."""
 
 
 class RealClock(Clock):
@@ -149,7 +149,7 @@ class ScaledClock(RealClock):
 
 
 class VirtualClock(Clock):
-    """Time that passes only when somebody sleeps: runs repeat, and take no longer than their work."""
+    """Time that passes only in a sleep: runs repeat, and take no longer than their work."""
 
     name = "virtual"
 
@@ -166,7 +166,7 @@ class VirtualClock(Clock):
 
     @property
     def is_virtual(self) -> bool:
-        """Whether time stands still unless somebody sleeps: yes."""
+        """Return True: time passes only in a sleep."""
         return True
 
 

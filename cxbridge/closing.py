@@ -1,4 +1,4 @@
-"""What is closed at its end, as a context manager."""
+"""Objects with a ``close`` method as context managers."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ class Closing(ABC):
 
     @abstractmethod
     def close(self) -> None:
-        """Give back what it has."""
+        """Release the resources."""
 
     def __enter__(self) -> Self:
         return self

@@ -16,7 +16,7 @@
      │    ├── ActionMappingError  an action cannot be mapped to a skill string
      │    └── SkillError          a skill cannot be loaded or run
      ├── TransformError           how two frames lie to each other is not known (tf.errors refines it)
-     ├── NavGraphError            a navigation graph cannot be read, or lacks what is asked for
+     ├── NavGraphError            a navigation graph cannot be read, or lacks a node or an edge
      └── TraceError               a recorded run cannot be read
 
 A user's mistake is always one of these: the command line prints it in one piece and exits with
@@ -33,7 +33,7 @@ from typing import Any
 class CxbridgeError(Exception):
     """Root of all errors of cxbridge.
 
-    :param message: what is wrong, in one sentence.
+    :param message: the mistake, in one sentence.
     :param file: the file that the user has to look at, if there is one.
     :param line: the line in that file, counted from 1.
     :param column: the column in that line, counted from 1.
@@ -41,7 +41,7 @@ class CxbridgeError(Exception):
     """
 
     exit_status = 2
-    """What a command exits with: 2 is bad input or usage (see docs/commands.md)."""
+    """The exit status of a command: 2 is bad input or usage (see docs/commands.md)."""
 
     def __init__(
         self,
@@ -61,7 +61,7 @@ class CxbridgeError(Exception):
 
     @property
     def location(self) -> str:
-        """``file:line:column``, as far as it is known; empty when nothing is."""
+        """``file:line:column`` as far as known; empty without a file."""
         parts = [part for part in (self.file, self.line, self.column) if part is not None]
         return ":".join(str(part) for part in parts)
 
@@ -88,7 +88,7 @@ class BlackBoardError(CxbridgeError):
 
 
 class ExecutiveError(CxbridgeError):
-    """The executive cannot be set up or cannot go on."""
+    """The executive cannot be set up or cannot continue."""
 
 
 class BrokenAgentError(CxbridgeError):
@@ -96,7 +96,7 @@ class BrokenAgentError(CxbridgeError):
 
     Its text has all mistakes, each with its place, and then the message, which counts them.
 
-    :param mistakes: what is wrong, one by one.
+    :param mistakes: the mistakes, one by one.
     :param started: whether the agent had been started by then.
     """
 
@@ -131,7 +131,7 @@ class PddlError(ExecutiveError):
 
 
 class SkillerError(CxbridgeError):
-    """The Skiller cannot be set up or cannot go on."""
+    """The Skiller cannot be set up or cannot continue."""
 
 
 class ActionMappingError(SkillerError):

@@ -1,6 +1,6 @@
 """The description that each class of events carries: its name, topic, level, views and patterns.
 
-Recordings, selections and streams derive from it what they have to know about a kind of event, so a new
+Recordings, selections and streams derive their knowledge of a kind of event from it, so a new
 kind is its class, its producer, and readers that care.
 """
 
@@ -14,7 +14,7 @@ from msgspec import Struct, field
 
 
 class RecordLevel(Enum):
-    """How much of a run is recorded; each level keeps what the one before it keeps, and more."""
+    """How much of a run is recorded; each level contains the level before it."""
 
     TRANSITIONS = "transitions"
     RULES = "rules"
@@ -44,18 +44,18 @@ class View(Enum):
 
 
 class EventDescription(Struct, frozen=True):
-    """What there is to know about a kind of event besides its fields.
+    """The properties of a kind of event besides its fields.
 
     :param name: in files, options and streams, e.g. ``rule``; empty: such events stay in the process.
     :param topic: of its messages in mcap files.
     :param topic_field: the field that the topic ends with, as in ``/bb/Type/id``; empty: all have one topic.
     :param level: the lowest level that records it.
-    :param views: what shows it, and compares runs by it.
-    :param patterns: the fields that it is selected by, by their names in patterns; the first is what a bare
-        pattern means. An empty field is one that the selection has to find elsewhere.
-    :param subject: the fields that identify what has the state; empty: it carries no state.
+    :param views: the views that show the event, and compare runs by it.
+    :param patterns: the fields that it is selected by, by their names in patterns; the first is the field of
+        a bare pattern. An empty field is one that the selection has to find elsewhere.
+    :param subject: the fields that identify the subject of the state; empty: the event carries no state.
     :param details: fields that not every recording has; empty in an event, they are not recorded.
-    :param on_demand: whether making it costs so much that streams listen only while a client wants it.
+    :param on_demand: whether the event is expensive to make: streams listen only while a client wants it.
     """
 
     name: str
@@ -80,7 +80,7 @@ def pattern_fields(text: str) -> dict[str, str]:
 
 
 class Event(Struct, frozen=True):
-    """Something that happened. A class of such has the fields that it adds, and says what it is in ``KIND``.
+    """An event of a run. A subclass adds fields, and describes itself in ``KIND``.
 
     :param time_us: the run's clock, microseconds since the epoch.
     """

@@ -1,4 +1,4 @@
-"""The events of a run as values, the bus that carries them to recorders and others, and loggers.
+"""The events of a run as values, the bus that carries them to recorders and other listeners, and loggers.
 
 An event knows nothing of the format it will be stored in. The producers emit into an :class:`EventBus`;
 :mod:`cxbridge.trace` turns events into files and files back into events. Producers ask
@@ -111,7 +111,7 @@ class FactChange(Event, frozen=True):
 class GoalTransition(Event, frozen=True):
     """A goal got another mode, outcome, parent or error, or is new.
 
-    :param params: its slot of this name as it was then, in parentheses, as CLIPS prints the fields:
+    :param params: the slot ``params`` at that time, in parentheses, as CLIPS prints the fields:
         ``(max-tries 3)``; empty: not recorded. ``meta`` and ``resources`` (those that it requires): likewise.
     :param priority: as CLIPS prints it; empty: not recorded.
     :param is_new: whether the goal is a new one: an agent may use the id of a goal whose fact is gone. False:
@@ -151,7 +151,7 @@ class GoalTransition(Event, frozen=True):
 class PlanActionTransition(Event, frozen=True):
     """A plan-action got another state, or is new.
 
-    :param params: the values of its parameters as they were then, in parentheses, as CLIPS prints them:
+    :param params: the values of its parameters at that time, in parentheses, as CLIPS prints them:
         ``(warn "This is a text")``; empty: not recorded.
     :param skiller: id of the SkillerInterface that the action was sent to; empty: not recorded, not sent yet,
         or sent to a skill board.
@@ -180,7 +180,7 @@ class PlanActionTransition(Event, frozen=True):
 
 
 class SkillStatus(Event, frozen=True):
-    """What a Skiller says about itself, as the executive reads it: one for each new SkillerInterface fact."""
+    """The state of a Skiller as the executive reads it: one event for each new SkillerInterface fact."""
 
     KIND = EventDescription(
         "skill",
@@ -198,7 +198,7 @@ class SkillStatus(Event, frozen=True):
 
 
 class Publication(Event, frozen=True):
-    """A writer published an interface: what the events of it have in common.
+    """A writer published an interface: the common fields of its events.
 
     :param uid: ``Type::id``.
     """
@@ -226,7 +226,7 @@ class InterfaceWrite(Publication, frozen=True):
 
 
 class InterfaceMessage(Event, frozen=True):
-    """Somebody sent a message to the writer of an interface.
+    """A reader sent a message to the writer of an interface.
 
     :param uid: ``Type::id`` of the interface.
     :param message: the message's type, e.g. ``ExecSkillMessage``.
@@ -261,7 +261,7 @@ class PlannerCall(Event, frozen=True):
     :param reason: why there is no plan; empty when there is one, and at the start.
     :param plan: the plan that was found, an action a line: ``START: (NAME ARGUMENT...) [DURATION]``, without
         times when it is just an order.
-    :param why: how the planner came to be taken: which others were left out or failed before.
+    :param why: why this planner was chosen: which planners did not fit or failed before.
     """
 
     KIND = EventDescription("planner", "/planner")
@@ -324,8 +324,8 @@ class SourceRead(Event, frozen=True):
 
     :param role: ``clips``, ``config``, ``feature`` ...
     :param owner: name of the CLIPS environment that it belongs to; empty for none.
-    :param name: the path as it was asked for, or the name of what has no file.
-    :param data: the content; None for what has none.
+    :param name: the requested path, or a name for a source without a file.
+    :param data: the content; None for a source without content.
     :param details: more, by the keys of the role.
     """
 
@@ -386,7 +386,7 @@ class EventBus:
     def emit_source(
         self, role: str, owner: str, name: str, data: bytes | None = None, **details: str
     ) -> None:
-        """Emit :class:`SourceRead`, when somebody wants it."""
+        """Emit :class:`SourceRead` if a listener takes it."""
         if self.wants(SourceRead):
             self.emit(SourceRead(self.clock.now_us(), role, owner, name, data, details))
 
@@ -404,7 +404,7 @@ class Logger:
 
     @property
     def enabled(self) -> bool:
-        """Whether anybody takes log lines: for those who make many."""
+        """Whether a listener takes log lines; code with many lines asks before it formats them."""
         return self.bus.wants(LogLine)
 
     def log(self, level: Level, text: str) -> None:
@@ -413,7 +413,7 @@ class Logger:
             self.bus.emit(LogLine(self.bus.clock.now_us(), level, self.component, text))
 
     def debug(self, text: str) -> None:
-        """Emit ``text`` for those who look for the cause of something."""
+        """Emit ``text`` with the level debug."""
         self.log(Level.DEBUG, text)
 
     def info(self, text: str) -> None:

@@ -66,7 +66,7 @@ def install_command(extra: str, package: str = CORE) -> str:
     """
     folder = _CHECKOUT if package == CORE else _CHECKOUT / "plugins" / package
     if (folder / "pyproject.toml").is_file():
-        # pip leaves an editable installation as it is only when it is named as one
+        # pip keeps an editable installation only when the folder is named again
         return _pip("-e", f"{_shown(folder)}[{extra}]")
     requirements = extras(package).get(extra)
     return _pip(*requirements) if requirements else _pip(f"{package}[{extra}]")

@@ -22,7 +22,7 @@ _NOTHING_THERE: Final = frozenset({errno.ENOENT, errno.ENOTDIR, errno.ELOOP})
 
 @contextmanager
 def file_errors() -> Iterator[None]:
-    """Turn what the system refuses of a file into an error that names the file.
+    """Turn the system's refusal of a file operation into an error that names the file.
 
     For processes that send their errors to another one; the command line shows an OSError in the same way.
 
@@ -44,7 +44,7 @@ def is_readable_file(path: str | Path) -> bool:
 def why_unreadable(path: str | Path) -> str:
     """Return why a path names no file that can be read, to follow its name; empty when it does.
 
-    A folder on the way that may not be searched is a reason, too: nobody knows what is in it.
+    A folder on the way that may not be searched is a reason, too: its content is unknown.
     """
     path = Path(path)
     try:
@@ -62,8 +62,8 @@ def why_unreadable(path: str | Path) -> str:
 def replacing(path: str | Path) -> Iterator[Path]:
     """Give another path to write a file or folder to, which replaces ``path`` at the end.
 
-    After an error nothing of it is left, and what was at ``path`` is as it was. The other path has the same
-    name, and what is there as a file or folder is an empty file or folder there; new files go into the old
+    After an error the new file is removed, and ``path`` is unchanged. The yielded path has the same
+    name; an existing file or folder is an empty file or folder at first; new files go into the old
     folder. A device or a pipe is written to directly, and so is a file in a folder that takes no new files.
 
     :raises CxbridgeError: instead of an OSError of this file; errors of the block name ``path``.
@@ -93,7 +93,7 @@ def replacing(path: str | Path) -> Iterator[Path]:
 
 
 def write_file(path: str | Path, content: str | bytes) -> None:
-    r"""Write a whole file; after an error what was there is as it was.
+    r"""Write a whole file; after an error the old file is unchanged.
 
     :param content: a text is written as UTF-8, with ``\n`` as the end of lines.
     :raises CxbridgeError: when it cannot be written.
@@ -104,7 +104,7 @@ def write_file(path: str | Path, content: str | bytes) -> None:
 
 
 def _temporary_folder(real: Path) -> Path | None:
-    """Make a folder beside a file, or in a folder; None when the file must be written directly."""
+    """Make a folder next to a file, or in a folder; None when the file must be written directly."""
     if real.exists() and not real.is_file() and not real.is_dir():
         return None
     try:
@@ -116,7 +116,7 @@ def _temporary_folder(real: Path) -> Path | None:
 
 
 def _make_like(fresh: Path, real: Path) -> None:
-    """Make an empty folder or file like the one that is there; nothing when there is none."""
+    """Make an empty folder or file of the kind of the existing one; nothing when there is none."""
     if real.is_dir():
         fresh.mkdir()
     elif real.exists():

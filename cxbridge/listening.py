@@ -1,7 +1,7 @@
 """Where servers may listen, and which pages of browsers may use them: the rules of all servers, here alone.
 
 A server that more than this user's machine reaches needs keys, a token, a list of peers, or an option that
-says that it shall do without (docs/security.md).
+allows it to do without (docs/security.md).
 """
 
 from __future__ import annotations

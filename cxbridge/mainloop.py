@@ -28,7 +28,7 @@ class Hook(Enum):
 
 
 class MainLoop:
-    """Calls what is registered at each hook, once a period.
+    """Calls the functions that are registered at each hook, once a period.
 
     :param clock: the run's clock; each loop starts a period after the one before, or at once when that
         one took longer (lost time is not made up for, as in Fawkes).
@@ -40,7 +40,7 @@ class MainLoop:
         self.period_us = period_us
         self.loops = 0
         self.turns = 0
-        """How often it has begun to do something: loops, and what is :meth:`busy` beside them."""
+        """The number of loops and :meth:`busy` sections that have begun."""
         self.working = False
         """Whether it does something now; not while it sleeps between two loops."""
         self._stopped = Wakeup()
@@ -48,7 +48,7 @@ class MainLoop:
         self._steps: tuple[Callable[[], object], ...] | None = None
 
     def add(self, hook: Hook, step: Callable[[], object]) -> None:
-        """Call ``step`` at ``hook`` in every loop, after what is already there."""
+        """Call ``step`` at ``hook`` in every loop, after the functions registered before."""
         self._hooks[hook].append(step)
         self._steps = None
 
@@ -91,7 +91,7 @@ class MainLoop:
 
     @contextmanager
     def busy(self) -> Iterator[None]:
-        """Count what is done within as work of a loop, for those who watch :attr:`working`."""
+        """Count this section as work of a loop: the watchdog looks at :attr:`working`."""
         self.turns += 1
         self.working = True
         try:

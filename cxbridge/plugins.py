@@ -105,7 +105,7 @@ class Row(Struct, frozen=True):
     :param needed: whether the run or daemon with this context needs the object.
     :param early: of a feature: whether the run with this context makes the feature at its start, not when an
         environment requests the feature; a mistake in its configuration is reported before a rule fires. Of a
-        component: whether the component starts before the components of cxbridge, to see what they do.
+        component: whether the component starts before the components of cxbridge, to observe them.
     :param requested: of a feature: whether the run with this context requests the feature for an agent whose
         initialisation does not request it.
     :param section: of a command at the top: the heading below which the help lists the command.

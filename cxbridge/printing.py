@@ -1,9 +1,9 @@
-r"""Text of others made safe for a terminal and for a log: every printer uses these, nobody has another.
+r"""Foreign text made safe for a terminal and for a log: every printer uses these functions.
 
 Skill strings, facts, errors, names of peers, ids of interfaces, configuration values and recordings hold what
-somebody else wrote. On a terminal an escape sequence moves the cursor, sets the clipboard or the title, or
-draws a link; in a log a line break begins a line that seems to be another's. Such characters are printed by
-their number, as JSON writes them: ``\u001b``. All other text stays as it is, tabs and any script included.
+text of other programs. On a terminal an escape sequence moves the cursor, sets the clipboard or the title, or
+draws a link; in a log a line break forges a line of another program. Such characters are printed by
+their number, as JSON writes them: ``\u001b``. All other text is kept, tabs and any script included.
 
 What counts as such: C0 but tab and line feed, DEL, C1 (U+0080 to U+009F), the separators of lines and of
 paragraphs, embeddings, overrides and isolates, which turn the reading order around, and lone surrogates, that
@@ -59,7 +59,7 @@ def one_line(text: str) -> str:
 def indented(text: str) -> str:
     """Return a text of several lines as a terminal may have it, all but the first begin with blanks.
 
-    None of them can be taken for a line of somebody else.
+    None of them can be mistaken for a line of another program.
     """
     first, *more = visible(text).split("\n")
     return "\n".join([first, *(line if line.startswith("  ") or not line else f"  {line}" for line in more)])
@@ -76,7 +76,7 @@ def to_record(text: str) -> str:
 
 
 def to_entry(text: str) -> str:
-    """Return a text for an entry of a log: as :func:`to_record`, but it may go on over several lines.
+    """Return a text for an entry of a log: as :func:`to_record`, but of several lines.
 
     As Fawkes logs constructs: a line feed stays before a blank, a tab or a parenthesis, with which no entry
     begins, and before the end.
@@ -100,14 +100,14 @@ def _character(match: re.Match[str]) -> str:
 class VisibleStream:
     """A text stream that passes nothing on that a terminal would obey: what no printer forgets.
 
-    All else is the stream's own. What the program itself sends to a terminal goes to :attr:`terminal`.
+    All other attributes are the stream's. The program's own escape sequences go to :attr:`terminal`.
 
     :param stream: e.g. ``sys.stdout``.
     """
 
     def __init__(self, stream: IO[str]) -> None:
         self.terminal: Final = stream
-        """The stream as it is, for colours and the cursor."""
+        """The stream without the filter, for colours and the cursor."""
 
     def write(self, text: str) -> int:
         """Write a text of one or several lines."""

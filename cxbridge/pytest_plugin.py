@@ -33,7 +33,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @dataclass
 class Bench:
-    """What the fixtures are: makes runs for one test, or for all tests of a module.
+    """The value of the fixtures: makes runs for one test, or for all tests of a module.
 
     :param file: the test's.
     :param test: its name; empty: for a module.
@@ -118,7 +118,7 @@ class Bench:
         return find_member("cx", self, name)
 
     def find(self, path: str | Path) -> Path:
-        """Return a path as seen from the test's folder, else from pytest's root, else as it is."""
+        """Return a path as seen from the test's folder, else from pytest's root, else unchanged."""
         for base in (self.file.parent, self.root):
             if (base / path).exists():
                 return base / path
@@ -205,7 +205,7 @@ def pytest_runtest_makereport(
 
 
 def _hide_library(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Leave the library's frames out of a failure: what a test did wrong is not there. Faults keep theirs."""
+    """Leave the library's frames out of a failure: the mistake is in the test. Faults keep all frames."""
     frames = []
     frame: TracebackType | None = excinfo.tb
     while frame is not None:

@@ -1,4 +1,4 @@
-"""What comes with cxbridge: its files, beside the package or inside it, and where its daemon listens."""
+"""The files that cxbridge ships, next to the package or inside it, and the address of its daemon."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def shipped_dir(name: str) -> Path:
 
     :raises CxbridgeError: when the installation is not complete.
     """
-    # ours first: beside an installed package lie those of others
+    # our folder first: an installed package has folders of other packages next to it
     for candidate in (_PACKAGE / "share" / name, _PACKAGE.parent / name):
         if candidate.is_dir():
             return candidate

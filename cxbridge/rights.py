@@ -1,8 +1,8 @@
 """The rights of clients, and those that messages on the blackboard and frames of its protocols need.
 
 Each operation names the :class:`Right` that it needs (:mod:`cxbridge.operations`), and so does each endpoint
-over HTTP. A message or an endpoint that names none needs more than the right to look: what somebody adds and
-forgets here is refused, not open. See docs/security.md, "Rights".
+over HTTP. A message or an endpoint that names none needs more than the right to look: an addition whose
+author forgets the right is refused, not open. See docs/security.md, "Rights".
 """
 
 from __future__ import annotations
@@ -15,10 +15,10 @@ from cxbridge.errors import CxbridgeError
 
 
 class Right(IntEnum):
-    """What a client needs; each contains those before."""
+    """The right that a client needs; each contains the rights before it."""
 
     LOOK = 0
-    """See how things stand. Nobody who is let in is refused that."""
+    """Read state. Every client that may connect has this right."""
     CONTROL = 1
     """Change something: ``cxbridge/remote-control``."""
     PROGRAMS = 2
@@ -35,7 +35,7 @@ EXEC_SKILL: Final = ("SkillerInterface", "ExecSkillMessage")
 
 @dataclass(frozen=True, slots=True)
 class Rights:
-    """What the clients of a daemon may do.
+    """The rights of the clients of a daemon.
 
     :param control: they may change something.
     :param programs: they may run programs; only with ``control``.
@@ -58,8 +58,8 @@ class Rights:
     def check(self, right: Right, what: str) -> None:
         """Refuse what needs a right that clients have not.
 
-        :param what: what was asked for.
-        :raises RefusedError: when they have not.
+        :param what: the operation, for the error.
+        :raises RefusedError: when the clients do not have the right.
         """
         if not self.allow(right):
             raise RefusedError(f"refused: {what}", hint=self.why_not(right))
@@ -149,7 +149,7 @@ FRAMES: Final = {
 
 
 def right_of_message(interface_type: str, message_type: str) -> Right:
-    """Return what a message on the blackboard needs."""
+    """Return the right that a message on the blackboard needs."""
     return MESSAGES.get((interface_type, message_type), Right.CONTROL)
 
 

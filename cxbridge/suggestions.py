@@ -1,4 +1,4 @@
-"""Suggests what was probably meant by a name that is not known."""
+"""Suggests known names that are similar to an unknown name."""
 
 from __future__ import annotations
 
@@ -11,8 +11,8 @@ LIKE: Final = 0.6
 """How similar a name must be to an unknown one, of 1, to be suggested."""
 
 _MOST: Final = 3
-_BY_ENDS: Final = 0.2  # what the same beginning and end count, beside the similarity
-_MARGIN: Final = 0.05  # a name that is that much less similar than the nearest one is not meant
+_BY_ENDS: Final = 0.2  # the weight of an equal beginning and end, added to the similarity
+_MARGIN: Final = 0.05  # names that are less similar than the nearest one by this margin are not suggested
 _COMPARED: Final = 300  # comparing takes time: hostile files have many names, and long ones
 _LONGEST: Final = 200
 _SHORTEST_PART: Final = 3

@@ -16,7 +16,7 @@ _BASE: Final = "BASEDIR"
 
 
 class Checkouts(Struct, frozen=True):
-    """Folders with the same layout; what the first of them has hides what the others have.
+    """Folders with the same layout; a file of an earlier folder hides the same file of a later one.
 
     :param folders: absolute, the first wins.
     """
@@ -54,7 +54,7 @@ class Checkouts(Struct, frozen=True):
         """Return the folders that a configured path stands for: one for each checkout that has it.
 
         :param placeholders: what ``BASEDIR`` and its like stand for; used where no checkout has the folder.
-        :param here: what a relative path is seen from.
+        :param here: the base folder of relative paths.
         """
         paths = [here / substitute_path(text, placeholders)]
         if f"@{_BASE}@" in text:

@@ -50,12 +50,12 @@ class Configuration:
 
     def __init__(self) -> None:
         self._root = ConfigNode(NodeKind.MAP, Mark())
-        self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # what was where something was set since
+        self._before: dict[tuple[str, ...], ConfigNode | None] = {}  # the nodes that run-time values replace
         self._host_includes: tuple[Path, ...] = ()
         self.files: tuple[Path, ...] = ()
         """The files that were read, in the order they were laid over each other."""
         self.warnings: tuple[str, ...] = ()
-        """What is allowed but looks like a mistake (a key given twice, ...), each with file and line."""
+        """Probable mistakes that do not stop the reader (a key given twice, ...), with file and line."""
 
     @classmethod
     def load(
@@ -65,7 +65,7 @@ class Configuration:
 
         :param host: what ``$host`` in includes stands for; the machine's name when None.
         :param confdir: the folder that relative includes are seen from; that of the file when None.
-        :raises ConfigError: when something cannot be read or makes no sense.
+        :raises ConfigError: when a file cannot be read or a value is invalid.
         """
         path = Path(path)
         main = path / "config.yaml"
@@ -108,8 +108,8 @@ class Configuration:
         """Return the file that the value at the path names; None for an empty value, and for none.
 
         A relative name is seen from the folder of the configuration file that has it, so that a file which is
-        laid over a shipped scenario keeps its things beside itself. A value that was set at run time has no
-        such file: it is seen from the working directory.
+        laid over a shipped scenario keeps its files in its own folder. A value that was set at run time has
+        no such file: it is seen from the working directory.
 
         :raises ConfigTypeError: when the value is of another type.
         """
@@ -148,7 +148,7 @@ class Configuration:
     def search(self, prefix: str = "/") -> Iterator[ConfigValue]:
         """Yield every value below a path, in lexicographic order of their paths.
 
-        The paths start with the prefix as it is given, except for a slash at its end. A value right at the
+        The paths start with the given prefix, without a slash at its end. A value right at the
         prefix is not below it. Nothing is yielded for a prefix that does not exist. As Fawkes'
         ``Configuration::search``.
         """
@@ -327,7 +327,7 @@ class Configuration:
                         yield file
 
     def below(self, path: str) -> Configuration:
-        """Return a copy of what is below a path, as a configuration of its own; empty when nothing is."""
+        """Return a copy of the subtree below a path as a new configuration; empty without such values."""
         node = self._root.find(path)
         config = Configuration()
         if node is not None and node.kind in (NodeKind.MAP, NodeKind.MAPS):
@@ -370,7 +370,7 @@ class Configuration:
             node.kind, node.text, node.items = NodeKind.LIST, "", tuple(_text(item) for item in value)
 
     def erase(self, path: str) -> None:
-        """Take back a value that was set in this run: what a file says there counts again.
+        """Erase a value that was set in this run: the value of the files counts again.
 
         :raises ConfigError: when it was not set in this run.
         """

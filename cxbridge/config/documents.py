@@ -202,8 +202,9 @@ class _Composer:
     def _tag(self, event: Any) -> str:
         """Return the tag as the config files spell it, without the exclamation mark.
 
-        %TAG holds for one document only; yaml-cpp carries it on into the next one. So both spellings of a tag
-        are the same here: with Fawkes' prefix, and bare. A tag of YAML itself says what the node is: dropped.
+        %TAG holds for one document only; yaml-cpp applies it to the next one, too. So both spellings of a tag
+        are the same here: with Fawkes' prefix, and bare. A tag of YAML itself repeats the kind of the node:
+        dropped.
         """
         tag: str | None = event.tag
         if tag is None or tag == "!":

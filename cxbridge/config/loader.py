@@ -1,6 +1,6 @@
 """Files to one tree: includes of files and folders, optional ones, the file of the host.
 
-As in Fawkes the files are laid over each other breadth first: the main file, what it includes in its order,
+As in Fawkes the files are laid over each other breadth first: the main file, its includes in their order,
 what those include, and last the host-specific file. A later file wins. Relative names are seen from the
 configuration's folder, also in a file that lies elsewhere.
 """
@@ -54,7 +54,7 @@ class ConfigLoader:
 
     @property
     def warnings(self) -> list[str]:
-        """What is allowed but looks like a mistake, each with its place."""
+        """Probable mistakes that do not stop the reader, each with its place."""
         return self._builder.warnings
 
     def load_file(self, file: Path) -> None:
@@ -63,7 +63,7 @@ class ConfigLoader:
         self._run()
 
     def load_folder(self, folder: Path) -> None:
-        """Read all configuration files of a folder and what they include."""
+        """Read all configuration files of a folder and their includes."""
         self._queue.extend(_FileToRead(file, Mark()) for file in files_of(folder))
         self._run()
 

@@ -1,4 +1,4 @@
-"""The parts of a configuration that others must not see: docs/configuration.md, Secrets.
+"""The secret values of a configuration: docs/configuration.md, Secrets.
 
 One rule for all ways on which a configuration leaves the process: REST, Fawkes' protocol, recordings, errors.
 """
@@ -42,7 +42,7 @@ _PEM: Final = re.compile(r"-----BEGIN [A-Z ]*PRIVATE KEY-----")
 
 
 def is_secret(path: str) -> bool:
-    """Whether what is at a path, or below it, is secret by the names that lead to it."""
+    """Whether the values at a path, or below it, are secret by the names in the path."""
     return bool(_PLACES.match(path)) or any(map(_is_secret_name, path.split("/")))
 
 
@@ -58,7 +58,7 @@ def _is_secret_name(name: str) -> bool:
 def mask(path: str, text: str) -> str:
     """Return a value's text as it may be shown.
 
-    :param path: where it is; empty: it is only known what it looks like.
+    :param path: the path of the value; empty: only the text is known.
     """
     if _PEM.search(text):
         return HIDDEN
@@ -79,7 +79,7 @@ def masked(value: ConfigValue) -> ConfigValue:
 def without_secrets(data: bytes, name: str) -> bytes | None:
     """Return a configuration file whose secrets are cut out; None: they cannot be.
 
-    Everything else stays as it is, comments too: they are not looked at.
+    All other text is kept, comments too.
     """
     try:
         secrets = _secrets(data, name)
@@ -95,7 +95,7 @@ def without_secrets(data: bytes, name: str) -> bytes | None:
 
 
 def _secrets(data: bytes, name: str) -> set[tuple[Mark, str, str]]:
-    """Return where the secrets of a file are, what they are, and what may be shown of them."""
+    """Return the secrets of a file: their places, their texts, and the parts that may be shown."""
     return {
         (node.mark, node.text, harmless)
         for root in parse_documents(data, name)
@@ -119,7 +119,7 @@ def _scalars(node: YamlNode, path: str) -> Iterator[tuple[str, YamlScalar]]:
 def _cut(line: str, begin: int, text: str, harmless: str) -> str:
     """Return a line with another text in place of the scalar that begins there.
 
-    It stays as it is when the scalar looks otherwise. A tag goes, too: the new text need not be of its kind.
+    The line is kept when the scalar looks different. A tag is dropped: the new text may not be of its kind.
     """
     before = _BEFORE.match(line, begin)
     end = before.end() if before else begin

@@ -1,4 +1,4 @@
-"""The tags of Fawkes' configuration files, and what they demand of a value."""
+"""The tags of Fawkes' configuration files, and the values that they allow."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ _CHECKS: dict[str, tuple[Callable[[str], bool], str]] = {
     "ipv6": (lambda text: _is_address(socket.AF_INET6, text), 'an IPv6 address such as "::1"'),
     "tcp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
     "udp-port": (_is_port, f"a port from 1 to {_PORT_LIMIT - 1}"),
-    # The rest say what a value is meant to be. Fawkes takes any text: its pattern of a URL matches all.
+    # The other tags are documentation. Fawkes takes any text: its pattern of a URL matches all.
     "url": (_anything, "a URL"),
     "ipv4-addr": (_anything, "an IPv4 address"),
     "regex": (_anything, "a regular expression"),
@@ -54,7 +54,7 @@ INCLUDE_TAGS = ("ignore-missing", "host-specific")
 def check_tag(node: YamlNode) -> None:
     """Check the value of a node against its tag.
 
-    :raises ConfigError: when nobody knows the tag, or the value is not what the tag says.
+    :raises ConfigError: when the tag is unknown, or the value does not match the tag.
     """
     if not node.tag:
         return
@@ -68,7 +68,7 @@ def check_tag(node: YamlNode) -> None:
 
 
 def unknown_tag(tag: str, mark: Mark) -> ConfigError:
-    """Return the error about a tag that nobody knows, or that stands where it means nothing."""
+    """Return the error about an unknown tag, or about a tag at a place where it has no meaning."""
     if tag in INCLUDE_TAGS:
         return mark.error(
             f"!{tag} is for the entries of 'include:' in the first of two documents",

@@ -18,7 +18,7 @@ from cxbridge.config.tags import check_tag
 
 
 class NodeKind(Enum):
-    """What a node of the tree is; the value is what to call it in messages."""
+    """The kind of a node of the tree; the value is its name in messages."""
 
     NULL = "nothing"
     SCALAR = "a single value"
@@ -30,7 +30,7 @@ class NodeKind(Enum):
 class ConfigNode(Struct):
     """A node of the tree.
 
-    :param kind: what it is, and so which of the following it has.
+    :param kind: the kind, which decides which of the following fields are set.
     :param mark: where it was read.
     :param text: the text of a scalar, unquoted; empty else.
     :param items: the texts of the elements of a list.
@@ -71,7 +71,7 @@ def split_path(path: str) -> list[str]:
 
 
 class TreeBuilder:
-    """Builds trees from YAML nodes; collects what is allowed but looks like a mistake in :attr:`warnings`."""
+    """Builds trees from YAML nodes; collects probable mistakes in :attr:`warnings`."""
 
     def __init__(self) -> None:
         self.warnings: list[str] = []

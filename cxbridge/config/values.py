@@ -11,7 +11,7 @@ from cxbridge.config.scalars import ConfigType, type_of
 class ConfigValue(Struct, frozen=True):
     """A leaf of the configuration: a scalar, a list of scalars, or nothing (null, an empty map).
 
-    :param path: its full path, in the spelling of the one who asked.
+    :param path: its full path, in the spelling of the caller.
     :param is_list: whether it is a list.
     :param text: the raw text of a scalar without YAML's quotes, empty for nothing and for a list.
     :param items: the raw texts of the elements of a list.

@@ -2,13 +2,13 @@
 
 Reading goes through a :mod:`ctypes` view of the block, which is the fastest way to a value that the
 standard library has; writing goes through :mod:`struct`, which checks type and range. Each factory binds
-what it needs once, so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to three
-times a bare ``struct`` call). A view is reached by attribute name alone, therefore the factories are made
-of source text, once for each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no
+what its constants once, so that an access is a handful of C calls (benchmarks/bench_fields.py holds it to
+three times a bare ``struct`` call). A view is reached by attribute name alone, therefore the factories are
+made of source text, once for each number of a field: ``f0``, ``f1`` ... are the names in the view, so that no
 name of a definition is ever part of source text.
 
 Every setter keeps the two marks of a block up, as a Fawkes setter does: ``_changed`` is set when the stored
-value becomes another one, ``_refreshed`` always. A setter that refuses a value leaves the field as it was.
+value changes, ``_refreshed`` always. A setter that refuses a value does not change the field.
 """
 
 from __future__ import annotations
@@ -62,8 +62,8 @@ Fill = Callable[[Any, Sequence[Any]], None]
 def make_filler(fields: Sequence[FieldSchema], enums: Sequence[type[IntEnum] | None]) -> Fill:
     """Make what packs values into all fields of a block at once: the setters take four times as long.
 
-    It raises one of :data:`MISFITS` for a value that does not fit as it is, and always where a field is an
-    array or a bool: the setters know what to do with that, or say what is wrong with it.
+    It raises one of :data:`MISFITS` for a value that needs a conversion, and always where a field is an
+    array or a bool: the setters convert such values, or raise the error.
 
     :param enums: the class of the values, for each field that is an enum.
     """
@@ -219,7 +219,7 @@ def _elements(field: FieldSchema, value: Iterable[Any], enum: type[IntEnum] | No
 
 
 def fit_text(text: str, room: int) -> bytes:
-    """Encode text into at most so many bytes: cut at a NUL, and never inside a UTF-8 character.
+    """Encode text into at most ``room`` bytes: cut at a NUL, and never inside a UTF-8 character.
 
     Bytes that are not UTF-8 survive as the surrogates that Python's ``surrogateescape`` made of them.
 
@@ -230,7 +230,7 @@ def fit_text(text: str, room: int) -> bytes:
     if len(data) <= room:
         return data
     for cut in range(room, max(room - _LONGEST_UTF8, -1), -1):
-        # A torn character would come back as surrogates, and those are not what the text has there.
+        # A torn character decodes to surrogates, which the text does not have at this place.
         if text.startswith(data[:cut].decode("utf-8", "surrogateescape")):
             return data[:cut]
     return data[:room]
@@ -314,7 +314,7 @@ def make(pack_into, numbers):
 """
 
 MISFITS = (StructError, OverflowError, AttributeError, TypeError, ValueError)
-"""What a filler raises for values that do not fit as they are."""
+"""The errors of a filler for values that need a conversion."""
 
 
 @lru_cache(_REMEMBERED_TEMPLATES)

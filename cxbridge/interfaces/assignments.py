@@ -1,4 +1,4 @@
-"""``NAME=VALUE`` as it is typed on a command line, to fields of interfaces and messages; values to text."""
+"""``NAME=VALUE`` of a command line, to fields of interfaces and messages; values to text."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ _BOOLS = {
 def assign(block: Block, assignments: Iterable[str]) -> bool:
     """Set fields: ``NAME=VALUE``, ``NAME=V,V,V`` or ``NAME[INDEX]=VALUE``.
 
-    Numbers may be hexadecimal, enum values are given by name or number. A text is taken as it is, but one in
-    double quotes is read as JSON: what :func:`shown` returns reads back.
+    Numbers may be hexadecimal, enum values are given by name or number. A text is taken literally, but a text
+    in double quotes is read as JSON: what :func:`shown` returns reads back.
 
-    :returns: whether a value became another one.
-    :raises InterfaceError: when one makes no sense; then those before it are set.
+    :returns: whether a value changed.
+    :raises InterfaceError: when an assignment is invalid; the assignments before it are carried out.
     """
     before = block.to_bytes()
     for text in assignments:

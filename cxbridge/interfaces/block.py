@@ -20,7 +20,7 @@ class Block:
 
     Classes with fields are made by :mod:`cxbridge.interfaces.classes`. A field whose name is a Python
     keyword, or the name of something that the class has anyway, is reached as ``name_``; :meth:`get` and
-    :meth:`set` take the name as it is.
+    :meth:`set` take the original name.
 
     The buffer stays the same object for the life of a block: write into ``_buf[:]``, never replace it.
     """
@@ -28,7 +28,7 @@ class Block:
     __slots__ = ("_buf", "_changed", "_refreshed", "_view")
 
     SCHEMA: ClassVar[Any]
-    """What the block holds: an ``InterfaceSchema`` or a ``MessageSchema``."""
+    """The schema of the block: an ``InterfaceSchema`` or a ``MessageSchema``."""
 
     VIEW: ClassVar[type[ctypes.Structure]]
     """The block as a C struct, its fields called f0, f1, ... in the order of declaration."""

@@ -1,4 +1,4 @@
-"""Private buffers beside a data block, to keep earlier contents of it."""
+"""Private buffers of a data block, which keep earlier contents of it."""
 
 from __future__ import annotations
 

@@ -140,7 +140,7 @@ def _attach(block_class: type[B], schema: InterfaceSchema | MessageSchema, enums
 
 
 def _own(interface_class: type[Interface], name: str) -> Any:
-    """Return what the class body itself defines for a name of the definition, or None."""
+    """Return the class body's own attribute for a name of the definition, or None."""
     return vars(interface_class).get(attribute_name(name, Interface))
 
 

@@ -29,7 +29,8 @@ _QUOTES = '"""'
 _INDENT = "    "
 _PYTHON_TYPES = {"bool": "bool", "string": "str", "float": "float", "double": "float"}
 _ZEROS = {"bool": "False", "str": '""', "float": "0.0"}
-# What a definition may ask for: its names, long messages, bool fields; docstrings of stubs are for editors.
+# Rules that a definition may break: its names, long messages, bool fields; docstrings of stubs are for
+# editors.
 _NOQA = "# ruff: noqa: E501, FBT001, FBT002, N801, N802, N815, PLR0913, PLR0917, PYI021, RUF100, TC001, TC003"
 
 
@@ -298,7 +299,7 @@ def _scalar(value: object) -> str:
 
 
 def _literal(prefix: str, value: Any, indent: str, suffix: str, *, named: bool = True) -> Iterator[str]:
-    """Yield the literal of a value; structs with every argument on a line of its own.
+    """Yield the literal of a value; structs with every argument on a separate line.
 
     :param named: an enum is written as the name of the module's variable for it.
     """

@@ -36,7 +36,7 @@ class FieldType(Struct, frozen=True):
 
     @property
     def fits(self) -> str:
-        """What a value must be, in words for an error message."""
+        """The allowed values, in words for an error message."""
         if self.low is not None:
             return f"an integer from {self.low} to {self.high}"
         return {"bool": "True or False", "string": "a str"}.get(self.name, "a number")
@@ -83,7 +83,7 @@ def parse_literal(type_name: str, text: str) -> bool | int | float | str | None:
     """Read a literal the way Fawkes' generator checks it; None when the type does not allow it.
 
     The type ``byte``, which the generator lets no literal have, never fits. A ``float`` is rounded to 32
-    bits: it then equals what a float field returns for it.
+    bits: the result equals the value that a float field returns.
     """
     if type_name == "string":
         return text

@@ -94,15 +94,15 @@ class Interface(SharedBlock):
     def msgq_enqueue(self, message: Message, *, proxy: bool = False, message_id: int | None = None) -> int:
         """Send ``message`` to the writer; the object itself goes into its queue.
 
-        :param proxy: pass on somebody else's message: its source stays.
-        :param message_id: pass on somebody else's number, too; None: count.
-        :returns: the message's id: counted by this instance from 1, 16 bit wide; never 0, and never what the
-            interface shows when it is sent (see :mod:`~cxbridge.interfaces.message_ids`). A remote Fawkes
-            counts by itself, and leaves out neither.
+        :param proxy: pass on a message of another sender: its source stays.
+        :param message_id: the number that the other sender gave; None: count.
+        :returns: the message's id: counted by this instance from 1, 16 bit wide; never 0, and never the id
+            that the interface shows when it is sent (see :mod:`~cxbridge.interfaces.message_ids`). A remote
+            Fawkes counts by itself, and leaves out neither.
         :raises EnqueueDeniedError: on a writer.
         :raises InvalidMessageError: when the message belongs to another interface type.
         :raises MessageAlreadyQueuedError: when it was sent before.
-        :raises NoWriterError: when nobody has the interface open for writing.
+        :raises NoWriterError: when no instance has the interface open for writing.
         """
         if self._queue is not None:
             raise EnqueueDeniedError(self.type, self._id)
@@ -139,7 +139,7 @@ class Interface(SharedBlock):
         queue.append(message, self._port.now_us())
 
     def divert_queue(self, queue: MessageQueue) -> None:
-        """Let what comes for this writer go into another queue; for transports."""
+        """Put incoming messages of this writer into another queue; for transports."""
         self._queue = queue
 
     def msgq_first(self) -> Message | None:
@@ -169,7 +169,7 @@ class Interface(SharedBlock):
         return queue.pop()
 
     def msgq_remove(self, message: Message | int) -> bool:
-        """Take a message, or the oldest of this id, out of the queue; return whether it was there."""
+        """Remove a message, or the oldest of this id, from the queue; return whether the queue had it."""
         operation = "remove id" if isinstance(message, int) else "remove msg"
         return self._writer_queue(operation).remove(message)
 

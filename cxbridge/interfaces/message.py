@@ -74,7 +74,7 @@ class Message(Block):
             try:
                 self.FILL(values)
             except MISFITS:
-                pass  # the setters say what is wrong, or see that nothing is
+                pass  # the setters convert the values, or raise the error
             else:
                 return
         if len(values) > len(fields):
@@ -231,13 +231,13 @@ class MessageQueue:
 
     def pop(self) -> Message | None:
         """Take the oldest message out and return it; None when there is none."""
-        if not self.waiting:  # most loops: nobody waits for a lock to learn that
+        if not self.waiting:  # most loops: no lock for an empty queue
             return None
         with self._lock:
             return self.waiting.popleft() if self.waiting else None
 
     def remove(self, message: Message | int) -> bool:
-        """Take out ``message``, or the oldest one that has this id; return whether it was there."""
+        """Take out ``message``, or the oldest one that has this id; return whether the queue had it."""
         with self._lock:
             for index, queued in enumerate(self.waiting):
                 if queued is message or (isinstance(message, int) and queued.id == message):

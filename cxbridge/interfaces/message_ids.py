@@ -3,9 +3,9 @@
 An instance counts its messages with 16 bits. A writer shows, by convention in the field ``msgid``, which
 message it works on; readers have nothing else to tell its answers apart by. So two numbers are left out:
 
-- 0: writers say by it that they work on no message, callers that none was sent;
-- the one that the interface shows already: it is of an earlier message, perhaps of somebody else, as all
-  senders count from 1. What is shown would be taken for the answer to ours.
+- 0: writers use it for "no message in work", callers for "no message sent";
+- the id that the interface shows already: it belongs to an earlier message, perhaps of another sender, as
+  all senders count from 1. The caller would take the shown state for the answer to its new message.
 """
 
 from __future__ import annotations

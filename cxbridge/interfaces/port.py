@@ -74,10 +74,10 @@ class Port(Protocol[InstanceT_contra]):
         """
 
     def writer_owner(self) -> str:
-        """Return who has the interface open for writing; empty when nobody."""
+        """Return the name of the writer of the interface; empty without a writer."""
 
     def has_writer(self) -> bool:
-        """Return whether somebody has the interface open for writing."""
+        """Return whether the interface has a writer."""
 
     def reader_owners(self) -> tuple[str, ...]:
         """Return who has the interface open for reading, in the order of opening."""

@@ -96,7 +96,7 @@ class InterfaceRegistry:
         return schema
 
     def _not_found(self, name: str) -> InterfaceError:
-        """Return the error for a type that nobody defines, in Fawkes' words."""
+        """Return the error for an undefined type, in Fawkes' words."""
         folders = ", ".join(str(folder) for folder in self._dirs) or "no folder"
         near = did_you_mean(interface_type_name(name), self.names(), "check the type's name")
         return InterfaceError(

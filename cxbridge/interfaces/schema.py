@@ -43,10 +43,10 @@ class FieldSchema(Struct, frozen=True):
     :param offset: bytes from the start of the block.
     :param size: bytes of the whole field.
     :param elem_size: bytes of one element, which is its alignment.
-    :param comment: what the field is for.
+    :param comment: the purpose of the field.
     :param enum: the enum, when the type is one.
-    :param validfor: kept as it is written; Fawkes checks it and does not use it.
-    :param default: kept as it is written; Fawkes checks it and does not use it (blocks begin as zeros).
+    :param validfor: the unchanged text; Fawkes checks it and does not use it.
+    :param default: the unchanged text; Fawkes checks it and does not use it (blocks begin as zeros).
     :param flags: ``changed_indicator`` or nothing; kept, not used.
     """
 
@@ -110,7 +110,7 @@ class MapRef(Struct, frozen=True):
 
 
 class PseudoMapSchema(Struct, frozen=True):
-    """Access to single fields by a number; holds no data of its own."""
+    """Access to single fields by a number; holds no data."""
 
     name: str
     type: str

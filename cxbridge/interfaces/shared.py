@@ -18,7 +18,7 @@ _REPLACED: Final = -2
 
 
 class SharedBlock(BufferedBlock):
-    """A private copy of a block that others share, opened for reading or for writing.
+    """A private copy of a shared block, opened for reading or for writing.
 
     :param port: the way to the shared block.
     :param id: the interface's id.
@@ -123,12 +123,12 @@ class SharedBlock(BufferedBlock):
 
     @property
     def valid(self) -> bool:
-        """Whether it is open and its blackboard is there."""
+        """Whether the interface is open and its blackboard is connected."""
         return not isinstance(self._port, ClosedPort)
 
     @property
     def has_writer(self) -> bool:
-        """Whether somebody, perhaps this instance, has the interface open for writing."""
+        """Whether an instance, perhaps this one, has the interface open for writing."""
         return self._port.has_writer()
 
     @property
@@ -214,8 +214,8 @@ class SharedBlock(BufferedBlock):
     def refreshed(self) -> bool:
         """Whether there is something new.
 
-        On a reader: between the last two calls of :meth:`read` somebody wrote a block with a new time stamp,
-        that is, after setting a value, be it the same one. On a writer: a setter was called since the
+        On a reader: between the last two calls of :meth:`read` the writer wrote a block with a new time
+        stamp, that is, after setting a value, be it the same one. On a writer: a setter was called since the
         last write.
         """
         return self._refreshed if self._writing else self._read_refreshed
@@ -224,8 +224,8 @@ class SharedBlock(BufferedBlock):
     def changed(self) -> bool:
         """Whether some value is another one; stricter than :attr:`refreshed`.
 
-        On a reader: between the last two calls of :meth:`read` somebody wrote changed data (in Fawkes this is
-        never so). On a writer: a setter changed a value since the last write.
+        On a reader: between the last two calls of :meth:`read` the writer wrote changed data (in Fawkes this
+        is never so). On a writer: a setter changed a value since the last write.
         """
         return self._changed if self._writing else self._read_changed
 
@@ -252,7 +252,7 @@ class SharedBlock(BufferedBlock):
 
     @property
     def auto_timestamping(self) -> bool:
-        """Whether writes carry the clock's time; on unless somebody sets it to False."""
+        """Whether writes carry the clock's time; True by default."""
         return self._explicit_us is None
 
     @auto_timestamping.setter
@@ -284,7 +284,7 @@ class SharedBlock(BufferedBlock):
     # -- private buffers: snapshots, e.g. of one loop
 
     def copy_shared_to_buffer(self, buffer: int) -> None:
-        """Copy the shared block into a buffer; the private copy stays as it is."""
+        """Copy the shared block into a buffer; the private copy does not change."""
         self._port.fetch(self._buffer(buffer))
 
     def read_from_buffer(self, buffer: int) -> None:

@@ -15,7 +15,7 @@ _WITHOUT_A_LIMIT: Final = 8192
 def raise_file_limit() -> int:
     """Let the process open as many files as it is allowed, up to 16384; returns how many.
 
-    1024, the usual limit, can be used up by those who merely connect.
+    1024, the usual limit, can be used up by clients that merely connect.
     """
     if sys.platform == "win32":
         return _WITHOUT_A_LIMIT
@@ -28,27 +28,27 @@ def raise_file_limit() -> int:
     if soft != resource.RLIM_INFINITY and soft < wanted:
         try:
             resource.setrlimit(resource.RLIMIT_NOFILE, (wanted, hard))
-        except (OSError, ValueError):  # macOS has another limit beside this one
+        except (OSError, ValueError):  # macOS has a second limit
             wanted = soft
         return wanted
     return wanted if soft == resource.RLIM_INFINITY else soft
 
 
 ZMQ_SHARE: Final = 4
-"""One of so many files is for connections over ZeroMQ, as far as it wants them."""
+"""One file of this many is for connections over ZeroMQ, at most."""
 
 WEB_SHARE: Final = 8
-"""One of so many files is for connections to the web server."""
+"""One file of this many is for connections to the web server."""
 
 _FEWEST: Final = 8
 
 
 def share(files: int, most: int, part: int) -> int:
-    """Return how many connections a server may have, so that none can use up the files of the others.
+    """Return how many connections a server may have, so that no server uses up the files of another.
 
     :param files: how many the process may open.
-    :param most: what the server wants.
-    :param part: it gets one of so many.
+    :param most: the number that the server wants.
+    :param part: the server gets one file of this many.
     """
     return min(most, max(_FEWEST, files // part))
 

@@ -14,7 +14,7 @@ HAS_FORK: Final = hasattr(os, "fork")
 
 
 class Stoppable(Protocol):
-    """A thread beside a process that is copied: it is stopped meanwhile, and goes on in both processes."""
+    """A thread of a process that forks: it stops during the fork, and continues in both processes."""
 
     def start(self) -> None:
         """Begin, in the thread that copies the process."""
@@ -74,7 +74,7 @@ def local_socket() -> socket.socket:
 
 
 def let_signals_end() -> None:
-    """Let the signals that ask for an end do what they do by default, SIGINT excepted: it is ignored."""
+    """Restore the default handlers of the signals that end a process; ignore SIGINT."""
     if sys.platform == "win32":
         raise NoForkError
     signal.set_wakeup_fd(-1)
@@ -96,7 +96,7 @@ def cpu_seconds(pid: int) -> float:
 
 
 def limit_cpu_seconds(seconds: int | None) -> None:
-    """Have the system end this process when it has used so much processor time; None: never."""
+    """Have the system end this process after this processor time; None: never."""
     if sys.platform == "win32":
         raise NoForkError
     import resource  # noqa: PLC0415 - not every system has it

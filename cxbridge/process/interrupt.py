@@ -1,7 +1,7 @@
 """SIGINT, SIGTERM and SIGHUP ask for an orderly end: nothing is cut off, whatever runs at that moment.
 
 A signal is only noted by its handler: no exception can pass through C, and a handler must not take a lock
-that the code below it may hold. A thread of its own waits for signals as well (the socket of
+that the code below it may hold. A second thread waits for signals as well (the socket of
 :func:`signal.set_wakeup_fd`, which C writes to). It asks for the end, and when the end does not come soon, it
 forces it: rules in ``(while TRUE ...)`` are stopped from there.
 """
@@ -43,21 +43,22 @@ def _nothing() -> None:
 
 
 class Interrupt:
-    """Notes SIGINT, SIGTERM and SIGHUP as long as it is entered.
+    """Notes SIGINT, SIGTERM and SIGHUP while it is entered.
 
-    Enter it before anything is made that somebody must take away again, and leave it after that is gone. One
-    within another takes over what the outer one has noted, and hands back what it notes.
+    Enter it before resources are made that need a clean-up, and leave it after the clean-up. One
+    within another takes over the signals that the outer one has noted, and hands back its own.
 
     A signal that is ignored stays so, except for SIGINT of a service: shells start background jobs with
-    SIGINT ignored, and a service has no terminal whose Ctrl-C is meant for others.
+    SIGINT ignored, and a service has no terminal whose Ctrl-C is meant for other programs.
 
     The third signal ends the process on the spot: a C function that does not return cannot be asked.
 
     Does nothing in other threads than the main one, where Python delivers no signals.
 
-    :param stop: called after a signal, again and again, in a thread of its own; asks for the end.
-    :param force: called after :data:`GRACE_S`, again and again, likewise; ends what does not end by itself.
-    :param service: it is a process that serves others until a signal stops it.
+    :param stop: called after a signal, again and again, in a second thread; requests the end.
+    :param force: called after :data:`GRACE_S`, again and again, likewise; ends work that does not end by
+        itself.
+    :param service: whether the process serves clients until a signal stops it.
     """
 
     _entered: ClassVar[list[Interrupt]] = []

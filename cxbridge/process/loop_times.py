@@ -1,4 +1,4 @@
-"""Measures how long each loop takes, and emits it while somebody listens."""
+"""Measures how long each loop takes, and emits it while a listener takes it."""
 
 from __future__ import annotations
 

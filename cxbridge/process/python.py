@@ -1,4 +1,4 @@
-"""Starts Python processes of our own; none finds modules in the current folder, which may be a stranger's."""
+"""Starts Python processes of our own; none imports from the current folder, whose files may be untrusted."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def spawning() -> Iterator[SpawnContext]:
 
 @contextmanager
 def spawned_pool(processes: int) -> Iterator[ProcessPoolExecutor]:
-    """Yield a pool of such processes. What they start in their turn has the path that the user wants."""
+    """Yield a pool of such processes. Their child processes have the user's path again."""
     before = os.environ.get(_SAFE_PATH)
     with spawning() as context, ProcessPoolExecutor(processes, context, _restore, (before,)) as pool:
         yield pool

@@ -21,11 +21,11 @@ OnReady = Callable[[Callable[[], None]], None]
 
 
 def ignore(_value: object) -> None:
-    """Take part in nothing: what a service calls unless somebody wants to know."""
+    """Report nothing: the default callback of a service."""
 
 
 class Service(ExitStack):
-    """The shell around a service. A context manager; closes at its end what was entered, the last first.
+    """The shell around a service. A context manager; closes the entered context managers, the last first.
 
     SIGINT, SIGTERM and SIGHUP set :attr:`stopped`, from before the first blackboard is opened.
 
@@ -65,18 +65,18 @@ class Service(ExitStack):
     def open_blackboard(self, url: str, registry: InterfaceRegistry) -> BlackBoard:
         """Return the blackboard at a URL; it is left at the end.
 
-        :raises CxbridgeError: when nobody is there, or the URL makes no sense.
+        :raises CxbridgeError: when the server does not answer, or the URL is invalid.
         """
         return self.enter_context(open_blackboard(url, registry, self.clock, self.bus))
 
     def ready(self, status: str) -> None:
-        """Say that the service is up, and what it does: to systemd, and to those who have asked for it."""
+        """Report to systemd and to the callbacks that the service is up, with its status text."""
         self._is_ready = True
         self._notifier.ready(status)
         self._on_ready(self.stop)
 
     def wake_by(self, wake: Callable[[], None]) -> None:
-        """Call this when the service shall stop, so that it does not wait for something else."""
+        """Call this when the service has to stop: it ends a wait for another event."""
         self._wake = wake
         if self.stopped.is_set():
             wake()

@@ -64,7 +64,7 @@ class StepKeys:
         return False
 
     def _take(self) -> bool | None:
-        """Return what was read before: a step, or the wish to end; None when nothing is left."""
+        """Return the next input that was read: a step, or a request to end; None when none is left."""
         if self._on_terminal:
             key, self._left = self._left, b""
             return None if not key else key not in (b"q", b"Q", b"\x04")

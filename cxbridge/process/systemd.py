@@ -20,7 +20,7 @@ class Notifier:
         self._address = "\0" + found[1:] if found.startswith("@") else found
 
     def ready(self, status: str) -> None:
-        """Report that the daemon is up, and what it does."""
+        """Report that the daemon is up, with a status text."""
         self._send(f"READY=1\nSTATUS={one_line(status)}")
 
     def status(self, text: str) -> None:
@@ -28,7 +28,7 @@ class Notifier:
         self._send(f"STATUS={text}")
 
     def alive(self) -> None:
-        """Report that it still works, for those who watch that."""
+        """Report that the daemon still works, for systemd's watchdog."""
         self._send("WATCHDOG=1")
 
     def stopping(self) -> None:
@@ -37,10 +37,12 @@ class Notifier:
 
     def _send(self, text: str) -> None:
         if self._address and hasattr(socket, "AF_UNIX"):
-            # that nobody listens is no reason not to serve
+            # a daemon serves also when systemd does not listen
             with (
                 contextlib.suppress(OSError),
                 socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as sender,
             ):
-                sender.setblocking(False)  # nor that somebody listens no more: the queue is full soon
+                sender.setblocking(
+                    False
+                )  # nor does a full queue of a listener that stopped reading hold the daemon up
                 sender.sendto(text.encode(), self._address)

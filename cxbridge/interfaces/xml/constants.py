@@ -71,7 +71,7 @@ def read_enum(element: Element, scope: NameScope, findings: Findings) -> EnumSch
 
 
 def _read_item(element: Element, number: int, scope: NameScope, findings: Findings) -> EnumItem | None:
-    """Read an ``item``; its number is the given one unless it has one of its own."""
+    """Read an ``item``; its number is ``number`` unless the element has a value."""
     findings.only(element, ())
     findings.known_attributes(element, ("name", "value"))
     name = findings.name(element, "an enum item", RESERVED_IN_INTERFACES, "S_RUNNING")

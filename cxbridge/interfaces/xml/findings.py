@@ -18,7 +18,7 @@ _COMMENT_HINT = "begin it with <comment>What it is for</comment>"
 
 
 class TooManyFindings(Exception):  # noqa: N818 - ends the reading, is no error of its own
-    """The file has so many mistakes that it is not read on."""
+    """The file has too many mistakes: the reader stops."""
 
 
 class Findings(Struct):
@@ -146,7 +146,7 @@ class NameScope(Struct):
     _seen: dict[str, tuple[str, int]] = field(default_factory=dict)
 
     def add(self, element: Element, what: str, name: str, shown: str | None = None) -> bool:
-        """Add a name; note it and return False when it is there already."""
+        """Add a name; report a name that exists already and return False."""
         if name in self._seen:
             other, line = self._seen[name]
             self.findings.error(

@@ -41,7 +41,7 @@ from cxbridge.interfaces.xml.tree import MAX_FILE_SIZE, Element, read_tree
 
 
 class CheckResult(Struct, frozen=True):
-    """What a look at a definition found.
+    """The result of reading a definition.
 
     :param schema: the schema; None when there are errors.
     :param errors: all mistakes, in the order of the file.

@@ -77,7 +77,7 @@ def read_tree(data: bytes, file: str | None = None) -> Element:
 
 
 class _TreeReader:
-    """Expat's handlers, and the tree as far as it is known."""
+    """Expat's handlers, and the tree that they have built so far."""
 
     def __init__(self, data: bytes, file: str | None) -> None:
         self._data = data
@@ -181,7 +181,7 @@ class _TreeReader:
 
 
 def _is_local_dtd(system: str | None) -> bool:
-    """Return whether a document type names no file, or Fawkes' own, which nobody fetches."""
+    """Return whether a document type names no file, or Fawkes' file, which is never fetched."""
     return system is None or ("://" not in system and system.split("/")[-1] == "interface.dtd")
 
 
