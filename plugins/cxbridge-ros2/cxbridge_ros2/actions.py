@@ -41,7 +41,7 @@ class GoalStatus(IntEnum):
 
 
 class CancelCode(IntEnum):
-    """What a server answers to those who want a goal to be cancelled: action_msgs/srv/CancelGoal."""
+    """The answer of a server to a request to cancel a goal: action_msgs/srv/CancelGoal."""
 
     NONE = 0
     REJECTED = 1
@@ -54,7 +54,7 @@ class CancelCode(IntEnum):
 
 
 class GoalObserver:
-    """Gets what happens to a goal that was sent, in its order. Override what is needed."""
+    """Gets the events of a goal that was sent, in order. Override the methods that you need."""
 
     def answered(self, sent: SentGoal) -> None:
         """Note that the server has accepted or rejected the goal."""
@@ -63,19 +63,19 @@ class GoalObserver:
         """Note feedback."""
 
     def ended(self, sent: SentGoal) -> None:
-        """Note that the goal has ended: its result is there."""
+        """Note that the goal has ended and has a result."""
 
     def cancel_answered(self, sent: SentGoal, response: Message) -> None:
-        """Note what the server has answered to a request to cancel the goal."""
+        """Note the server's answer to a request to cancel the goal."""
 
 
 class SentGoal:
-    """A goal that was sent to a server. What is known of it changes while the node is polled.
+    """A goal that was sent to a server. Its attributes change while the node is polled.
 
     :ivar is_accepted: None as long as the server has not answered.
-    :ivar status: the last that is known.
-    :ivar feedback: the last that came; None: none has come.
-    :ivar result: what came at the end; None: the goal has not ended.
+    :ivar status: the last known status.
+    :ivar feedback: the last feedback; None: none has come.
+    :ivar result: the result message; None: the goal has not ended.
     :ivar reason: why there is no result of the server's, where the transport knows; else empty.
     :ivar is_cancelled: whether the server was asked to cancel it.
     :ivar refused_cancel: why the server does not cancel it; None: it does, or was not asked.
@@ -99,7 +99,7 @@ class SentGoal:
 
     @property
     def is_over(self) -> bool:
-        """Whether nothing more will come: it was rejected, or its result is there."""
+        """Whether the goal is over: rejected, or with a result."""
         return self.is_accepted is False or self.result is not None
 
     def cancel(self) -> None:
@@ -257,7 +257,7 @@ class ActionClient(Closing):
 
 
 class GoalResponse(IntEnum):
-    """What a server does with a goal that comes."""
+    """The decision of a server about a new goal."""
 
     REJECT = 1
     ACCEPT_AND_EXECUTE = 2
@@ -267,8 +267,8 @@ class GoalResponse(IntEnum):
 class ServedGoal:
     """A goal that a server has got.
 
-    :ivar goal: what is wanted.
-    :ivar wants_cancel: whether somebody wants it to be cancelled.
+    :ivar goal: the goal message.
+    :ivar wants_cancel: whether a client has requested to cancel the goal.
     """
 
     def __init__(self, server: GoalServer, number: bytes, goal: Message, stamp: Message) -> None:
@@ -288,15 +288,15 @@ class ServedGoal:
         self._server.change(self, GoalStatus.EXECUTING)
 
     def finish(self, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        """End the goal, and send the result to those who ask for it.
+        """End the goal, and send the result to the clients that request it.
 
-        :raises Ros2Error: when the result is none of the action's type; then the goal goes on.
+        :raises Ros2Error: when the result is not of the action's type; then the goal continues.
         """
         self._server.finish(self, status, result)
 
 
 class GoalHandler:
-    """Executes the goals of a server. Override what is needed."""
+    """Executes the goals of a server. Override the methods that you need."""
 
     def respond(self, served: ServedGoal) -> GoalResponse:  # noqa: ARG002
         """Return what becomes of a goal that comes; its sender does not know yet."""
@@ -368,7 +368,7 @@ class GoalServer(Closing):
         self._publish_status()
 
     def finish(self, served: ServedGoal, status: GoalStatus, result: Mapping[str, Any]) -> None:
-        """End a goal, and answer those who ask for its result."""
+        """End a goal, and answer the requests for its result."""
         number = served.number
         response = {"status": status, "result": result}
         for answer in self._asked.get(number, ()):
@@ -460,7 +460,7 @@ Execution = Generator[Mapping[str, Any] | None, None, Mapping[str, Any]]
 class AbortedError(Exception):
     """A goal cannot be reached.
 
-    :param result: what the client gets.
+    :param result: the result message for the client.
     """
 
     def __init__(self, result: Mapping[str, Any] | None = None) -> None:

@@ -1,6 +1,6 @@
 """Definitions that are known without their packages: rosbags lacks them, and users need not have them.
 
-Constants are no part of what goes over the wire, nor of type hashes: those of the hubs are enums in
+Constants are neither part of messages on the wire nor of type hashes: those of the hubs are enums in
 :mod:`cxbridge_ros2.hub.words`.
 """
 

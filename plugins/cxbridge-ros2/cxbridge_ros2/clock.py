@@ -17,8 +17,8 @@ _TREE = "/ros2/clock"
 def make_clock(config: Configuration, folder: Path) -> Clock:
     """Make a clock that follows the simulated time of ROS 2.
 
-    :param folder: of the configuration, where relative folders begin.
-    :raises ConfigError: when a setting makes no sense.
+    :param folder: of the configuration, the base of relative folders.
+    :raises ConfigError: when a setting is invalid.
     """
     _, settings = node_settings(config, _TREE, (), folder, "the clock of ROS 2")
 

@@ -1,8 +1,8 @@
 """Definitions of messages, services and actions: .msg, .srv and .action files as ROS packages have them.
 
-Where a type is looked for: in the folders that the user names, in those of a sourced ROS environment
-(``AMENT_PREFIX_PATH``), at last among the well-known ones of a ROS distribution, which rosbags brings. Files
-are read when a type of theirs is asked for.
+Definitions come from the folders that the user names, then from a sourced ROS environment
+(``AMENT_PREFIX_PATH``), then from the well-known types of a ROS distribution, which rosbags brings. Files are
+read when one of their types is requested.
 
 rosbags parses messages, makes classes of them, writes and reads CDR, and computes type hashes (REP 2016). It
 does not know services and actions; what ROS makes of these is made here.
@@ -33,7 +33,7 @@ FieldType = tuple[Any, ...]
 Fields = list[tuple[str, FieldType]]
 
 DISTRIBUTIONS: Final = ("humble", "iron", "jazzy", "kilted", "lyrical")
-"""ROS distributions whose well-known types are there without a ROS installation."""
+"""ROS distributions whose well-known types are known without a ROS installation."""
 
 DEFAULT_DISTRIBUTION: Final = "jazzy"
 
@@ -93,7 +93,7 @@ class Definitions:
         """Whether types have hashes, and services events: from ROS 2 Iron on."""
         self._defaults = dict(_DEFAULTS)
 
-    # --- what is known ------------------------------------------------------------------------------------
+    # --- known types --------------------------------------------------------------------------------------
 
     def names(self) -> list[str]:
         """Return the names of all types that can be asked for."""
@@ -125,7 +125,7 @@ class Definitions:
         return None
 
     def defaults(self, name: TypeName) -> Mapping[str, Any]:
-        """Return the values of fields that are not zero when nobody sets them."""
+        """Return the default values of fields, where they are not zero."""
         return self._defaults.get(str(name), {})
 
     def type_hash(self, name: TypeName) -> str:
@@ -145,7 +145,7 @@ class Definitions:
     def embed(self, name: str, text: str) -> None:
         """Take the definition of a type, and of those in it, that a recording brings along.
 
-        Those that are known stay as they are.
+        Known types do not change.
 
         :raises Ros2Error: when the text is not a definition.
         """
@@ -263,7 +263,7 @@ def _files_in(folder: Path) -> dict[str, Path]:
         for file in sorted(files):
             path = here / file
             if path.suffix in (f".{here.name}", ".idl"):
-                # a package that is installed has both; the one as it was written says more
+                # an installed package has both; the original file says more
                 name = f"{package}/{here.name}/{path.stem}"
                 if path.suffix != ".idl" or name not in found:
                     found[name] = path

@@ -47,8 +47,8 @@ class NodeSettings(Struct, frozen=True):
     :param transport: a key of :data:`TRANSPORTS`.
     :param url: where the bridge or the router is; empty: where it is by default.
     :param domain: the number of the domain; None: that of the environment.
-    :param reach: how far nodes are looked for; None: as the environment says.
-    :param namespace: what comes before all names; empty: nothing does.
+    :param reach: how far discovery goes; None: that of the environment.
+    :param namespace: the prefix of all names; empty: none.
     """
 
     packages: tuple[Path, ...]
@@ -63,9 +63,9 @@ class NodeSettings(Struct, frozen=True):
     def of(cls, settings: Mapping[str, Any], folder: Path, whose: str) -> NodeSettings:
         """Read the settings of a configuration.
 
-        :param folder: what relative folders are seen from.
-        :param whose: what is configured, for errors.
-        :raises CxbridgeError: when they make no sense.
+        :param folder: the base of relative folders.
+        :param whose: the configured component, for errors.
+        :raises CxbridgeError: when they are invalid.
         """
         packages = settings.get("packages", [])
         domain = typed(settings, "domain", -1, whose)
@@ -93,7 +93,7 @@ class NodeSettings(Struct, frozen=True):
 
     @property
     def stays_here(self) -> bool:
-        """Whether only nodes of this machine reach the node: over DDS that looks for no others."""
+        """Whether only nodes of this machine reach the node: over DDS with discovery on this host."""
         unset = _UNSET_REACH.get(self.transport)
         if unset is None or os.environ.get("CYCLONEDDS_URI"):
             return False
@@ -103,7 +103,7 @@ class NodeSettings(Struct, frozen=True):
         """Read which types there are.
 
         :param texts: more definitions, by their types.
-        :raises Ros2Error: when a folder is not there.
+        :raises Ros2Error: when a folder does not exist.
         """
         return Definitions(self.packages, self.distribution, texts=texts)
 
@@ -111,7 +111,7 @@ class NodeSettings(Struct, frozen=True):
         """Join the domain.
 
         :param name: of the node; what ROS does not take in names is replaced.
-        :param report: gets what is wrong with others; None: warnings of Python do.
+        :param report: gets complaints about other nodes; None: they become Python warnings.
         :param rights: what other nodes may do over it.
         :raises Ros2Error: when that is not possible.
         """
@@ -128,7 +128,7 @@ def _default_transport(settings: Mapping[str, Any]) -> str:
 
 
 def _default_distribution() -> str:
-    """Return the distribution of the sourced environment, as far as it is known here; else a usual one."""
+    """Return the distribution of the sourced environment, if it is a known one; else a common one."""
     sourced = os.environ.get("ROS_DISTRO", "")
     return sourced if sourced in DISTRIBUTIONS else DEFAULT_DISTRIBUTION
 
@@ -157,11 +157,11 @@ class RosExecutor(SkillExecutor):
         return node
 
     def idle(self) -> None:
-        """Take what came in."""
+        """Handle incoming messages."""
         self.poll()
 
     def poll(self) -> None:
-        """Take what came in."""
+        """Handle incoming messages."""
         if self._node is not None:
             self._node.poll()
 
@@ -171,7 +171,7 @@ class RosExecutor(SkillExecutor):
             self._node.close()
 
     def within(self, seconds: float, name: str, steps: Generator[S, None, Any]) -> Generator[S, None, Any]:
-        """Yield steps, and return what they return, unless they take too long.
+        """Yield the steps of a generator and return its value, unless it takes too long.
 
         :param name: what takes that long.
         """
@@ -192,7 +192,7 @@ class RosExecutor(SkillExecutor):
 def typed(settings: Mapping[str, Any], name: str, default: T, whose: str) -> T:
     """Return a setting, which has the type of its default.
 
-    :param whose: what is configured, for the error.
+    :param whose: the configured component, for the error.
     :raises ConfigError: when it has another type.
     """
     value = settings.get(name, default)

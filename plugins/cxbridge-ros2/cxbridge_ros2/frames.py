@@ -17,20 +17,20 @@ from cxbridge_ros2.qos import PROFILES
 
 TRANSFORMS: Final = "tf2_msgs/msg/TFMessage"
 FROM_ROS: Final = "/tf/ros2/"
-"""What the ids of frames begin with that came from ROS: they do not go back."""
+"""The prefix of the ids of frames from ROS: they are not sent back."""
 
 _TYPE: Final = "TransformInterface"
 _NANOSECONDS: Final = 1000
 
 
 def stamp(time_us: int) -> Message:
-    """Return a time as messages have it; what they cannot hold is cut."""
+    """Return a time as messages have it; larger times are cut."""
     seconds, micros = split_us(max(0, min(time_us, 2**31 * 10**6 - 1)))
     return {"sec": seconds, "nanosec": micros * _NANOSECONDS}
 
 
 def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
-    """Return what a TransformInterface holds as a geometry_msgs/msg/TransformStamped."""
+    """Return a TransformInterface's values as a geometry_msgs/msg/TransformStamped."""
     return {
         "header": {"stamp": stamp(time_us), "frame_id": values["frame"]},
         "child_frame_id": values["child_frame"],
@@ -42,7 +42,7 @@ def transform_message(values: Mapping[str, Any], time_us: int) -> Message:
 
 
 def stamped_transform(message: Message) -> StampedTransform:
-    """Return what a geometry_msgs/msg/TransformStamped holds."""
+    """Return the values of a geometry_msgs/msg/TransformStamped."""
     stamp, moved, turned = (
         message["header"]["stamp"],
         message["transform"]["translation"],
@@ -71,7 +71,7 @@ class FrameSender(Closing):
             self._take(self._feed.now(instance))
 
     def loop(self) -> None:
-        """Send what was written."""
+        """Send new writes."""
         while (change := self._feed.next(Deadline(0))) is not None:
             self._take(change)
 

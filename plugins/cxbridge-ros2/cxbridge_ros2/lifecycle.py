@@ -1,4 +1,4 @@
-"""Managed nodes: others configure, activate, deactivate, clean up and shut down a node (lifecycle_msgs)."""
+"""Managed nodes: clients configure, activate, deactivate, clean up and shut down a node (lifecycle_msgs)."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _NANOSECONDS: Final = 1000
 
 
 class LifecycleState(IntEnum):
-    """lifecycle_msgs/msg/State: the first four last, a node passes through the others."""
+    """lifecycle_msgs/msg/State: the first four are primary states, the rest are transition states."""
 
     UNKNOWN = 0
     UNCONFIGURED = 1
@@ -39,7 +39,7 @@ class LifecycleState(IntEnum):
 
 
 class TransitionOutcome(IntEnum):
-    """How a transition ends: what is added to its number."""
+    """The result of a transition: its offset from the transition's number."""
 
     SUCCESS = 0
     FAILURE = 1
@@ -55,7 +55,7 @@ _LABELS: Final = {
 CONFIGURE, CLEANUP, ACTIVATE, DEACTIVATE = "configure", "cleanup", "activate", "deactivate"
 SHUTDOWN: Final = "shutdown"
 ERROR: Final = "error"
-"""The names of what a node does when it changes its state."""
+"""The names of the transitions that a node implements."""
 
 # number, name, from, while it is done, to
 _ORDERS: Final = (
@@ -78,7 +78,7 @@ _ENDS: Final = {
 """The number of the transition out of a state that a node passes through, when all went well."""
 
 Work = Callable[[], bool]
-"""Does what a transition needs; returns whether it could. An exception is an error."""
+"""Carries out a transition; returns whether it succeeded. An exception is an error."""
 
 
 def _nothing() -> bool:
@@ -86,10 +86,10 @@ def _nothing() -> bool:
 
 
 class Lifecycle(Closing):
-    """The lifecycle of a node, for all others.
+    """The lifecycle of a node, with its services and its topic.
 
     :param name: the node's, without the slash.
-    :param work: what is done, by the name of the transition; nothing is, for those that are missing.
+    :param work: the functions of the transitions by name; a missing function does nothing.
         :data:`ERROR` is done after an exception; the node is finalized unless that returns True.
     :param report: gets a line about each exception.
     :param state: where it begins.
@@ -127,7 +127,7 @@ class Lifecycle(Closing):
         )
 
     def change(self, name: str) -> bool:
-        """Do a transition, as when somebody asks for it; return whether the node is where it leads to."""
+        """Carry out a transition, as on a client's request; return whether the node reached the target state."""
         order = next((each for each in _ORDERS if each[1] == name and each[2] is self.state), None)
         if order is None:
             return False
@@ -153,7 +153,7 @@ class Lifecycle(Closing):
         self._move(number, _LABELS[outcome], goals.get(outcome, LifecycleState.FINALIZED))
 
     def follow(self, state: LifecycleState) -> None:
-        """Report a transition that was done already: somebody else asked for it in another way."""
+        """Report a transition that another way in (not lifecycle_msgs) has carried out already."""
         order = next((each for each in _ORDERS if each[2] is self.state and each[4] is state), None)
         if order is not None:
             self._move(order[0], order[1], order[3])
@@ -249,7 +249,7 @@ class LifecycleClient(Closing):
 
     @property
     def is_served(self) -> bool:
-        """Whether the node is there, and is managed."""
+        """Whether the node runs, and is managed."""
         return self._change.is_served and self._state.is_served
 
     def state(self, done: Callable[[LifecycleState], None]) -> None:

@@ -55,7 +55,7 @@ class Codec:
         return bytes(self._store.serialize_cdr(made, str(name)))
 
     def decode(self, name: TypeName, data: bytes | memoryview) -> Message:
-        """Return a message that came as CDR. What comes after it is ignored: some RMWs send too much.
+        """Return the message of CDR bytes. Bytes after its end are ignored: some RMWs send too many.
 
         :raises Ros2Error: when the bytes are no message of this type.
         """

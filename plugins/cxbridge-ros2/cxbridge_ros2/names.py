@@ -1,4 +1,4 @@
-"""Names of ROS 2: of types, and what they become on the wire."""
+"""Names of ROS 2, and names of types on the wire."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class TypeName(Struct, frozen=True, order=True):
 def parse_type(text: str, kind: str = "msg") -> TypeName:
     """Return a type's name.
 
-    :param kind: what is meant when the name has two parts only: ``std_msgs/String``.
+    :param kind: the kind of a name with two parts only: ``std_msgs/String``.
     :raises Ros2Error: when it is not the name of a type.
     """
     found = _TYPE.fullmatch(text)

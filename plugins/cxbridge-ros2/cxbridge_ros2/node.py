@@ -1,6 +1,6 @@
 """A node of ROS 2: what every transport offers. Actions are built on it (:mod:`cxbridge_ros2.actions`).
 
-A node does nothing by itself. :meth:`Node.poll` takes what has come, and calls those who asked for it, in the
+A node does nothing by itself. :meth:`Node.poll` takes incoming messages, and calls the callbacks in the
 thread that polls.
 """
 
@@ -22,7 +22,7 @@ Receive = Callable[[Message], None]
 """Gets a message."""
 
 Report = Callable[[str], None]
-"""Gets what is wrong with others: a broken message, a type or a quality of service that does not fit."""
+"""Gets complaints about other nodes: a broken message, a type or a quality of service that does not fit."""
 
 Failed = Callable[[str], None]
 """Gets the reason why a call has no response."""
@@ -91,7 +91,7 @@ class Client(ABC):
     @property
     @abstractmethod
     def servers(self) -> frozenset[int]:
-        """The servers that there are now, each by a number of its own."""
+        """The servers that exist now, each by a unique number."""
 
     @property
     def is_served(self) -> bool:
@@ -110,7 +110,7 @@ class Client(ABC):
 class Node(Closing):
     """A node. Names of topics and services are whole: ``/robot1/odom``.
 
-    :param report: gets what is wrong with others, each kind of it at most once a minute; by default it is a
+    :param report: gets complaints about other nodes, each kind at most once a minute; by default it is a
         warning of Python, a :class:`Ros2Warning`.
     :ivar rights: what clients may do over this node; a node of a program or of a terminal has everything.
     """
@@ -121,7 +121,7 @@ class Node(Closing):
         self._complaints = Complaints(report or _warn)
 
     def complain(self, kind: str, text: str) -> None:
-        """Report something that is wrong with others.
+        """Report a problem of another node.
 
         :param kind: what problems have in common that count as the same.
         """

@@ -1,4 +1,4 @@
-"""Parameters of a node, which others ask for and set: six services and the topic /parameter_events."""
+"""Parameters of a node, which clients read and set: six services and the topic /parameter_events."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from cxbridge_ros2.node import Client, Node
 from cxbridge_ros2.qos import PROFILES
 
 Value: TypeAlias = bool | int | float | str | bytes | list[bool] | list[int] | list[float] | list[str] | None
-"""What a parameter can be; None: it has no value yet."""
+"""The value of a parameter; None: no value yet."""
 
 Refuse: TypeAlias = Callable[[Value], str]
-"""Gets a value that somebody wants to set; returns why not, or an empty text."""
+"""Gets the value that a client sets; returns the reason of a refusal, or an empty text."""
 
 EVENTS: Final = "/parameter_events"
 _PACKAGE: Final = "rcl_interfaces"
@@ -123,8 +123,8 @@ class Parameter:
     """A parameter that a node declares.
 
     :param description: for people.
-    :param read_only: whether nobody else may set it.
-    :param refuse: judges each value that somebody wants to set, of the right type.
+    :param read_only: whether clients may not set it.
+    :param refuse: judges each value that a client sets, of the right type.
     """
 
     value: Value
@@ -134,11 +134,11 @@ class Parameter:
 
 
 class Parameters(Closing):
-    """The parameters of a node, for all others.
+    """The parameters of a node, with their services.
 
     :param name: the node's, without the slash.
     :param declared: by name; a type never changes.
-    :param changed: called with the name and the value that somebody else has set.
+    :param changed: called with the name and the value that a client has set.
     :raises Ros2Error: when a value cannot be one.
     """
 
@@ -196,7 +196,7 @@ class Parameters(Closing):
         return self._of_each(request, "types", lambda each: int(type_of(each.value)))
 
     def _of_each(self, request: Message, field: str, read: Callable[[Parameter], Any]) -> Mapping[str, Any]:
-        """Return what is asked for of each parameter; nothing when one is not known, as ROS' own nodes do."""
+        """Return the requested data of each parameter; nothing when one is unknown, as ROS' own nodes do."""
         names = request["names"]
         known = all(name in self._declared for name in names)
         return {field: [read(self._declared[name]) for name in names] if known else []}
@@ -295,7 +295,7 @@ class ParameterClient(Closing):
 
     @property
     def is_served(self) -> bool:
-        """Whether the node is there, and answers."""
+        """Whether the node runs, and answers."""
         return all(each.is_served for each in (self._get, self._set, self._list))
 
     def get(self, names: Sequence[str], done: Callable[[Mapping[str, Value]], None]) -> None:

@@ -41,7 +41,7 @@ class PlanSys2Protocol(HubProtocol):
         }
 
     def word(self, message: Message) -> Word:
-        """Return what a message says."""
+        """Return the word of a message."""
         return Word(
             kind=message["type"],
             node=message["node_id"],

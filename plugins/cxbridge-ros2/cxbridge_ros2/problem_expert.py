@@ -32,7 +32,7 @@ class ProblemExpertFeature(Feature):
         self.env: ClipsEnvironment | None = None
         """The environment that has it; None while there is none."""
         self.version = 0
-        """Greater after each change of what is known."""
+        """A number that grows with each change of the problem."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Load the templates."""

@@ -14,10 +14,10 @@ Durability = Literal["volatile", "transient_local"]
 
 
 class QosProfile(Struct, frozen=True):
-    """What a publisher offers, or a subscription wants.
+    """The quality of service that a publisher offers, or a subscription wants.
 
-    :param reliability: whether what is lost is sent again.
-    :param durability: ``transient_local``: those who come late get the last messages, too.
+    :param reliability: whether lost messages are sent again.
+    :param durability: ``transient_local``: late subscriptions get the last messages, too.
     :param depth: how many messages are kept.
     """
 

@@ -28,7 +28,7 @@ class Rosout(Closing):
     """
 
     events = (LogLine,)
-    """What it listens to."""
+    """The events that the component listens to."""
 
     def __init__(self, node: Node, name: str, least: Level = Level.INFO) -> None:
         self._name, self._least = name, least

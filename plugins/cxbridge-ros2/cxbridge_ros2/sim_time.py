@@ -35,7 +35,7 @@ _NEVER: Final = 2**63
 class SimTimeClock(Clock):
     """Follows ``/clock``; it begins to when it is asked for the time first.
 
-    Time never goes backwards: when the simulation is reset, it goes on from where it was.
+    Time never goes backwards: after a reset of the simulation, it continues from the old time.
 
     :param join: makes the node that receives the messages.
     :param patience_s: seconds of real time to wait for the first message.
@@ -51,14 +51,14 @@ class SimTimeClock(Clock):
         self._is_closed = False
         self._now_us = self._offset_us = 0
         self._next_us = _NEVER
-        """The earliest time that somebody sleeps until."""
+        """The earliest time that a sleep ends."""
         self.resets = 0
         """How often the simulation has gone back."""
 
     def now_us(self) -> int:
         """Return the simulated time in microseconds.
 
-        :raises Ros2Error: when there is none: nobody sends it, or the domain cannot be joined.
+        :raises Ros2Error: when there is none: no publisher sends it, or the domain cannot be joined.
         """
         if self._thread is None:
             self._begin()

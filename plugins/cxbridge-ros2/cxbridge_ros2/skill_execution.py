@@ -43,7 +43,7 @@ class SkillExecutionProtocol(HubProtocol):
         }
 
     def word(self, message: Message) -> Word:
-        """Return what a message says."""
+        """Return the word of a message."""
         return Word(
             kind=message["type"],
             node=message["node_id"],

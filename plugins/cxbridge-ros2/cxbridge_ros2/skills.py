@@ -23,7 +23,7 @@ from cxbridge_ros2.node import Client
 from cxbridge_ros2.topics import check_topic
 
 PATIENCE_S: Final = 5.0
-"""Seconds that nobody may serve an action or a service before a skill fails."""
+"""Seconds without a server of an action or a service until a skill fails."""
 
 _OF_ACTION: Final = ("action", "name", "goal", "feedback", "error", "timeout", "patience")
 _OF_SERVICE: Final = ("service", "name", "request", "success", "error", "timeout", "patience")
@@ -31,7 +31,7 @@ _PARAMETER: Final = re.compile(r"\$(?:([A-Za-z_]\w*)|\{([A-Za-z_]\w*)\})")
 
 
 class RosSkill(Struct, frozen=True):
-    """A skill as it is configured.
+    """The configuration of a skill.
 
     :param kind: the type of the action or service.
     :param is_action: whether it is an action.
@@ -76,7 +76,7 @@ class RosSkills(RosExecutor):
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterator[CxbridgeError]:
-        """Yield what is wrong with the types and fields of skills; see the base class."""
+        """Yield the mistakes in types and fields of skills; see the base class."""
         nodes = NodeSettings.of(settings, folder, cls.__name__)
         definitions = nodes.definitions()
         configured = nested(settings).get("skills")
@@ -130,7 +130,7 @@ class RosSkills(RosExecutor):
         yield from self.within(known.timeout_s, known.name, steps)
 
     def _served(self, known: RosSkill, client: ActionClient | Client) -> Generator[None, None, None]:
-        """Wait until somebody serves."""
+        """Wait for a server."""
         since_us = self.clock.now_us()
         while not client.is_served:
             if self.clock.now_us() - since_us > known.patience_s * MICROSECONDS:
@@ -177,7 +177,7 @@ class RosSkills(RosExecutor):
             value = _field(reported, known.feedback) if known.feedback else reported
             number = value if isinstance(value, int | float) and math.isfinite(value) else 0.0
             first = max(first, number)
-            # what is left becomes less: 1 when nothing is left
+            # the remaining amount falls: 1 at zero
             yield Progress(1 - number / first if first > 0 else 0.0, f"{known.feedback} {value}".strip())
 
     def _ask(self, known: RosSkill, client: Client, request: Message) -> Generator[Any, None, Any]:

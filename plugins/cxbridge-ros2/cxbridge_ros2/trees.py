@@ -40,9 +40,9 @@ def node_settings(
     """Return the values below a path, and those among them that are of a node.
 
     :param own: the keys that it has besides those of a node.
-    :param folder: what relative folders are seen from.
-    :param whose: what is configured, for errors.
-    :raises CxbridgeError: when they make no sense.
+    :param folder: the base of relative folders.
+    :param whose: the configured component, for errors.
+    :raises CxbridgeError: when they are invalid.
     """
     values = values_below(config, tree)
     known = (*own, *OF_NODE)

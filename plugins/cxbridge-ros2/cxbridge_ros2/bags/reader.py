@@ -62,7 +62,7 @@ class BagRun(Run):
                     yield from self._taken(
                         chosen[connection.topic, connection.msgtype], connection, message, time_ns
                     )
-            if left_out and not takers.whole:  # else the others are copies
+            if left_out and not takers.whole:  # else the other topics repeat the events
                 self.note(f"left out: {', '.join(f'{topic}: {n}' for topic, n in sorted(left_out.items()))}")
 
     def _taken(self, take: Taker, connection: Connection, message: Message, time_ns: int) -> Iterator[Event]:
@@ -79,7 +79,7 @@ class BagRun(Run):
             return None
 
     def metadata(self) -> Mapping[str, str]:
-        """Return what the bag has of the run's metadata, and the ROS distribution."""
+        """Return the run's metadata in the bag, and the ROS distribution."""
         with self._opened() as bag:
             found = {
                 key.removeprefix(f"{METADATA}."): value
@@ -93,11 +93,11 @@ class BagRun(Run):
         return self._made(FILES, file_of)
 
     def source_records(self) -> Iterator[Mapping[str, str]]:
-        """Yield the records of what the run was made of."""
+        """Yield the sources of the run."""
         return self._made(SOURCES, record_of)
 
     def _made(self, topic: str, make: Callable[[Message], T]) -> Iterator[T]:
-        """Yield what the messages of a topic have in them."""
+        """Yield the contents of a topic's messages."""
         with self._opened() as bag:
             wanted = [each for each in bag.connections if each.topic == topic]
             for connection, time_ns, data in self._messages(bag, wanted):

@@ -1,4 +1,4 @@
-"""What the topics of a bag mean for a run: events, by the types of their messages."""
+"""The topics of a bag as events of a run, by the types of their messages."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ FILES: Final = "/cxbridge/files"
 """The topic that has the files of a run, each as JSON."""
 
 SOURCES: Final = "/cxbridge/sources"
-"""The topic that has the records of what a run was made of, each as JSON."""
+"""The topic with the sources of a run, each as JSON."""
 
 TEXT: Final = "std_msgs/msg/String"
 LOG: Final = "rcl_interfaces/msg/Log"
@@ -90,7 +90,7 @@ class Takers:
     # -- skills
 
     def _sent(self, topic: str, message: Message, _time_us: int) -> Iterator[Event]:
-        """Learn what a goal is; the event of the service may have its content."""
+        """Learn the content of a goal; the event of the service may have it."""
         for request in message["request"]:
             if message["info"]["event_type"] in _REQUEST_RECEIVED:
                 goal = self._goal(topic, request["goal_id"]["uuid"])
@@ -156,7 +156,7 @@ class Takers:
 
 
 class _Goal(msgspec.Struct):
-    """A goal of an action, as far as it is known."""
+    """A goal of an action as far as the bag has it."""
 
     action: str
     name: str
@@ -198,7 +198,7 @@ class _File(msgspec.Struct):
 
 
 def record_message(record: Mapping[str, str]) -> Message:
-    """Return the message for a record of what a run was made of."""
+    """Return the message for a source of a run."""
     return {"data": dump(record)}
 
 
@@ -234,7 +234,7 @@ def _value(field: FieldSchema, value: Any) -> Any:
 
 
 def _flat(value: Any, path: str = "") -> dict[str, Any]:
-    """Return the values in a message, by their paths with dots; what is empty or zero is left out."""
+    """Return the values of a message, by their paths with dots, without empty texts and zeros."""
     if isinstance(value, Mapping):
         found: dict[str, Any] = {}
         for name, inner in value.items():

@@ -1,4 +1,4 @@
-"""Writes runs as bags of ROS 2: all events exactly, and what ROS' tools show of them beside."""
+"""Writes runs as bags of ROS 2: all events exactly, and messages for ROS' tools."""
 
 from __future__ import annotations
 
@@ -33,10 +33,10 @@ _LATEST_US: Final = 2**62 // _NANOSECONDS
 
 
 class BagWriter(RunWriter):
-    """A bag: a folder that must not be there yet.
+    """A bag: a new folder.
 
     :param storage: ``mcap`` or ``sqlite3``.
-    :raises TraceError: when it is there, or cannot be made.
+    :raises TraceError: when the folder exists, or cannot be made.
     """
 
     def __init__(self, path: Path, storage: StoragePlugin) -> None:
@@ -53,7 +53,7 @@ class BagWriter(RunWriter):
         self._is_open = True
 
     def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:
-        """Return all that are kept at the level, and what the run is made of."""
+        """Return all kinds that are kept at the level, and the sources of the run."""
         return level.event_types | {SourceRead}
 
     def write(self, event: Event) -> None:
@@ -82,7 +82,7 @@ class BagWriter(RunWriter):
         self._put(FILES, TEXT, attachment.time_us or self._last_us, message)
 
     def describe(self, metadata: Mapping[str, str]) -> None:
-        """Write what is known about the run into the bag's metadata."""
+        """Write the run's metadata into the bag's."""
         for key, value in metadata.items():
             self._bag.set_custom_data(f"{METADATA}.{key}", value)
 

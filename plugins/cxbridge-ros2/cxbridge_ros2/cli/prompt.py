@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge ros2 terminal``: one command, those of a pipe, or what somebody types."""
+"""The prompt of ``cxbridge ros2 terminal``: one command, the commands of a pipe, or typed lines."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ class Prompt(Closing):
     """Joins the domain, and carries commands out.
 
     :param settings: of the node.
-    :raises CxbridgeError: when they make no sense, or the domain cannot be joined.
+    :raises CxbridgeError: when they are invalid, or the domain cannot be joined.
     """
 
     def __init__(self, settings: Mapping[str, Any]) -> None:
@@ -61,7 +61,7 @@ class Prompt(Closing):
         return 0
 
     def _typed(self) -> Iterator[str]:
-        """Yield what somebody types, with history and completion where the terminal has them."""
+        """Yield typed lines, with history and completion where the terminal has them."""
         if sys.platform != "win32":  # Windows' own console keeps a history
             import readline
 

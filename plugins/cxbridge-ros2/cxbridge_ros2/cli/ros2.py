@@ -68,7 +68,7 @@ def terminal(
     The experts may be those of an agent of cxbridge (ros2: experts:), or PlanSys2's own. The command help
     lists all commands.
 
-    Exit status: 0 done, 1 the experts refused a command, 2 there is no such command, or nobody answers.
+    Exit status: 0 done, 1 the experts refused a command, 2 there is no such command, or no server.
 
     Example: cxbridge ros2 terminal get problem predicates
     """

@@ -26,7 +26,7 @@ class Ros2Experts(Component):
 
     Also while a daemon is paused: then the world model can be looked at and edited, too.
 
-    :raises CxbridgeError: when the configuration makes no sense, or the domain cannot be joined.
+    :raises CxbridgeError: when the configuration is invalid, or the domain cannot be joined.
     """
 
     hooks = (Hook.THINK,)

@@ -19,7 +19,7 @@ from cxbridge_ros2.trees import placed
 class Ros2Interfaces(Component):
     """Publishes interfaces, and writes those that come from ROS.
 
-    :raises CxbridgeError: when the configuration makes no sense, or a domain cannot be joined.
+    :raises CxbridgeError: when the configuration is invalid, or a domain cannot be joined.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE, Hook.POST_LOOP)
@@ -81,7 +81,7 @@ class Ros2Interfaces(Component):
             self._published.append(PublishedInterfaces(settings, node, board, log, ours))
 
     def loop(self) -> None:
-        """Take what came, and publish what was written."""
+        """Take incoming messages, and publish new writes."""
         for node in self._nodes:
             node.poll()
         for written in self._written:

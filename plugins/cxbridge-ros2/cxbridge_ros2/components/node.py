@@ -1,4 +1,4 @@
-"""A daemon as a managed node of ROS 2: its log is on /rosout, and others pause, resume and end it."""
+"""A daemon as a managed node of ROS 2: its log is on /rosout, and clients pause, resume and end it."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ _WHOSE: Final = "the node of ROS 2"
 
 
 class Ros2NodeComponent(Component):
-    """Is the daemon for those who have ROS 2.
+    """The daemon as a node of ROS 2.
 
-    :raises CxbridgeError: when its settings make no sense, or the domain cannot be joined.
+    :raises CxbridgeError: when its settings are invalid, or the domain cannot be joined.
     """
 
     hooks = (Hook.POST_LOOP,)
@@ -54,7 +54,7 @@ class Ros2NodeComponent(Component):
                 DEACTIVATE: lambda: self._carry_out("pause"),
                 ACTIVATE: lambda: self._carry_out("resume"),
                 SHUTDOWN: lambda: self._carry_out("shutdown"),
-                CLEANUP: lambda: False,  # what is not configured is no daemon
+                CLEANUP: lambda: False,  # a daemon is always configured
             }
             report = context.bus.logger("Ros2Node").error
             self._lifecycle = Lifecycle(node, name, work, context.clock, report, LifecycleState.ACTIVE)
@@ -76,7 +76,7 @@ class Ros2NodeComponent(Component):
         return True
 
     def loop(self) -> None:
-        """Answer, and report what others did with the daemon."""
+        """Answer requests, and report transitions that other ways in have carried out."""
         self._node.poll()
         is_paused = self._daemon.manager.paused
         self._lifecycle.follow(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)

@@ -1,4 +1,4 @@
-"""Performers on hubs of ROS 2 as a component: executors of others have our skills executed."""
+"""Performers on hubs of ROS 2 as a component: callers on a hub have our skills executed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from cxbridge_ros2.node import Node
 class Ros2Performers(Component):
     """Serves the hubs that the configuration names with skills of the skill board.
 
-    :raises CxbridgeError: when the configuration makes no sense, or a domain cannot be joined.
+    :raises CxbridgeError: when the configuration is invalid, or a domain cannot be joined.
     """
 
     hooks = (Hook.SKILL,)
@@ -85,7 +85,7 @@ class Ros2Performers(Component):
         return not self.running
 
     def close(self) -> None:
-        """Stop what is being executed, and leave the hubs."""
+        """Stop all executions, and leave the hubs."""
         for performer in self._performers:
             performer.close()
         for node in self._nodes:

@@ -21,7 +21,7 @@ _WHOSE = "the Skiller for ROS 2"
 class Ros2Skiller(Component):
     """Serves the Skiller of the blackboard as an action, a goal a skill string.
 
-    :raises CxbridgeError: when the configuration makes no sense, or the domain cannot be joined.
+    :raises CxbridgeError: when the configuration is invalid, or the domain cannot be joined.
     """
 
     hooks = (Hook.SKILL,)
@@ -80,6 +80,6 @@ class Ros2Skiller(Component):
         return not self._server.is_busy
 
     def close(self) -> None:
-        """Abort what is being executed, and leave the domain."""
+        """Abort all executions, and leave the domain."""
         self._server.close()
         self._node.close()

@@ -1,4 +1,4 @@
-"""Transforms of ROS 2 as a component: what comes on /tf and /tf_static is written to TransformInterfaces."""
+"""Transforms of ROS 2 as a component: messages on /tf and /tf_static become TransformInterfaces."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ _WHOSE: Final = "the settings of /tf"
 class Ros2Transforms(Component):
     """Lets rules and skills use the frames of ROS 2.
 
-    :raises CxbridgeError: when the settings make no sense, or the domain cannot be joined.
+    :raises CxbridgeError: when the settings are invalid, or the domain cannot be joined.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -54,7 +54,7 @@ class Ros2Transforms(Component):
         self._sender = FrameSender(node, context.board) if sends else None
 
     def loop(self) -> None:
-        """Write what has come."""
+        """Write incoming transforms."""
         self._node.poll()
         if self._sender is not None:
             self._sender.loop()

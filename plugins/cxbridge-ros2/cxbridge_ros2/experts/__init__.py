@@ -1,1 +1,1 @@
-"""The experts of PlanSys2, and its planner: who answers their services, and who asks them."""
+"""The experts of PlanSys2, and its planner: servers and clients of their services."""

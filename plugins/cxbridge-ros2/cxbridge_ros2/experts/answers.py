@@ -1,4 +1,4 @@
-"""What the services of the problem expert answer, and how they change what is known."""
+"""The responses of the problem expert's services, and their changes of the problem."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, grou
 from cxbridge_ros2.messages import Message
 
 Work = Callable[[ProblemExpert, NodeCodec, Message], Mapping[str, Any] | None]
-"""Does what is asked for, and returns the fields of the response besides ``success``."""
+"""Carries out a request, and returns the fields of the response besides ``success``."""
 
 
 class ExpertService(Struct, frozen=True):

@@ -12,7 +12,7 @@ from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Client, Node
 
 PATIENCE_S: Final = 5.0
-"""Seconds that a server may need until it is there, and until it answers."""
+"""Seconds that a server may need to appear, and to answer."""
 
 _SLICE_S: Final = 0.05
 _AGAIN_S: Final = 2.0
@@ -21,7 +21,7 @@ _HARMLESS: Final = ("get_domain", "get_problem", "exist_", "is_")
 
 
 class ExpertRefusedError(Ros2Error):
-    """An expert did not do what was asked for."""
+    """An expert refused a request."""
 
 
 class ExpertClient:
@@ -29,7 +29,7 @@ class ExpertClient:
 
     :param node: of ROS 2.
     :param clock: measures how long it waits.
-    :param namespace: what comes before all names.
+    :param namespace: the prefix of all names.
     :param patience_s: see :data:`PATIENCE_S`.
     """
 
@@ -41,7 +41,7 @@ class ExpertClient:
         self._clients: dict[str, Client] = {}
 
     def ask(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
-        """Return the response of a service; whether it did what was asked for is in it.
+        """Return the response of a service, successful or not.
 
         :param service: e.g. ``/problem_expert/get_problem``.
         :param patience_s: seconds that it may take to answer; 0: as always.
@@ -69,10 +69,10 @@ class ExpertClient:
         return got[0]
 
     def do(self, service: str, request: Mapping[str, Any] | None = None, patience_s: float = 0.0) -> Message:
-        """Return the response of a service that did what was asked for.
+        """Return the successful response of a service.
 
-        :raises ExpertRefusedError: when it did not; with the reason that it gives.
-        :raises Ros2Error: when nobody answers.
+        :raises ExpertRefusedError: when the service reports a failure; with its reason.
+        :raises Ros2Error: when no server answers.
         """
         response = self.ask(service, request, patience_s)
         if not response.get("success", True):
@@ -80,7 +80,7 @@ class ExpertClient:
         return response
 
     def wait(self, enough: Callable[[], bool], seconds: float) -> bool:
-        """Take what comes until it is enough, or the time is over; return whether it is."""
+        """Handle messages until the condition is true, or the time is over; return whether it is true."""
         end_us = self.clock.now_us() + round(seconds * MICROSECONDS)
         while not enough():
             if self.clock.now_us() > end_us:

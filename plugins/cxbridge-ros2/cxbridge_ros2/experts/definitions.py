@@ -1,4 +1,4 @@
-"""The types of PlanSys2's services and topics, for those who have not its package.
+"""The types of PlanSys2's services and topics, for machines without its package.
 
 They are the same from Humble on, but for the types about derived predicates, which came with Jazzy.
 """

@@ -1,4 +1,4 @@
-"""What the services of the domain expert answer."""
+"""The responses of the domain expert's services."""
 
 from __future__ import annotations
 
@@ -87,7 +87,7 @@ def _durative_action(expert: ProblemExpert, codec: NodeCodec, request: Message) 
 
 
 def _at(when: str, formula: Formula | None) -> Formula:
-    """Return what a formula says about a time; as there, a conjunction of nothing when it says nothing."""
+    """Return the part of a formula for a time; without one an empty conjunction, as in PlanSys2."""
     parts = formula.parts if isinstance(formula, And) else (formula,)
     found = tuple(each.part for each in parts if isinstance(each, Timed) and each.when == when)
     return And(found)

@@ -1,4 +1,4 @@
-"""Formulas as PlanSys2's messages have them: trees of nodes, with numbers for what a node is."""
+"""Formulas as PlanSys2's messages have them: trees of nodes, with numbers for the kinds of nodes."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ from cxbridge_ros2.messages import Message
 
 
 class TreeNodeKind(IntEnum):
-    """What a node is; the last three came with Jazzy."""
+    """The kind of a node; the last three came with Jazzy."""
 
     UNKNOWN = 0
     AND = 1
@@ -64,7 +64,7 @@ TypesOf = Callable[[str], tuple[str, ...]]
 class NodeCodec:
     """Makes trees of formulas, and formulas of trees.
 
-    :param distribution: whose numbers messages have: they are others from Jazzy on.
+    :param distribution: whose numbers messages have: Jazzy has changed them.
     """
 
     def __init__(self, distribution: str) -> None:
@@ -94,7 +94,7 @@ class NodeCodec:
         """Return the formula of a tree.
 
         :param effects: whether numbers may be changed in it.
-        :raises Ros2Error: when it makes no sense.
+        :raises Ros2Error: when it is invalid.
         """
         return _TreeReader(tree["nodes"], self._signs, is_old=self._is_old, effects=effects).formula()
 

@@ -1,4 +1,4 @@
-"""The planner's services: plans for the texts of a domain and a problem, made beside everything else."""
+"""The planner's services: plans for the texts of a domain and a problem, made in the background."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class PlanServer(Closing):
     """Makes plans.
 
     :param settings: which planner, and how long it may take.
-    :param make: makes the service that plans, when somebody wants a plan.
+    :param make: makes the planning service, at the first request.
     """
 
     def __init__(self, settings: PlannerSettings, make: Callable[[], PlanningService]) -> None:
@@ -76,7 +76,7 @@ class PlanServer(Closing):
         return bool(self._calls)
 
     def close(self) -> None:
-        """Give up what is being planned."""
+        """Give up all planning."""
         if self._service is not None:
             self._service.close()
         self._calls.clear()

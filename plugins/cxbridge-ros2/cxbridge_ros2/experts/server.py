@@ -40,12 +40,12 @@ class ExpertServer(Closing):
 
     Everything is done in :meth:`loop`, in the thread of the executive, never while rules run.
 
-    :param settings: what is served.
-    :param namespace: what comes before all names.
+    :param settings: the served experts.
+    :param namespace: the prefix of all names.
     :param node: of ROS 2, with the rights of its clients; its maker closes it.
     :param feature: knows the environment.
     :param planner: makes plans.
-    :param log: gets each change that somebody asks for.
+    :param log: gets each change that a client requests.
     """
 
     def __init__(
@@ -94,7 +94,7 @@ class ExpertServer(Closing):
         reply(response)
 
     def loop(self) -> None:
-        """Answer what was asked, send plans that are ready, and publish what has changed."""
+        """Answer requests, send finished plans, and publish changes."""
         self._node.poll()
         self._planner.loop()
         env = self._feature.env

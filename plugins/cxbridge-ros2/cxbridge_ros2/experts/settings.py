@@ -1,4 +1,4 @@
-"""What a configuration says about experts: ``/ros2/experts``."""
+"""The configuration of experts: ``/ros2/experts``."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ class ExpertSettings(Struct, frozen=True):
     def of(cls, config: Configuration, folder: Path) -> ExpertSettings:
         """Read them.
 
-        :param folder: what relative folders are seen from.
-        :raises CxbridgeError: when they make no sense; with file and line.
+        :param folder: the base of relative folders.
+        :raises CxbridgeError: when they are invalid; with file and line.
         """
         values, node = node_settings(config, TREE, ("serve",), folder, _WHOSE)
         serve = values.get("serve", ALL)

@@ -57,7 +57,7 @@ class Terminal:
         self._client = client
         self._codec = codec
         self.is_over = False
-        """Whether somebody has said ``quit``."""
+        """Whether the user has typed ``quit``."""
         self._sourcing = False
         self._commands: Mapping[str, Callable[[str], Lines]] = {
             "get domain": self._domain,
@@ -94,7 +94,7 @@ class Terminal:
         return [*self._commands]
 
     def do(self, line: str) -> Lines:
-        """Carry a command out; yield what there is to say.
+        """Carry a command out; yield its output.
 
         :raises UsageError: when there is none like it.
         :raises CxbridgeError: when it cannot be carried out.
@@ -118,7 +118,7 @@ class Terminal:
     def completions(self, line: str) -> list[str]:
         """Return the words that may come next.
 
-        :param line: what was typed; its last word may be incomplete.
+        :param line: the typed text; its last word may be incomplete.
         """
         *before, last = line.split(" ")
         wanted = [word for word in before if word]

@@ -1,9 +1,9 @@
-"""The side that asks: an executor of the skill board that has others on a hub execute its skills.
+"""The calling side: an executor of the skill board whose skills are executed by performers of a hub.
 
-It does what the originals do, and more where they hang. REQUEST is repeated until a performer answers. One
-performer is confirmed, the others are rejected, also those that answer when it is over. A performer whose
-RESPONSE was lost waits forever and answers nobody: it is rejected. One that vanishes, or that was restarted,
-is a failure.
+The caller behaves like the originals, except where they hang. REQUEST is repeated until a performer answers.
+One performer is confirmed, all other performers are rejected, also after the end. A performer whose RESPONSE
+was lost waits forever and answers no REQUEST: it is rejected. A performer that vanishes or restarts is a
+failure.
 """
 
 from __future__ import annotations
@@ -25,21 +25,21 @@ from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge_ros2.skills import fill
 
 RETRY_S: Final = 1.0
-"""Seconds between REQUESTs that nobody answers, as in PlanSys2."""
+"""Seconds between REQUESTs without an answer, as in PlanSys2."""
 
 SILENCE_S: Final = 5.0
 """Seconds after the last sign of life of a performer until it counts as gone."""
 
 _OF_SKILL: Final = ("action", "arguments", "mapped", "timeout", "patience")
-_DEAF: Final = 2  # REQUESTs without an answer of a performer that says it is ready
-_NOT_RUNNING: Final = 2  # signs of life of a performer that does not know what it was confirmed for
+_DEAF: Final = 2  # unanswered REQUESTs of a performer that reports to be ready
+_NOT_RUNNING: Final = 2  # signs of life of a performer without the confirmed action
 _REMEMBERED: Final = 100  # REQUESTs whose late RESPONSEs are rejected
 
 
 class HubSkill(Struct, frozen=True):
-    """A skill as it is configured.
+    """The configuration of a skill.
 
-    :param action: what the hub calls it.
+    :param action: its name on the hub.
     :param arguments: texts, which may have parameters of the skill in them; None: all parameters, in order.
     :param mapped: the skill string that the action is mapped to; None: the parameter ``mapped_action``.
     """
@@ -69,7 +69,7 @@ class _OpenRequest:
 
 
 class _Performer(Struct):
-    """What is known of a performer.
+    """The state of a performer as far as known.
 
     :ivar life_us: when its last sign of life came; 0: none has come.
     :ivar answer_us: when its last RESPONSE came, to anybody.
@@ -99,7 +99,7 @@ class HubSkills(RosExecutor):
         self._hub: Hub | None = None
         self._asked: _OpenRequest | None = None
         self._ours: dict[Key, str] = {}
-        """What was asked for, with who of ours asked; without what others have asked for since."""
+        """Our open request, and the execution that waits for it."""
         self._performers: dict[str, _Performer] = {}
 
     @classmethod
@@ -244,7 +244,7 @@ class HubSkills(RosExecutor):
     def _answered(self, word: Word) -> None:
         self._known_performer(word).answer_us = self.clock.now_us()
         if word.key not in self._ours:
-            return  # it answers somebody else
+            return  # the answer to another caller
         asked = self._asked
         if asked is not None and asked.request.key == word.key and not asked.performer:
             asked.performer = word.node

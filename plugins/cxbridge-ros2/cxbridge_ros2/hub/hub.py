@@ -16,13 +16,13 @@ _QOS: Final = QosProfile(depth=100)
 
 
 class Hub(Closing):
-    """Says words on the topic of a protocol, and receives those of all others, and its own.
+    """Publishes words on the topic of a protocol, and receives all words, its own included.
 
     :param node: polled by its owner.
-    :param namespace: what comes before the names of the topics.
+    :param namespace: the prefix of the topics' names.
     :param on_word: called with each word.
-    :param signed: called with each sign of life; None: nobody wants them.
-    :raises Ros2Error: for a namespace that there is not.
+    :param signed: called with each sign of life; None: not needed.
+    :raises Ros2Error: for an invalid namespace.
     """
 
     def __init__(

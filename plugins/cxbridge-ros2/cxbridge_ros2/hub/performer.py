@@ -1,8 +1,8 @@
-"""The side that performs: serves those who ask on a hub with the skills of an agent of our skill board.
+"""The performing side: executes requests of a hub with the skills of an agent of our skill board.
 
-It does what the originals do, and more where they hang: a REQUEST that comes while no executor is free is
-answered when one is, a RESPONSE that may be lost is repeated, one that is neither confirmed nor rejected
-keeps nobody reserved, and a CONFIRM that comes late is still carried out.
+The performer behaves like the originals, except where they hang: a REQUEST that arrives while no executor is
+free is answered when one is, a RESPONSE that may be lost is repeated, one that is neither confirmed nor
+rejected reserves no executor for ever, and a late CONFIRM is still carried out.
 """
 
 from __future__ import annotations
@@ -31,10 +31,10 @@ from cxbridge_ros2.hub.words import HubProtocol, Key, Life, Sign, Word, WordKind
 from cxbridge_ros2.node import Node
 
 RESERVE_S: Final = 2.0
-"""Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free for others again."""
+"""Seconds from RESPONSE to CONFIRM or REJECT; then the executor is free again."""
 
 REPEAT_S: Final = 0.5
-"""Seconds until a RESPONSE is repeated that nobody has received: who asks may have come just now."""
+"""Seconds until a RESPONSE without a subscriber is repeated: the caller may have joined just now."""
 
 SIGN_S: Final = 1.0
 """Seconds between signs of life."""
@@ -44,7 +44,7 @@ _MAPPED: Final = "mapped"
 
 
 class BoardCalls(Protocol):
-    """What it needs of a skill board; see :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+    """The skill board as the performer uses it; see :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:
@@ -65,7 +65,7 @@ class BoardCalls(Protocol):
 
 
 class ServedAction(Struct, frozen=True):
-    """An action that is performed, as it is configured.
+    """The configuration of an action that is performed.
 
     :param parameters: the skill's names for the arguments; empty: ``1``, ``2`` and so on.
     :param call: a template of a skill string, as in action mappings; ``mapped``: the skill string that the
@@ -80,7 +80,7 @@ class ServedAction(Struct, frozen=True):
     def of(cls, action: str, value: Any, protocol: HubProtocol) -> ServedAction:
         """Read the settings of an action.
 
-        :raises ConfigError: when they make no sense.
+        :raises ConfigError: when they are invalid.
         """
         if not isinstance(value, Mapping):
             raise ConfigError(
@@ -137,8 +137,8 @@ class PerformerSettings(Struct, frozen=True):
 
     :param agent: whose skills these are.
     :param agent_id: what words call that robot.
-    :param name: what its performers are called, each with its action after it.
-    :param actions: what they perform.
+    :param name: the prefix of the performers' node names; the action follows.
+    :param actions: the actions that they perform.
     """
 
     protocol: HubProtocol
@@ -150,18 +150,18 @@ class PerformerSettings(Struct, frozen=True):
 
 
 class _Job:
-    """What was answered, until it is over.
+    """A RESPONSE and its execution, until the end.
 
     :ivar deadline_us: until when it must be confirmed.
     :ivar repeat_us: when RESPONSE is sent once more; 0: not, for another performer was confirmed.
-    :ivar master: None as long as it is not confirmed.
+    :ivar master: None until CONFIRM.
     """
 
     def __init__(self, request: Word, node: str, call: SkillCall | str) -> None:
         self.request = request
         self.node = node
         self.call = call
-        """What is called; a text: why nothing can be."""
+        """The skill call; a text: the reason why there is none."""
         self.deadline_us = 0
         self.repeat_us = 0
         self.master: Master | None = None
@@ -191,7 +191,7 @@ class HubPerformer(Closing):
         self._agent, self._agent_id = settings.agent, settings.agent_id
         self._skills, self._node, self._clock, self._log = skills, node, clock, log
         self._wanted: dict[Key, tuple[Word, int]] = {}
-        """REQUESTs that nobody has answered yet, with the time until which it makes sense."""
+        """REQUESTs without an answer, each with the time until which an answer is useful."""
         self._jobs: dict[Key, _Job] = {}
         self._next_sign_us = 0
         self._hub = Hub(node, settings.protocol, settings.node.namespace, self._take_word)
@@ -208,7 +208,7 @@ class HubPerformer(Closing):
         return {each.skill for each in self._actions.values()}
 
     def loop(self) -> None:
-        """Receive what was said, answer, and give signs of life."""
+        """Receive words, answer them, and publish signs of life."""
         self._node.poll()
         now_us = self._clock.now_us()
         for key, (_, until_us) in list(self._wanted.items()):
@@ -230,7 +230,7 @@ class HubPerformer(Closing):
                 self._hub.give_sign(Sign(node, action, self._life(action)), now_us)
 
     def close(self) -> None:
-        """Stop what is being executed, say so, and leave the hub."""
+        """Stop all executions, report that, and leave the hub."""
         jobs, self._jobs = self._jobs, {}
         for job in jobs.values():
             if job.master is not None:
@@ -238,14 +238,14 @@ class HubPerformer(Closing):
                 self._finish(job, success=False, status=f"the performer {job.node} was shut down")
         self._hub.close()
 
-    # --- what others say ----------------------------------------------------------------------------------
+    # --- words of other nodes -----------------------------------------------------------------------------
 
     def _take_word(self, word: Word) -> None:
         key = word.key
         if key.action not in self._actions or key.agent != self._agent_id:
             return
         if word.kind == WordKind.REQUEST:
-            # until it is asked again, or the one who asks has given up
+            # until the next REQUEST for the key, or until the caller has given up
             until_us = self._clock.now_us() + round(self._protocol.wanted_s * MICROSECONDS)
             self._wanted[key] = word, until_us
             self._answer(key)
@@ -293,7 +293,7 @@ class HubPerformer(Closing):
         try:
             call = served.call_of(word, self._protocol.arguments_of(word.key), self._agent)
         except CxbridgeError as error:
-            call = error.message  # who asks shall know
+            call = error.message  # for the caller
         return _Job(word, node, call)
 
     def _stop(self, master: Master) -> None:
@@ -309,7 +309,7 @@ class HubPerformer(Closing):
                 yield info
 
     def _is_free(self, skill: str) -> bool:
-        """Whether an executor is free that nobody has been promised."""
+        """Whether an executor is free and not promised to a caller."""
         able = sum(info.state is ExecutorState.IDLE for info in self._executors(skill))
         promised = sum(
             job.master is None or job.master.state is MasterState.ASKING for job in self._jobs.values()

@@ -1,4 +1,4 @@
-"""What a configuration says about performers: ``/ros2/performers/NAME``."""
+"""The configuration of performers: ``/ros2/performers/NAME``."""
 
 from __future__ import annotations
 
@@ -34,8 +34,8 @@ def performer_settings(
     """Return the performers of a configuration, by their keys.
 
     :param agents: those of the skill board.
-    :param folder: what relative folders are seen from.
-    :raises CxbridgeError: when something is unknown, missing or makes no sense; with file and line.
+    :param folder: the base of relative folders.
+    :raises CxbridgeError: when a key or a value is unknown, missing or invalid; with file and line.
     """
     found = {}
     for key in config.keys(TREE):

@@ -13,7 +13,7 @@ from cxbridge_ros2.messages import Message
 
 
 class WordKind(IntEnum):
-    """What a word means."""
+    """The kind of a word."""
 
     REQUEST = 1
     RESPONSE = 2
@@ -25,7 +25,7 @@ class WordKind(IntEnum):
 
 
 class Life(IntEnum):
-    """What a performer says about itself once a second."""
+    """The state that a performer publishes once a second."""
 
     NOT_READY = 0
     READY = 1
@@ -34,7 +34,7 @@ class Life(IntEnum):
 
 
 class Key(NamedTuple):
-    """What is to be done. There are no tickets on a hub: nobody can tell two wishes for the same apart.
+    """The requested action. A hub has no tickets: two requests for one action cannot be told apart.
 
     :param agent: the robot; empty: there is one only.
     """
@@ -50,13 +50,13 @@ class Key(NamedTuple):
 class Word(Struct, frozen=True):
     """A word on the hub.
 
-    :param kind: what it means; a number when it is none that is known.
-    :param node: who asks, in REQUEST; else who performs.
-    :param key: what is to be done.
+    :param kind: its kind; a number when the kind is unknown.
+    :param node: the caller's node in REQUEST; else the performer's.
+    :param key: the requested action.
     :param mapped: the skill string that the action is mapped to; empty: none, or the protocol has no such.
     :param success: of FINISH.
     :param progress: of FEEDBACK and FINISH, from 0 to 1.
-    :param status: of FEEDBACK and FINISH: what is being done, or why it failed.
+    :param status: of FEEDBACK and FINISH: the current work, or the reason of the failure.
     """
 
     kind: int
@@ -83,7 +83,7 @@ class HubProtocol(ABC):
     """A protocol: its topics, and what its messages call the fields of words."""
 
     name: ClassVar[str]
-    """What a configuration calls it."""
+    """The protocol's name in a configuration."""
 
     topic: ClassVar[str]
     """The hub."""
@@ -110,7 +110,7 @@ class HubProtocol(ABC):
 
     @abstractmethod
     def word(self, message: Message) -> Word:
-        """Return what a message says."""
+        """Return the word of a message."""
 
     @abstractmethod
     def sign_message(self, sign: Sign, now_us: int) -> Mapping[str, Any]:
@@ -125,9 +125,9 @@ class HubProtocol(ABC):
 
     @abstractmethod
     def after_cancel(self, finish: Word) -> Word | None:
-        """Return what a performer says at the end after CANCEL; None: nothing, as in the original.
+        """Return the last word of a performer after CANCEL; None: no word, as in the original.
 
-        :param finish: what it would say without CANCEL.
+        :param finish: its last word without CANCEL.
         """
 
     @abstractmethod

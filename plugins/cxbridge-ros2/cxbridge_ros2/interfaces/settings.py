@@ -1,4 +1,4 @@
-"""What a configuration says about interfaces as topics: ``/ros2/interfaces/NAME``."""
+"""The configuration of interfaces as topics: ``/ros2/interfaces/NAME``."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class TopicSettings(Struct, frozen=True):
     """Interfaces and their topics.
 
     :param key: its name in the configuration.
-    :param direction: ``publish``: what is written here goes to the topic; ``write``: what comes is written.
+    :param direction: ``publish``: writes go to the topic; ``write``: messages of the topic are written.
     :param topic: None: ``/blackboard/TYPE/ID``.
     :param type: None: the message that is made for the interface.
     :param fields: paths in the message, by the interface's fields.
@@ -58,10 +58,10 @@ class TopicSettings(Struct, frozen=True):
 
 
 def topic_settings(config: Configuration, folder: Path) -> list[TopicSettings]:
-    """Return what a configuration says.
+    """Return the settings of a configuration.
 
-    :param folder: what relative folders are seen from.
-    :raises CxbridgeError: when something is unknown, missing or makes no sense; with file and line.
+    :param folder: the base of relative folders.
+    :raises CxbridgeError: when a key or a value is unknown, missing or invalid; with file and line.
     """
     found = []
     for key in config.keys(TREE):

@@ -1,4 +1,4 @@
-"""Interfaces as topics: what is written on the blackboard is published, or what comes is written there."""
+"""Interfaces as topics: writes of the blackboard are published, or messages are written to the blackboard."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def topic_of(interface_type: str, interface_id: str) -> str:
 def check_mapping(settings: TopicSettings, schema: InterfaceSchema, definitions: Definitions) -> None:
     """Check that an interface and a message have the fields that are set.
 
-    :raises CxbridgeError: when one is not there.
+    :raises CxbridgeError: when a type does not exist.
     """
     if settings.type is None:
         return
@@ -92,11 +92,11 @@ class PublishedInterfaces(Closing):
             raise
 
     def loop(self) -> None:
-        """Publish what was written."""
+        """Publish new writes."""
         while (change := self._feed.next(Deadline(0))) is not None:
             self._take(change)
         for instance in self._feed.opened:
-            if instance.uid not in self._publishers:  # nobody has written it
+            if instance.uid not in self._publishers:  # without a write so far
                 self._take(self._feed.now(instance))
 
     def _take(self, change: InterfaceChange) -> None:
@@ -156,9 +156,9 @@ class PublishedInterfaces(Closing):
 
 
 class WrittenInterface(Closing):
-    """Writes an interface with what comes on its topic.
+    """Writes an interface with the messages of its topic.
 
-    :raises CxbridgeError: when somebody else writes it, or ROS does not take something.
+    :raises CxbridgeError: when the interface has another writer, or ROS refuses a name or a type.
     """
 
     def __init__(self, settings: TopicSettings, node: Node, board: BlackBoard, log: Logger) -> None:
@@ -233,7 +233,7 @@ def _paths(settings: TopicSettings, schema: InterfaceSchema) -> Mapping[str, str
 
 
 def _maker(settings: TopicSettings, schema: InterfaceSchema) -> Callable[[InterfaceChange], Message]:
-    """Return what makes a message of what was written."""
+    """Return the function that turns a write into a message."""
     paths = _paths(settings, schema)
     stamp = TIME if settings.type is None else settings.stamp
 

@@ -1,4 +1,4 @@
-"""What the environment of ROS says to every transport."""
+"""The settings of the ROS environment that every transport obeys."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What comes in threads of others, for the thread that polls."""
+"""Messages that foreign threads deliver, for the thread that polls."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ MOST_KEPT: Final = 1000
 class InboxSource:
     """One of those whom something comes for; made by :meth:`MessageInbox.source`.
 
-    :param depth: how much is kept: what is oldest is dropped; 0: :data:`MOST_KEPT`.
-    :param deliver: gets what has come.
+    :param depth: the number of messages that are kept: the oldest is dropped; 0: :data:`MOST_KEPT`.
+    :param deliver: gets the messages.
     """
 
     __slots__ = ("deliver", "depth", "is_open", "waiting")
@@ -28,7 +28,7 @@ class InboxSource:
 
 
 class MessageInbox:
-    """Keeps what has come, in its order."""
+    """Keeps messages in the order of their arrival."""
 
     def __init__(self) -> None:
         self._came = threading.Condition()
@@ -48,14 +48,14 @@ class MessageInbox:
             self._came.notify()
 
     def end(self, source: InboxSource) -> None:
-        """Keep nothing more for a source, and forget what has come."""
+        """Keep no more messages of a source, and forget the kept ones."""
         with self._came:
             source.is_open = False
             while source.waiting:
                 del self._items[source.waiting.popleft()]
 
     def hand_out(self, timeout_s: float) -> bool:
-        """Deliver what has come, in this thread; wait so long for something. Return whether something had."""
+        """Deliver the messages in this thread; wait ``timeout`` for one. Return whether there was one."""
         with self._came:
             if timeout_s > 0:
                 self._came.wait_for(lambda: self._items, timeout_s)

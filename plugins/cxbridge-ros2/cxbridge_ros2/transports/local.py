@@ -1,4 +1,4 @@
-"""Nodes within a process: what one sends waits in the other's queue until that is polled. No time passes.
+"""Nodes within a process: a message waits in the receiver's queue until that is polled. No time passes.
 
 Messages become CDR and messages again on their way: each node has its own, and a broken message is found.
 """
@@ -48,7 +48,7 @@ class LocalGraph:
         self.readers: dict[str, list[_Reader]] = {}
         self.servers: dict[str, _Server] = {}
         self.kept: dict[str, deque[tuple[TypeName, bytes]]] = {}
-        """The last messages of topics whose publishers keep them for those who come late."""
+        """The last messages of topics whose publishers keep messages for late subscriptions."""
         self.numbers = count(1)
         self._nodes: list[LocalNode] = []
 
@@ -72,7 +72,7 @@ class LocalGraph:
         self.servers = {name: each for name, each in self.servers.items() if each.node is not node}
 
     def settle(self) -> bool:
-        """Let all nodes take what has come until nothing comes any more; return whether it is so."""
+        """Let all nodes take messages until none are left; return whether none are left."""
         for _ in range(MOST_ROUNDS):
             came = [node.poll() for node in list(self._nodes)]
             if not any(came):
@@ -120,7 +120,7 @@ class LocalNode(Node):
             return
 
         def deliver() -> None:
-            if reader in self.graph.readers[topic]:  # the subscription may have ended meanwhile
+            if reader in self.graph.readers[topic]:  # the subscription may have ended since
                 reader.receive(self.graph.codec.decode(kind, data))
 
         self.queue.append(deliver)

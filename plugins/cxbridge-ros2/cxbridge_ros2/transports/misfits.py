@@ -38,7 +38,7 @@ def misfit(name: str, peer: str, theirs: tuple[str, str], ours: tuple[TypeName, 
     """Return how another node's type differs from ours; empty when it does not.
 
     :param name: of the topic, service or action.
-    :param peer: what the other node has, e.g. ``publisher``.
+    :param peer: the kind of the other endpoint, e.g. ``publisher``.
     :param theirs: its type as in DDS, and the hash of it; empty: unknown.
     :param ours: our type, and its hash.
     """
@@ -54,10 +54,10 @@ def misfit(name: str, peer: str, theirs: tuple[str, str], ours: tuple[TypeName, 
 
 
 def why_unserved(name: str, kind: TypeName, served: Mapping[str, str], alone_in: str) -> str:
-    """Return why nobody serves a service or an action, as far as is known; empty when it is not.
+    """Return why a service or an action has no server, as far as known; empty when unknown.
 
-    :param kind: what we call it as.
-    :param served: the services and actions of others, each with its type as in DDS.
+    :param kind: the type of our client.
+    :param served: the services and actions of other nodes, each with its type as in DDS.
     :param alone_in: the part of the network we are alone in; empty: we are not.
     """
     if alone_in:

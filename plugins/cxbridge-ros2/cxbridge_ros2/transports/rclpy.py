@@ -1,7 +1,7 @@
 """ROS 2 by its own client library, where a ROS 2 environment is sourced: everything, with any RMW.
 
 Messages go through CDR (:mod:`cxbridge_ros2.messages`), so that they are checked as everywhere: topics carry
-it as it is, and rclpy makes objects of it for services.
+the bytes, and rclpy makes objects of the bytes for services.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ class RclpyNode(Node):
     :param name: the node's, e.g. ``cxbridge``.
     :param definitions: the types that are known; they must be those of the sourced environment.
     :param domain: the domain; that of ``ROS_DOMAIN_ID`` by default.
-    :param report: gets what is wrong with others; see the base class.
+    :param report: gets complaints about other nodes; see the base class.
     :raises Ros2Error: when ROS cannot begin.
     """
 
@@ -73,7 +73,7 @@ class RclpyNode(Node):
                 name,
                 context=self._context,
                 use_global_arguments=False,
-                start_parameter_services=False,  # ours are served by whoever has parameters
+                start_parameter_services=False,  # our class Parameters serves them
                 enable_rosout=False,
             )
         except Exception as error:  # noqa: BLE001  rclpy's own have no common class
@@ -83,7 +83,7 @@ class RclpyNode(Node):
         self._executor.add_node(self._node)
         self._came = 0
 
-    # --- what a node offers -------------------------------------------------------------------------------
+    # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher; see the base class."""
@@ -144,7 +144,7 @@ class RclpyNode(Node):
         made = self._node.create_service(
             kind, check_topic(service), take, qos_profile=self._qos(PROFILES["services_default"])
         )
-        # rclpy's own way to answer later, a coroutine, keeps its executor busy until the answer is there
+        # rclpy's own way to answer later, a coroutine, keeps its executor busy until the response
         send = made.send_response
         made.send_response = lambda later, header: later.send_with(lambda reply: send(reply, header))
         return self._ending("service", made)
@@ -197,7 +197,7 @@ class RclpyNode(Node):
         return found
 
     def _compare(self, name: TypeName, found: Any) -> None:
-        """Check that what is sourced is what our definition says: CDR does not tell."""
+        """Check that the sourced type equals our definition: CDR does not tell."""
         ours = [field for field, _ in self._definitions.fields(name) if field != _NO_MEMBER]
         theirs = list(found.get_fields_and_field_types())
         if ours != theirs:

@@ -1,4 +1,4 @@
-"""What DDS has found of others, held against what is ours: types, their hashes, and quality of service.
+"""Compares discovered endpoints with our endpoints: types, type hashes, and quality of service.
 
 DDS itself says nothing when a publisher and a subscription do not fit: no message comes, that is all.
 """
@@ -37,7 +37,7 @@ _POLICIES: Final = {
 _OTHER_PARTS: Final = ("/_action/get_resultRequest", "/_action/cancel_goalRequest")
 _BATCH: Final = 1000
 _MOST: Final = 20_000
-"""Endpoints that are kept: others decide how many there are."""
+"""The limit of remembered endpoints: other nodes decide how many exist."""
 
 _HASH: Final = re.compile(rb"typehash=(RIHS01_[0-9a-f]{64});")
 _PLACE: Final = re.compile(
@@ -60,24 +60,24 @@ class Ours(Struct, frozen=True, eq=False):
 
     @property
     def is_read(self) -> bool:
-        """Whether others write what we read."""
+        """Whether our endpoint is a reader."""
         return isinstance(self.entity, DataReader)
 
     @property
     def peer(self) -> str:
-        """What others have at the other end, in the words of ROS."""
+        """The ROS term for the remote end of our endpoint."""
         if self.topic.startswith("rt/"):
             return "publisher" if self.is_read else "subscription"
         return "client" if self.topic.startswith("rq/") == self.is_read else "server"
 
 
 class Discovery:
-    """Knows the readers and writers of others, and complains about those that do not fit ours.
+    """Knows the readers and writers of other participants, and complains about endpoints that do not fit ours.
 
-    :param graph: reads what others report about their nodes.
+    :param graph: reads the reports of other participants about their nodes.
     :param nodes: returns the full names in such a report.
     :param name: the full name of our node.
-    :param complain: gets a kind of problem, and what is wrong.
+    :param complain: gets the kind of a problem, and its description.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class Discovery:
             True: BuiltinDataReader(participant, BuiltinTopicDcpsPublication),
             False: BuiltinDataReader(participant, BuiltinTopicDcpsSubscription),
         }
-        """What finds those who write, and those who read."""
+        """The built-in readers: True for discovered writers, False for discovered readers."""
         self._theirs: dict[bool, dict[Any, DcpsEndpoint]] = {True: {}, False: {}}
         self._ours: list[Ours] = []
         self._incompatible: dict[int, int] = {}
@@ -104,7 +104,7 @@ class Discovery:
         self._has_namesake = False
 
     def add(self, ours: Ours) -> None:
-        """Hold what others have against a new reader or writer of ours."""
+        """Add a reader or writer of ours, and compare it with the discovered endpoints."""
         self._ours.append(ours)
         for endpoint in self._theirs[ours.is_read].values():
             self._compare(ours, endpoint)
@@ -115,7 +115,7 @@ class Discovery:
         self._incompatible.pop(id(entity), None)
 
     def look(self) -> None:
-        """Take what was found since, and complain about what does not fit."""
+        """Take new discoveries, and complain about endpoints that do not fit."""
         self._look_at_nodes()
         for writes, reader in self._readers.items():
             known = self._theirs[writes]
@@ -181,7 +181,7 @@ class Discovery:
             )
 
     def why_unserved(self, topic: str, sent: TypeName, where: str) -> str:
-        """Return why nobody reads the requests of a service; see :func:`.misfits.why_unserved`.
+        """Return why a service has no server; see :func:`.misfits.why_unserved`.
 
         :param topic: of the requests.
         :param where: which part of the network we are in.

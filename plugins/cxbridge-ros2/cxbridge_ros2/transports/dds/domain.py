@@ -25,14 +25,14 @@ _DISCOVERY: Final = {
     '<Peers><Peer Address="localhost"/></Peers>',
     "off": f"<ParticipantIndex>none</ParticipantIndex><Tag>cxbridge_{os.getpid()}</Tag>",
 }
-"""How Cyclone DDS looks for others, by the ranges that go no further than this host."""
+"""The configuration of Cyclone DDS' discovery, by the ranges that stay on this host."""
 
 _RANGES: Final = (*_DISCOVERY, "subnet", "system_default")
 """The values of ROS_AUTOMATIC_DISCOVERY_RANGE."""
 
 
 def lacks_security() -> str:
-    """Return what is wrong when the environment wants DDS security; empty when it does not.
+    """Return the problem when the environment demands DDS security; empty when it does not.
 
     :raises Ros2Error: when it must not go without.
     """
@@ -85,9 +85,9 @@ def _on_this_host(reach: str) -> str:
 def delete(entity: Entity) -> None:
     """End an entity now.
 
-    The wheel ends it when Python lets go of it, but not when the garbage collector does that: its table of
-    entities refers to them weakly, and the collector clears such references first; the wheel takes what is
-    not in its table for ended.
+    The wheel ends it when Python drops the last reference, but not when the garbage collector does: its table
+    of entities refers to them weakly, and the collector clears such references first; the wheel takes an
+    entity that is not in its table for ended.
     """
     entity.__del__()
 
@@ -95,8 +95,8 @@ def delete(entity: Entity) -> None:
 def delete_all(writers: Sequence[Entity]) -> None:
     """End writers at the same time.
 
-    Each one waits until others have acknowledged what it wrote: for a tenth of a second, and for a whole one
-    when one of them was killed a moment ago.
+    Each writer waits until its readers have acknowledged its messages: for a tenth of a second, and for a
+    whole second when a reader was killed a moment ago.
     """
     threads = [threading.Thread(target=delete, args=(writer,)) for writer in writers[1:]]
     for thread in threads:

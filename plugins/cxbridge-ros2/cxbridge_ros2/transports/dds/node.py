@@ -1,7 +1,7 @@
 """ROS 2 over DDS, by the wheel of Eclipse Cyclone DDS: no ROS installation is needed.
 
 Topics go to nodes of every RMW. Services and actions go to those of rmw_cyclonedds (:mod:`.dds_services`);
-rmw_fastrtps puts who asks where this wheel cannot write.
+rmw_fastrtps keeps the client's id in a field that this wheel cannot write.
 :mod:`cxbridge_ros2.messages` writes and reads CDR; DDS gets bytes.
 """
 
@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 
 _BATCH: Final = 256
 _LOOK_S: Final = 1.0
-"""Between two looks at what others have."""
+"""Seconds between two looks at discovered endpoints."""
 
 _DISCOVERY_S: Final = 0.01
 """Between two looks whether the reader of a response is found."""
@@ -60,7 +60,7 @@ _GRAPH: Final = parse_type("rmw_dds_common/msg/ParticipantEntitiesInfo")
 _REPORTS: Final = QosProfile(durability="transient_local", depth=1000)
 _GID: Final = parse_type("rmw_dds_common/msg/Gid")
 _ENCLAVE: Final = b"enclave=/;"
-"""What the participant of a node reports about itself; without it ROS takes it for a stranger."""
+"""The user data of a node's participant; ROS ignores a participant without it."""
 
 _RESOURCE_WAIT: Final = duration(milliseconds=100)
 
@@ -82,7 +82,7 @@ class DdsNode(Node):
     :param domain: the DDS domain; that of ``ROS_DOMAIN_ID`` by default.
     :param reach: ``localhost``: nodes on this host are found, and find us; ``subnet``: those of the network,
         too; that of ``ROS_AUTOMATIC_DISCOVERY_RANGE`` by default, and ``localhost`` when that is not set.
-    :param report: gets what is wrong with others; see the base class.
+    :param report: gets complaints about other nodes; see the base class.
     :raises Ros2Error: when DDS cannot begin.
     """
 
@@ -124,7 +124,7 @@ class DdsNode(Node):
         self._looked_s = 0.0
         self._announce()
 
-    # --- what a node offers -------------------------------------------------------------------------------
+    # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher; see the base class."""
@@ -293,7 +293,7 @@ class DdsNode(Node):
     # --- the graph of ROS -----------------------------------------------------------------------------------
 
     def _make_graph(self) -> tuple[DataWriter[Any], DataReader[Any]]:
-        """Return what reports our node to others, and what gets their reports."""
+        """Return the writer that reports our node, and the reader of the reports of other participants."""
         topic = self._topic("ros_discovery_info", _GRAPH)
         writer = DataWriter(self._participant, topic, qos=self._qos(_GRAPH, PROFILES["latched"]))
         qos = Qos(Policy.IgnoreLocal.Participant, base=self._qos(_GRAPH, _REPORTS))
@@ -306,7 +306,7 @@ class DdsNode(Node):
         return [f"{each['node_namespace'].rstrip('/')}/{each['node_name']}" for each in nodes]
 
     def _announce(self) -> None:
-        """Let others know which readers and writers are this node's: so the node is in the graph of ROS."""
+        """Report which readers and writers belong to this node: so the node is in the graph of ROS."""
         ((_, (_, (_, size))),) = self._definitions.fields(_GID)  # 24 bytes until Humble, 16 now
 
         def gid(entity: Entity) -> Mapping[str, Any]:
@@ -369,7 +369,7 @@ def _write(writer: DataWriter[Any], data: bytes) -> None:
 
 
 def _dds_type(name: TypeName) -> Any:
-    """Make what the wheel wants for a type: its name counts, and that a sample is the bytes in ``cdr``."""
+    """Make the class that the wheel needs for a type: with the type's name, and samples that are bytes in ``cdr``."""
     made: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
     made.serialize, made.deserialize = _serialize, classmethod(_deserialize)
     return made

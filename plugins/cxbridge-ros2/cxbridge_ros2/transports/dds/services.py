@@ -1,6 +1,6 @@
-"""Services over DDS, as rmw_cyclonedds has them: who asks, and a number, come before request and response.
+"""Services over DDS, as in rmw_cyclonedds: the client's id and a number precede request and response.
 
-DDS finds writers and readers one by one, on each side. What is sent to those that have not found us is lost.
+DDS finds writers and readers one by one, on each side. A message to a reader that has not found us is lost.
 So both sides name themselves in their user data, ``clientid`` and ``serviceid``: a client takes a server for
 there when it has found both ends of it, and the server has found the writer of requests; and a server keeps a
 response until the client's reader is found.
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from cyclonedds.sub import DataReader
 
 _HEADER: Final = struct.Struct("<Qq")
-"""Who asks, and the number of the request."""
+"""The client's id, and the number of the request."""
 
 _AGAIN_S: Final = 0.2
 _INTRODUCTION_S: Final = 2.0
@@ -43,12 +43,12 @@ Encode = Callable[[Mapping[str, Any]], bytes]
 
 
 def named(key: str) -> str:
-    """Return what the two ends of a client (``clientid``) or of a server (``serviceid``) report about it."""
+    """Return the user data of the two endpoints of a client (``clientid``) or of a server (``serviceid``)."""
     return f"{key}={secrets.token_bytes(_ID_BYTES).hex('.')};"
 
 
 class _Found:
-    """The endpoints of others that DDS has found, each with what it says whose it is."""
+    """The discovered endpoints, each with the id of its owner."""
 
     def __init__(
         self, key: str, handles: Callable[[], list[int]], describe: Callable[[int], DcpsEndpoint | None]
@@ -68,7 +68,7 @@ class _Found:
         return cls(key, reader.get_matched_publications, reader.get_matched_publication_data)
 
     def now(self) -> Mapping[int, str]:
-        """Return whose endpoints are there, by their handles; empty for those that do not say so."""
+        """Return the owners of the discovered endpoints by handle; empty: an endpoint without an id."""
         known, self._owners = self._owners, {}
         for handle in matched(self._handles):
             owner = known.get(handle)
@@ -79,11 +79,11 @@ class _Found:
         return self._owners
 
     def has(self, owner: str) -> bool:
-        """Return whether an endpoint of an owner is there, or was there a moment ago."""
+        """Return whether an owner has an endpoint now, or had one at the last look."""
         return owner in self._owners.values() or owner in self.now().values()
 
     def owner(self, handle: int) -> str:
-        """Return whose endpoint this is or was; empty when nobody knows."""
+        """Return the owner of an endpoint; empty when unknown."""
         return self._owners.get(handle) or self.now().get(handle, "")
 
     def _owner(self, handle: int) -> str | None:
@@ -186,8 +186,8 @@ class DdsClient(Client):
 class _Introduction:
     """Finds out which readers have found a writer of ours.
 
-    What they acknowledge they have found. The writer disposes of an instance: readers of ROS skip that,
-    which is not a message.
+    A reader that acknowledges has found the writer. The writer disposes of an instance: readers of ROS skip
+    that, since a dispose is not a message.
 
     :param writer: of messages without a key.
     """
@@ -208,7 +208,7 @@ class _Introduction:
         if now_s - self._again_s > _AGAIN_S:
             self._again_s = now_s
             self._writer.dispose(object.__new__(self._writer.data_type))
-        # one that was killed acknowledges nothing until DDS takes it for gone: the others do not wait
+        # a killed reader acknowledges nothing until DDS declares it dead: live readers do not wait for it
         if self._is_acknowledged() or now_s - self._since_s > _INTRODUCTION_S:
             self._found = self._asked
         return handles & self._found
@@ -257,7 +257,7 @@ class DdsServer:
         self._writers = _Found.writers("clientid", reader)
 
     def close(self) -> None:
-        """Send nothing more, also no response that is not there yet."""
+        """Send nothing more, not even responses to requests in work."""
         self._kept, self._writers = [], None
 
     def take(self, sample: Any) -> None:
@@ -288,7 +288,7 @@ class DdsServer:
 
 
 def matched(handles: Callable[[], list[int]]) -> list[int]:
-    """Return the endpoints of others that DDS has found.
+    """Return the handles of the discovered endpoints.
 
     The wheel asks twice, for their number and for their handles, and fails when one came in between.
     """

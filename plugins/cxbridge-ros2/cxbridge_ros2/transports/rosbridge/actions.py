@@ -23,7 +23,7 @@ class RosbridgeAction:
     """An action of a robot, as the parts that ActionClient knows.
 
     :param connection: to the bridge.
-    :param later: takes what is to be called with the next poll of the node.
+    :param later: takes functions that the next poll of the node calls.
     :param send: sends a goal with its id; returns whether there was a connection.
     """
 

@@ -16,7 +16,7 @@ from websockets.sync.client import ClientConnection, connect
 from cxbridge.errors import Ros2Error
 
 Operation = Mapping[str, Any]
-"""A message of the rosbridge protocol: what it calls an operation, by its ``op``."""
+"""A message of the rosbridge protocol: its operation is in ``op``."""
 
 LOST: Final = {"op": ""}
 """Comes in the place of an operation when the connection was lost."""
@@ -34,9 +34,9 @@ MOST_WAITING: Final = 10_000
 
 
 class RosbridgeConnection:
-    """The connection: comes back by itself, and repeats what is to be kept.
+    """The connection: reconnects by itself, and repeats messages that the bridge has to keep.
 
-    A thread of its own receives, and connects again.
+    A thread receives, and connects again.
 
     :raises Ros2Error: when the first connection fails.
     """
@@ -114,7 +114,7 @@ class RosbridgeConnection:
         self._open.close()
 
     def _connect(self) -> None:
-        self._open.close()  # what is left of the last one
+        self._open.close()  # the rest of the last connection
         socket: ClientConnection = self._open.enter_context(
             connect(self._url, open_timeout=_OPEN_S, max_size=MOST_BYTES, proxy=None)
         )

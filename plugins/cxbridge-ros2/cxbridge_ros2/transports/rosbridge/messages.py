@@ -35,7 +35,7 @@ class JsonCodec:
         return _plain(self._codec.decode(name, self._codec.encode(name, message)))
 
     def from_json(self, name: TypeName, value: Any) -> Message:
-        """Return a message; what is missing or broken has its default."""
+        """Return a message; missing and broken fields have their defaults."""
         fields = self._definitions.fields(name)
         given = value if isinstance(value, Mapping) else {}
         return {field: self._value(kind, given.get(field)) for field, kind in fields if field != _NOTHING}

@@ -35,7 +35,7 @@ class RosbridgeNode(Node):
     :param name: the node's, for logs: in ROS all is done by the bridge's own node.
     :param definitions: the types that are known.
     :param url: of the bridge's websocket.
-    :raises Ros2Error: when nobody is there, or it is none.
+    :raises Ros2Error: when there is no server, or the server is no bridge.
     """
 
     def __init__(
@@ -53,7 +53,7 @@ class RosbridgeNode(Node):
         self._later: list[Callable[[], None]] = []
         self._connection = RosbridgeConnection(url)
 
-    # --- what a node offers -------------------------------------------------------------------------------
+    # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher; see the base class."""
@@ -137,7 +137,7 @@ class RosbridgeNode(Node):
         """Leave the bridge."""
         self._connection.close()
 
-    # --- what comes ---------------------------------------------------------------------------------------
+    # --- incoming messages --------------------------------------------------------------------------------
 
     def _take_message(self, op: Operation) -> None:
         for name, receive in list(self._receivers.get(op.get("topic", ""), ())):
@@ -240,7 +240,7 @@ class _Publisher(Publisher):
 
     @property
     def subscriptions(self) -> int:
-        """One while the bridge is there: it does not report how many there are behind it."""
+        """One while the bridge is connected: the bridge does not report the number of its servers."""
         return int(self._connection.is_up)
 
     def close(self) -> None:

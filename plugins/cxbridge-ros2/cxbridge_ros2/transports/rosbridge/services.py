@@ -61,7 +61,7 @@ class ServiceClient(Client):
 
     @property
     def servers(self) -> frozenset[int]:
-        """One while the bridge is there, another one after it was away."""
+        """A number while the bridge is connected, another one after a reconnection."""
         return frozenset({self._connection.connections}) if self._connection.is_up else frozenset()
 
     def close(self) -> None:

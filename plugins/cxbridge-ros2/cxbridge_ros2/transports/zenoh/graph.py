@@ -1,4 +1,4 @@
-"""Who is there, by the tokens of liveliness."""
+"""The graph of a domain, by the tokens of liveliness."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _MOST: Final = 100_000
 
 
 class RosGraph:
-    """The endpoints of a domain, each by a number of its own; in any thread."""
+    """The endpoints of a domain, each by a unique number; in any thread."""
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
@@ -26,7 +26,7 @@ class RosGraph:
         """Another number after each change."""
 
     def come(self, token: str) -> None:
-        """Note a token; what is none is ignored."""
+        """Add a token; an invalid one is ignored."""
         found = endpoint_of(token)
         if found is None:
             return
@@ -49,15 +49,15 @@ class RosGraph:
                 self._there.pop((found.kind, found.place), None)
 
     def called(self, kind: Kind, name: str) -> list[TypedName]:
-        """Return the places of a name, one for each type that others use there."""
+        """Return the places of a name, one for each type that endpoints use there."""
         with self._lock:
             return [place for known, place in self._there if known == kind and place.name == name]
 
     def why_unserved(self, place: TypedName, kind: TypeName, where: str) -> str:
-        """Return why nobody serves a service; see :func:`.misfits.why_unserved`."""
+        """Return why a service has no server; see :func:`.misfits.why_unserved`."""
         with self._lock:
             served = {whole_name(each.name): each.kind for known, each in self._there if known == "SS"}
-            # our own endpoints are among those that are there
+            # our own endpoints are in the table, too
             sessions = {token.split("/")[2] for tokens in self._there.values() for token in tokens}
         return why_unserved(whole_name(place.name), kind, served, "" if len(sessions) > 1 else where)
 

@@ -1,7 +1,7 @@
 """What nodes with rmw_zenoh_cpp call things in Zenoh: keys, tokens of liveliness, QoS, attachments.
 
-Its design document describes them. A token says that something is there: a node, a publisher, a subscription,
-a server or a client of a service.
+Its design document describes them. A token announces an entity: a node, a publisher, a subscription, a server
+or a client of a service.
 """
 
 from __future__ import annotations
@@ -48,7 +48,7 @@ _DURABILITY: Final[dict[str, Durability]] = {
 
 
 class TypedName(Struct, frozen=True):
-    """A topic or a service, of one type: those who name the same one reach each other.
+    """A topic or a service, of one type: endpoints of an equal one reach each other.
 
     :param name: e.g. ``/robot1/odom``.
     :param kind: the type's name, as in DDS.
@@ -84,7 +84,7 @@ class NodeName(Struct, frozen=True):
 
     @property
     def token(self) -> str:
-        """Says that the node is there."""
+        """Announces the node."""
         return self._token(self.number, _NODE)
 
     def _token(self, number: int, kind: str) -> str:
@@ -107,19 +107,19 @@ class GraphEndpoint(Struct, frozen=True):
 
     @property
     def token(self) -> str:
-        """Says that it is there."""
+        """Announces the endpoint."""
         start = self.node._token(self.number, self.kind)  # noqa: SLF001  of this module
         name, kind = _mangled(self.place.name), _mangled(self.place.kind)
         return f"{start}/{name}/{kind}/{self.place.type_hash}/{qos_text(self.qos)}"
 
     @property
     def gid(self) -> bytes:
-        """Its number in attachments: others compute it from the token, too."""
+        """Its number in attachments: peers compute the number from the token, too."""
         return xxh3_128_intdigest(self.token.encode()).to_bytes(GID, "little")
 
 
 class MessageAttachment(Struct, frozen=True):
-    """What goes with a message, a request or a response.
+    """The attachment of a message, a request or a response.
 
     :param number: counts the publisher's messages, or the client's requests.
     :param time_ns: when it was sent, since 1970.
@@ -135,7 +135,7 @@ class MessageAttachment(Struct, frozen=True):
 
 
 def attachment_of(data: bytes) -> MessageAttachment | None:
-    """Return an attachment; None when the bytes are none (those of releases before 2025 are others)."""
+    """Return an attachment; None when the bytes are none (releases before 2025 have another format)."""
     if len(data) != _ATTACHMENT.size:
         return None
     number, time_ns, size, gid = _ATTACHMENT.unpack(data)
@@ -158,7 +158,7 @@ def tokens_of(domain: int) -> str:
 
 
 def endpoint_of(token: str) -> GraphEndpoint | None:
-    """Return what a token is about; None for a node, and for a token that is none: it may be anybody's."""
+    """Return the place of a token; None for a node, and for invalid tokens, which any peer may send."""
     parts = token.split("/")
     # newer releases add a part about memory that is not the processor's
     if len(parts) < _PARTS or parts[0] != _SPACE or not all(parts) or parts[5] not in _KINDS:
@@ -173,7 +173,7 @@ def endpoint_of(token: str) -> GraphEndpoint | None:
 
 
 def qos_text(qos: QosProfile) -> str:
-    """Return a QoS as tokens have it: what is not as rmw_zenoh_cpp has it by default."""
+    """Return a QoS as tokens write it: the values that differ from rmw_zenoh_cpp's defaults."""
     reliability = "2" if qos.reliability == "best_effort" else ""
     durability = "1" if qos.durability == "transient_local" else ""
     depth = "" if qos.depth == _DEPTH else qos.depth

@@ -1,7 +1,7 @@
 """ROS 2 over Zenoh, for robots with rmw_zenoh_cpp: by the wheel of Eclipse Zenoh, without a ROS installation.
 
-Messages go to keys that have their type in them; a service is a queryable; tokens of liveliness say who is
-there. Zenoh calls in threads of its own: what comes waits until the node is polled.
+Messages go to keys that have their type in them; a service is a queryable; tokens of liveliness announce
+endpoints. Zenoh calls back in its threads: incoming messages wait until the node is polled.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ _PEERS: Final[Mapping[Kind, tuple[Kind, str]]] = {
     "SS": ("SC", "client"),
     "SC": ("SS", "server"),
 }
-"""What is at the other end of an endpoint, and the word for it."""
+"""The kind of the remote end of an endpoint, and the ROS term for it."""
 
 _GET_RESULT: Final = "/_action/get_result"
 
@@ -63,9 +63,9 @@ class ZenohNode(Node):
 
     :param name: the node's, e.g. ``cxbridge``.
     :param definitions: the types that are known.
-    :param url: of the router, e.g. ``tcp/robot:7447``; empty: as the environment says, or this host's.
+    :param url: of the router, e.g. ``tcp/robot:7447``; empty: that of the environment, or this host's.
     :param domain: the number of the domain; that of ``ROS_DOMAIN_ID`` by default.
-    :param report: gets what is wrong with others; see the base class.
+    :param report: gets complaints about other nodes; see the base class.
     :raises Ros2Error: when there is no router.
     """
 
@@ -95,7 +95,7 @@ class ZenohNode(Node):
         )
         self._token = liveliness.declare_token(self._name.token)
 
-    # --- what a node offers -------------------------------------------------------------------------------
+    # --- the interface of a node --------------------------------------------------------------------------
 
     def publisher(self, topic: str, message_type: str, qos: QosProfile = PROFILES["default"]) -> Publisher:
         """Return a publisher; see the base class."""
@@ -192,7 +192,7 @@ class ZenohNode(Node):
         return place_of(check_topic(service), name, self._definitions, is_service=True)
 
     def _compare(self, ours: GraphEndpoint, kind: TypeName) -> None:
-        """Complain about others who have the name of an endpoint of ours with another type."""
+        """Complain about remote endpoints with the name of one of our endpoints and another type."""
         wanted, peer = _PEERS[ours.kind]
         name = whole_name(ours.place.name)
         for theirs in self._graph.called(wanted, ours.place.name):
@@ -219,7 +219,7 @@ class ZenohNode(Node):
 
         self._ours[endpoint.number] = endpoint, name
         self._compare(endpoint, name)
-        self._ends[endpoint.number] = end  # what nobody refers to, Zenoh would end
+        self._ends[endpoint.number] = end  # Zenoh ends an endpoint without a reference
         return end
 
     def _changed(self, sample: zenoh.Sample) -> None:
@@ -303,7 +303,7 @@ class _Client(Client):
         number, reply = came
         done, failed = self._waiting.pop(number, (None, None))
         if done is None:
-            return  # there was one already, or nobody waits for it
+            return  # a second response, or a response to a request that was given up
         try:
             response = self._decode(_answered(reply))
         except Ros2Error as error:
@@ -333,7 +333,7 @@ def _declared_publisher(
 ) -> zenoh.Publisher | ext.AdvancedPublisher:
     reliable = qos.reliability == "reliable"
     options: Any = {
-        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: nobody makes us wait
+        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: a slow reader does not block us
         "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
     }
     if qos.durability != "transient_local":
@@ -381,7 +381,7 @@ def _reply(query: zenoh.Query, key: str, data: bytes) -> None:
 
 
 def _answered(reply: zenoh.Reply | None) -> bytes:
-    """Return what came as a response.
+    """Return the bytes of a response.
 
     :raises Ros2Error: when it is none.
     """

@@ -21,7 +21,7 @@ _STEP_S: Final = 1.0
 _LOOK_S: Final = 0.02
 _HERE: Final = {
     "mode": "peer",
-    "listen/endpoints": ["tcp/localhost:0"],  # nobody from outside reaches it
+    "listen/endpoints": ["tcp/localhost:0"],  # not reachable from outside
     "scouting/multicast/enabled": False,
     "scouting/gossip/enabled": True,
 }
@@ -31,8 +31,8 @@ _AWAY: Final = {"mode": "client", "scouting/multicast/enabled": False}
 def open_session(url: str) -> zenoh.Session:
     """Open a session that reaches a router.
 
-    :param url: of the router, e.g. ``tcp/robot:7447``; empty: as the environment says, or this host's.
-    :raises Ros2Error: when the configuration makes no sense, or there is no router.
+    :param url: of the router, e.g. ``tcp/robot:7447``; empty: that of the environment, or this host's.
+    :raises Ros2Error: when the configuration is invalid, or there is no router.
     """
     attempts = _attempts()
     config = _config(url, is_needed=attempts >= 0)
@@ -67,7 +67,7 @@ def settings_of(url: str, *, is_needed: bool = True) -> dict[str, object]:
         "connect/endpoints": [place],
         "connect/timeout_ms": 0,
         "connect/exit_on_failure": is_needed,
-        "timestamping/enabled": True,  # what is kept for those who come late has times
+        "timestamping/enabled": True,  # messages for late subscriptions have times
     }
 
 
