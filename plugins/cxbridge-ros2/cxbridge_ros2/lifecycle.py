@@ -127,7 +127,7 @@ class Lifecycle(Closing):
         )
 
     def change(self, name: str) -> bool:
-        """Carry out a transition, as on a client's request; return whether the node reached the target state."""
+        """Carry out a transition, as on a client's request; return whether it succeeded."""
         order = next((each for each in _ORDERS if each[1] == name and each[2] is self.state), None)
         if order is None:
             return False

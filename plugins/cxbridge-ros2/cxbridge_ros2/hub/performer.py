@@ -44,7 +44,7 @@ _MAPPED: Final = "mapped"
 
 
 class BoardCalls(Protocol):
-    """The skill board as the performer uses it; see :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+    """The skill board; see :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:

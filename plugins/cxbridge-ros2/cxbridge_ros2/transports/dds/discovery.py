@@ -72,7 +72,7 @@ class Ours(Struct, frozen=True, eq=False):
 
 
 class Discovery:
-    """Knows the readers and writers of other participants, and complains about endpoints that do not fit ours.
+    """Knows the readers and writers of other participants, and complains about misfits.
 
     :param graph: reads the reports of other participants about their nodes.
     :param nodes: returns the full names in such a report.

@@ -369,7 +369,7 @@ def _write(writer: DataWriter[Any], data: bytes) -> None:
 
 
 def _dds_type(name: TypeName) -> Any:
-    """Make the class that the wheel needs for a type: with the type's name, and samples that are bytes in ``cdr``."""
+    """Make the class that the wheel needs for a type: samples are bytes in ``cdr``."""
     made: Any = make_idl_struct(name.name, name.dds, {"data": uint8})
     made.serialize, made.deserialize = _serialize, classmethod(_deserialize)
     return made

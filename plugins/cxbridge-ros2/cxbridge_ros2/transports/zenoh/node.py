@@ -333,7 +333,7 @@ def _declared_publisher(
 ) -> zenoh.Publisher | ext.AdvancedPublisher:
     reliable = qos.reliability == "reliable"
     options: Any = {
-        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: a slow reader does not block us
+        "congestion_control": zenoh.CongestionControl.DROP,  # as rmw_zenoh_cpp: no reader blocks us
         "reliability": zenoh.Reliability.RELIABLE if reliable else zenoh.Reliability.BEST_EFFORT,
     }
     if qos.durability != "transient_local":
