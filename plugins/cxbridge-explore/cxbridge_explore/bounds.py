@@ -14,7 +14,7 @@ PATIENCE_S = 60.0
 
 @dataclass(frozen=True, kw_only=True)
 class Bounds:
-    """How far an exploration goes: what a result is complete up to.
+    """The bounds of an exploration: a result is complete up to them.
 
     :param faults: how many faults a run may meet.
     :param depth: at how many choice points, from the first, the world may do other than usual; None: at all.
@@ -26,7 +26,7 @@ class Bounds:
     merge: bool = True
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when a bound makes no sense."""
+        """Raise :class:`CxbridgeError` when a bound is invalid."""
         for name, value in (("faults", self.faults), ("depth", self.depth or 0)):
             if value < 0:
                 raise CxbridgeError(f"--{name} cannot be {value}", hint="use 0 or more")
@@ -36,10 +36,10 @@ class Bounds:
 class Means:
     """How an exploration is carried out; the result does not depend on it.
 
-    :param jobs: how many runs go on at the same time; None: as many as there are cores.
+    :param jobs: the number of runs at the same time; None: the number of cores.
     :param fork: whether to fork; else each run begins at the beginning.
     :param patience_s: seconds of processor time that a run may take from one choice to the next.
-    :param coverage: whether it is noted what the runs use of the agent.
+    :param coverage: whether the used parts of the agent are noted.
     """
 
     jobs: int | None = None
@@ -49,13 +49,13 @@ class Means:
 
     @property
     def processes(self) -> int:
-        """How many runs go on at the same time."""
+        """The number of runs at the same time."""
         if self.jobs is not None:
             return self.jobs
         return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
     def check(self) -> None:
-        """Raise :class:`CxbridgeError` when something makes no sense here."""
+        """Raise :class:`CxbridgeError` when an option is invalid here."""
         if self.jobs is not None and self.jobs < 1:
             raise CxbridgeError(f"--jobs cannot be {self.jobs}", hint="use 1 or more")
         if not self.patience_s > 0:

@@ -1,4 +1,4 @@
-"""Finds mistakes in the files beside a scenario that searches read: its world and its properties."""
+"""Finds mistakes in the files of a scenario that searches read: its world and its properties."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An exploration that was interrupted, as a file: it goes on from there and comes to the same counts."""
+"""An interrupted exploration as a file: a resumed exploration comes to the same counts."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from cxbridge_explore.worlds.run import MakeAssembly
 
 
 class _Checkpoint(Struct, frozen=True):
-    """What is in the file.
+    """The content of the file.
 
-    :param kind: what files of this kind begin with.
-    :param about: what was explored (:func:`about`); all of it must be the same.
+    :param kind: the kind of the file, its first field.
+    :param about: the explored program (:func:`about`); all of it must be the same.
     """
 
     kind: Literal["cxbridge exploration"]
@@ -36,7 +36,7 @@ class _Checkpoint(Struct, frozen=True):
 
 
 About = Mapping[str, str]
-"""What is explored, in words that can be compared: by what differs, what it is."""
+"""The explored program, as texts to compare, by their subject."""
 
 
 def about(
@@ -46,7 +46,7 @@ def about(
     world: WorldModel | None,
     make: MakeAssembly,
 ) -> About:
-    """Return what is explored. What is different leads to other runs, or judges them in another way."""
+    """Return the explored program. A difference leads to other runs, or to other verdicts."""
     found = {each.name: str(getattr(bounds, each.name)) for each in fields(bounds)}
     found |= {each.name: str(getattr(options, each.name)) for each in fields(options)}
     # a game of the league is a method of it, for a seed
@@ -61,16 +61,16 @@ def about(
 
 
 def write_checkpoint(file: Path, graph: Graph, known: About) -> None:
-    """Write what was explored, and what is left.
+    """Write the explored graph, and its open edges.
 
     :param known: see :func:`about`.
-    :raises CxbridgeError: when the file cannot be written; one that was there before is as it was.
+    :raises CxbridgeError: when the file cannot be written; an earlier file is unchanged then.
     """
     write_file(file, encode(_Checkpoint("cxbridge exploration", dict(known), graph.save())))
 
 
 def read_checkpoint(file: Path, graph: Graph, known: About) -> None:
-    """Take over what was explored.
+    """Take over an explored graph.
 
     :param known: see :func:`about`.
     :raises CxbridgeError: when the file is none of ours, or of another exploration.

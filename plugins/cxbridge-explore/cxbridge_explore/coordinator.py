@@ -1,6 +1,6 @@
-"""Coordinates the processes of an exploration: it alone has the graph, and says who goes on and who copies.
+"""Coordinates the processes of an exploration: it owns the graph, and orders runs to continue or to copy themselves.
 
-Depth first: of the runs that wait at a choice point the last that came there goes on, so there are few of
+Depth first: of the runs that wait at a choice point the latest continues, so there are few of
 them. A run that dies takes nothing along: the edge that it was on is open still, and another run is sent
 along its path.
 """
@@ -57,8 +57,8 @@ class _Peer:
         self.pid = 0
         self.edge: Edge | None = None
         self.held: list[Edge] = []
-        self.ordered: list[Edge] = []  # copies that it has to make, and which are not there yet
-        self.used_s = 0.0  # processor time, as it says
+        self.ordered: list[Edge] = []  # copies that it has to make
+        self.used_s = 0.0  # processor time, as it reports
         self.since = time.monotonic()
         self.cpu_s = 0.0
 
@@ -87,8 +87,8 @@ class _Peer:
 class Coordinator(Closing):
     """Explores with processes, as long as there is something left to do. A context manager.
 
-    :param graph: what is known already; its open edges are explored.
-    :param serve: what a process does that loads the scenario, given the address of our socket.
+    :param graph: the known graph; its open edges are explored.
+    :param serve: the work of a process that loads the scenario, given the address of our socket.
     """
 
     def __init__(self, graph: Graph, means: Means, serve: Callable[[str], object]) -> None:
@@ -117,7 +117,7 @@ class Coordinator(Closing):
     # ---- the whole
 
     def explore(self, is_over: Callable[[], bool]) -> None:
-        """Go on until no edge is open, or ``is_over`` is true, which is asked now and then.
+        """Explore until no edge is open, or ``is_over`` is true, which is called now and then.
 
         :raises CxbridgeError: when the scenario is wrong.
         """
@@ -147,15 +147,15 @@ class Coordinator(Closing):
         self._peers[connection] = peer = _Peer(connection)
         self._selector.register(connection, selectors.EVENT_READ, peer)
 
-    # ---- who goes on
+    # ---- active runs
 
     @property
     def _running(self) -> int:
-        """How many runs go on now."""
+        """The number of active runs."""
         return sum((peer.edge is not None) + len(peer.ordered) for peer in self._peers.values())
 
     def _schedule(self) -> None:
-        """Let as many runs go on as may."""
+        """Continue as many runs as the limit allows."""
         for _ in range(self._means.processes - self._running):
             if self._holders:
                 self._go_on(self._holders[-1])
@@ -187,7 +187,7 @@ class Coordinator(Closing):
         peer.ordered.append(edge)
         peer.send(order)
 
-    # ---- what they say
+    # ---- reports
 
     def _receive(self, peer: _Peer) -> None:
         try:
@@ -256,7 +256,7 @@ class Coordinator(Closing):
         self.cpu_seconds += peer.used_s
 
     def _lose(self, peer: _Peer) -> None:
-        """Take back what a process had that is gone."""
+        """Take back the edges of a process that has died."""
         if peer.connection not in self._peers:
             return
         self._drop(peer)
@@ -306,7 +306,7 @@ class Coordinator(Closing):
             self._drop(peer)
 
     def close(self) -> None:
-        """End all processes, and let go of everything; what is open stays so."""
+        """End all processes, and release all resources; open edges stay open."""
         pids = {peer.pid for peer in self._peers.values()} | {self._loader_pid}
         for pid in pids - {0}:
             with contextlib.suppress(ProcessLookupError):

@@ -26,7 +26,7 @@ class Counterexample:
     """A shortest run that a property does not hold in.
 
     :param property: the name of the property.
-    :param message: what is wrong, in a sentence.
+    :param message: the violation, in a sentence.
     :param choices: those of the run that are not usual.
     :param recording: of the run.
     :param test: a file with a test that fails in the same way; None when its choices cannot be scripted.
@@ -68,7 +68,7 @@ def write_counterexample(
     :param name: of the property that is violated.
     :param path: a path on which it is.
     :param world: that of the exploration.
-    :param make: makes what is run; only of a scenario there is a test.
+    :param make: makes the program to run; a test is only written for a scenario.
     :raises CxbridgeError: when it is not violated on that path, or a file cannot be written.
     """
     chosen = [each for each in properties if each.name == name]

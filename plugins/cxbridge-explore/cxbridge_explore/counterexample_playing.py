@@ -54,7 +54,7 @@ class WantedChooser:
         self._counts: dict[str, int] = {}
 
     def choose(self, index: int, point: ChoicePoint) -> int:  # noqa: ARG002 - points are named by subjects
-        """Return what is wanted at the next point of a subject."""
+        """Return the wanted option at the next point of a subject."""
         nth = self._counts.get(point.subject, 0)
         self._counts[point.subject] = nth + 1
         option = self._options.get((point.subject, nth))
@@ -100,8 +100,8 @@ def play(
 ) -> Played:
     """Play a run to its end.
 
-    :param world: what can happen; None: what the file beside the scenario says.
-    :param make: makes what is run.
+    :param world: the possible events; None: the file in the scenario's folder.
+    :param make: makes the program to run.
     :param briefly: only until a property is violated.
     :param trace: the file that it is recorded to.
     :raises CxbridgeError: when the scenario is wrong, or the file cannot be written.

@@ -41,7 +41,7 @@ def pytest_text(options: RunOptions, played: Played, violated: Property, words: 
 
     :param folder: where the file is going to be: the test names the agent's files as seen from there.
     :param violated: the property.
-    :raises CxbridgeError: when a choice is not about a skill: the fixture cannot script others.
+    :raises CxbridgeError: when a choice is not about a skill: the fixture cannot script such choices.
     """
     if not violated.source:
         raise CxbridgeError("a function of Python has no text that a test could have")

@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge_explore.counterexample_playing import Played, Wanted, wanted
 
 _ALL_SUBSETS: Final = 6
-"""So many choices, and fewer, are tried in all combinations."""
+"""Up to this many choices are tried in all combinations."""
 
 PlayWanted = Callable[[Sequence[Wanted]], Played]
 """Plays a run with some choices."""

@@ -22,7 +22,7 @@ def skill_of(choice: Choice) -> tuple[str, str, str] | None:
 
 
 def in_words(played: Played, violation: Violation) -> str:
-    """Return what happens in a run, and what is wrong then, in a sentence."""
+    """Return the events of a run, and the violation, in a sentence."""
     times: dict[tuple[str, str], list[str]] = {}
     for what, time, where in _choices(played):
         times.setdefault((what, where), []).append(time)
@@ -39,7 +39,7 @@ def _listed(words: list[str]) -> str:
 
 
 def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
-    """Yield what the world does, which time, and where or when."""
+    """Yield the event, its count, and its place or time."""
     counts: dict[str, int] = {}
     several = len({skill[0] for each in played.choices if (skill := skill_of(each)) is not None}) > 1
     for choice in played.choices:
@@ -59,7 +59,7 @@ def _choices(played: Played) -> Iterator[tuple[str, str, str]]:
 
 
 def _meanwhile(played: Played, choice: Choice, who: str) -> str:
-    """Return what others execute when a choice is made."""
+    """Return the skills of other Skillers at a choice."""
     now = round(choice.point.seconds * MICROSECONDS)
     skiller = who.rpartition("/")[2]
     others = sorted(

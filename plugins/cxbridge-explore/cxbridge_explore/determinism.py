@@ -53,7 +53,7 @@ class _Notes:
 
 
 class UsualRun:
-    """A run without a fault in a process of its own, which begins now.
+    """A run without a fault in a child process, which begins now.
 
     :param make: makes the run.
     :param is_detailed: whether all that happens is noted, and not the choice points and the end alone.
@@ -76,7 +76,7 @@ class UsualRun:
         return found
 
     def close(self) -> None:
-        """End it, if it goes on still."""
+        """End it, if it still runs."""
         self._process.kill()
         self._process.join()
         self._receiving.close()
@@ -95,7 +95,7 @@ def _started(target: Callable[..., None], arguments: tuple[object, ...]) -> Base
 
 
 def _play(sending: Connection, make: MakeRun, is_detailed: bool, seed: int | None) -> None:
-    """Play the usual run; in a process of its own."""
+    """Play the usual run in a child process."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     random.seed(seed)
     notes = _Notes()
@@ -130,7 +130,7 @@ def usual_moments(graph: Graph) -> list[Moment] | None:
 
 
 def explain_difference(make: MakeRun, found: DivergedError) -> CxbridgeError:
-    """Return what is to be said of an agent whose runs went in two ways; plays the usual one twice more.
+    """Return the explanation for an agent whose runs differed; plays the usual run twice more.
 
     :param found: how that was noticed.
     """

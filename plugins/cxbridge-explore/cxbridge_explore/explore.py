@@ -45,10 +45,11 @@ def explore(
     No thread may be alive: processes are forked from this one.
 
     :param options: as for ``cxbridge run``.
-    :param properties: what every run is to have; None: the built-in ones, and those beside the scenario.
-    :param world: what can happen; None: what the file beside the scenario says.
-    :param make: makes what is run.
-    :param resume: an exploration that was interrupted, which goes on.
+    :param properties: the properties of every run; None: the built-in ones, and those of the scenario's
+        folder.
+    :param world: the possible events; None: the file in the scenario's folder.
+    :param make: makes the program to run.
+    :param resume: an interrupted exploration, which is continued.
     :param show: gets a line that says how far it is, now and then.
     :raises CxbridgeError: when the scenario is wrong, or an option.
     """

@@ -1,7 +1,7 @@
 """The explored graph: the states in which the world had a choice, and where each option has led.
 
 A node is a choice point in a state; an edge is an option that was taken there. A run that is under way is on
-exactly one open edge, so whatever becomes of its process, the edges that are open are what is left to do.
+exactly one open edge, so whatever becomes of its process, the open edges are the remaining work.
 The counts depend on the graph alone, and not on the order in which it was found.
 """
 
@@ -44,9 +44,9 @@ class Point(Struct, frozen=True):
     """A choice point as the graph keeps it.
 
     :param index: its number in the run, from 0.
-    :param kind: what the choice is about.
-    :param subject: what it is about in particular.
-    :param seconds: when, by the run's clock.
+    :param kind: the kind of the choice.
+    :param subject: its subject in particular.
+    :param seconds: the time, by the run's clock.
     :param ways: its options.
     """
 
@@ -82,7 +82,7 @@ class GraphNode(Struct):
     :param point: as the first run that came here has seen it.
     :param edge: by which that run came.
     :param faults: how many faults it had met.
-    :param share: of the whole tree of runs, what is below, if all options of a node lead to equally much.
+    :param share: the part of the whole tree of runs below, if all options of a node lead to equally many.
     """
 
     point: Point
@@ -103,7 +103,7 @@ class SavedGraph(Struct, frozen=True):
 
 
 class Graph:
-    """What is known of the ways that a run can go.
+    """The known graph of the runs' choices.
 
     :param faults: how many faults a run may meet.
     :param depth: at how many choice points options other than the usual one are taken; None: at all.
@@ -119,7 +119,7 @@ class Graph:
         self.merged = 0
         """How many runs have come to a node where another one had been."""
         self.used: set[Used] = set()
-        """What the runs have used of the agent, when that is noted."""
+        """The parts of the agent that the runs have used, if that is noted."""
         self.explored = 0.0
         """The share of the tree of runs whose end is known: Knuth's estimate."""
         self._faults = faults
@@ -153,7 +153,7 @@ class Graph:
     def reached(self, edge: Edge, point: Point, digest: bytes) -> int | None:
         """Note that the run on an open edge has come to a choice point.
 
-        :param digest: of its state; empty: it is not compared with others.
+        :param digest: of its state; empty: the state is not compared.
         :returns: the new node, whose edges are open now; None when another run has been in that state.
         """
         del self.open[edge]
@@ -214,7 +214,7 @@ class Graph:
             for target in targets:
                 above.setdefault(target, set()).add(number)
         ends = [number for number in range(len(self.nodes)) if number not in left]
-        while ends:  # what leads to ends only is taken away; what is left lies on cycles, or leads to one
+        while ends:  # remove nodes that lead to ends only; the rest lies on cycles, or leads to one
             for number in above.get(ends.pop(), ()):
                 left[number] -= 1
                 if not left[number]:

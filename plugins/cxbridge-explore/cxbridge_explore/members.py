@@ -40,8 +40,8 @@ def explore(
     :param cx: the fixture.
     :param properties: names or forms of the properties of every run; by default those of the command.
     :param faults: the most faults of a run.
-    :param depth: at how many choice points the world may do other than usual; None: at all.
-    :param world: a file that says what can happen; by default the one beside the scenario.
+    :param depth: the number of choice points with an unusual option; None: any.
+    :param world: the file of possible events; by default the one in the scenario's folder.
     :param timeout: seconds of a run's clock until it is given up.
     :param options: as ``config`` and ``spec`` of the command line.
     :raises AssertionError: when a property is violated.

@@ -23,10 +23,10 @@ class ExploredRun(JudgedRun):
     :param options: as for ``cxbridge run``.
     :param properties: those that it is to have.
     :param chooser: is asked at each choice point.
-    :param world: what can happen; None: what the file beside the scenario says.
-    :param make: makes what is run.
+    :param world: the possible events; None: the file in the scenario's folder.
+    :param make: makes the program to run.
     :param briefly: end as soon as a property is violated.
-    :param coverage: note what it uses of the agent.
+    :param coverage: note the used parts of the agent.
     :raises CxbridgeError: when the scenario is wrong.
     """
 
@@ -49,7 +49,7 @@ class ExploredRun(JudgedRun):
         self.world.watchers.append(self.properties)
 
     def used(self) -> tuple[Used, ...]:
-        """Return what was used of the agent for the first time since the last call."""
+        """Return the parts of the agent that were used for the first time since the last call."""
         return () if self._use is None else self._use.news()
 
     def play(self) -> tuple[RunResult, WorldResult]:
@@ -63,7 +63,7 @@ class ExploredRun(JudgedRun):
         return ended, result
 
     def leaf(self) -> Leaf:
-        """Play it to its end, and return what is kept of it.
+        """Play it to its end, and return the result.
 
         :raises CxbridgeError: when the agent is broken.
         """
@@ -82,7 +82,7 @@ class ExploredRun(JudgedRun):
 
 
 MakeRun = Callable[[Chooser], ExploredRun]
-"""Makes a run in which somebody chooses."""
+"""Makes a run whose world is chosen."""
 
 
 def failure(error: Exception) -> Leaf:

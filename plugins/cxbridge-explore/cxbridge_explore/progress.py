@@ -16,8 +16,8 @@ _LEAST_SHARE: Final = 1e-3
 class ProgressReporter:
     """Says now and then how far it is.
 
-    :param graph: what is known.
-    :param show: gets the line; None: nobody wants it.
+    :param graph: the known graph.
+    :param show: gets the line; None: no progress is shown.
     """
 
     def __init__(self, graph: Graph, show: Callable[[str], None] | None) -> None:

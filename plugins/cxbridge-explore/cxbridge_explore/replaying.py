@@ -17,7 +17,7 @@ class _MergedError(BaseException):
 
 
 class _FrontierChooser:
-    """Takes the usual options, and leaves the others open for later runs.
+    """Takes the usual options, and leaves the other options open for later runs.
 
     :param edge: the open edge that the run is for.
     :param free: the number of the first choice point that is not on the way there.

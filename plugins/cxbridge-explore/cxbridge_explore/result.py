@@ -25,7 +25,7 @@ class ExploreResult:
     :param hidden: why states were not compared.
     :param cpu_seconds: of all processes.
     :param wall_seconds: from the first to the last.
-    :param counterexamples: what was written of the violations, by property.
+    :param counterexamples: the files of the violations, by property.
     """
 
     graph: Graph
@@ -81,7 +81,7 @@ class ExploreResult:
         return [found[name] for name in sorted(found)]
 
     def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
-        """Return that a run does not end; nobody plays it again, since that would not end, either."""
+        """Return that a run does not end; it is not played again, since the second run would not end, either."""
         return {
             "property": RUN_ENDS,
             "message": leaf.reason,

@@ -1,7 +1,7 @@
-"""The state of a run at a choice point, so that equal states are equal: what the run does next depends on it.
+"""The state of a run at a choice point, as a value: equal states have equal futures.
 
 Times count from now, generated names (``gen12``) and ids of messages by their first occurrence. Where a part
-of a run has a state that nobody sees, the run is compared with no other.
+of a run has an invisible state, the run is not compared.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ _ASKED_AGAIN_S: Final = 3.0
 
 
 Digest = Callable[["ChoicePoint"], tuple[bytes, str]]
-"""Returns what a state is compared by; empty, and why, when it is not."""
+"""Returns the digest of a state; or empty, and the reason why there is none."""
 
 
 def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
@@ -57,7 +57,7 @@ def state_digest(run: ExploredRun, *, merge: bool) -> Digest:
 
 
 class HiddenStateError(Exception):
-    """A part of the run has a state that nobody sees."""
+    """A part of the run has an invisible state."""
 
 
 class StateReader:
@@ -133,7 +133,7 @@ class _Names:
                 slots["last-try"] = Symbol("long-ago")
 
     def plain(self, value: object) -> Hashable:
-        """Return a value so that what is equal up to time and names is equal."""
+        """Return a value so that values which differ in times and names only are equal."""
         if isinstance(value, str):
             value = self._skills.get(value, value)
             return _GENERATED.sub(self._rename, value) if "gen" in value else str(value)
@@ -194,7 +194,7 @@ def _agent_state(agent: Assembly, names: _Names) -> Hashable:
         tuple((template, names.slots(slots)) for _, template, slots in facts),
         _globals(env, names),
         (env.quit_requested, env.is_ended, bool(env.faults), agent.executive.skills.running),
-        # what the verdict on the run depends on
+        # the verdict on the run depends on these
         (bool(goals.outcomes), goals.outcomes.total() > goals.outcomes["COMPLETED"]),
         _board_state(agent.board, names),
     )
@@ -228,7 +228,7 @@ def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
 
 
 def _hidden_parts(agent: Assembly) -> list[str]:
-    """Return the parts of an agent whose state nobody sees."""
+    """Return the parts of an agent whose state is invisible."""
     env = agent.executive.env
     found = [
         f"nobody sees the state of the feature {name}"
@@ -251,7 +251,7 @@ def _hidden_parts(agent: Assembly) -> list[str]:
 
 
 def _drawing_functions(env: ClipsEnvironment) -> set[str]:
-    """Return the functions that draw random numbers, by themselves or by others that they call."""
+    """Return the functions that draw random numbers, directly or through functions that they call."""
     calls: dict[str, set[str]] = {}
     function = lib.GetNextDeffunction(env.env, NULL)
     while function != NULL:

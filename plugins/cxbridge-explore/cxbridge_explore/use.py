@@ -11,13 +11,13 @@ from cxbridge.run.assembly import Assembly
 RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
 
 Used = tuple[str, str, str]
-"""The kind of what is used, its name, and of goals their mode or outcome."""
+"""The kind of a used part, its name, and of goals their mode or outcome."""
 
 _EVENTS: Final = (RuleFired, GoalTransition, PlanActionTransition, SkillStatus)
 
 
 class UseWatch:
-    """Notes what a run uses. A copy of its process has noted what the run used before.
+    """Notes the parts of an agent that a run uses. A copy of its process starts with the same notes.
 
     :param bus: of the run.
     :param agents: of the run, not started yet.
@@ -31,7 +31,7 @@ class UseWatch:
             agent.executive.env.watcher.rules.set((), on=True)
 
     def news(self) -> tuple[Used, ...]:
-        """Return what was used for the first time since the last call."""
+        """Return the parts that were used for the first time since the last call."""
         found = tuple(self._news)
         self._news.clear()
         return found

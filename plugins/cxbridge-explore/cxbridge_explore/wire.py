@@ -1,4 +1,4 @@
-"""What the processes of an exploration say to each other: frames over a Unix socket, one for each process."""
+"""The messages between the processes of an exploration: frames over a Unix socket, one for each process."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LENGTH = struct.Struct("!I")
 
 
 class Hello(Struct, frozen=True, tag=True):
-    """A process is there: it goes on with an edge, or (None) it has loaded the scenario.
+    """A process has started: it continues with an edge, or (None) it has loaded the scenario.
 
     :param pid: 0: it will be known when it says something else.
     """
@@ -28,10 +28,10 @@ class Hello(Struct, frozen=True, tag=True):
 class Reached(Struct, frozen=True, tag=True):
     """The run has come to a choice point.
 
-    :param digest: of its state; empty when it is not compared with others.
-    :param hidden: why it is not.
+    :param digest: of its state; empty when the state cannot be compared.
+    :param hidden: the reason of that.
     :param cpu_s: seconds of processor time that this process has used.
-    :param used: what the run has used of the agent since its last report.
+    :param used: the parts of the agent that the run has used since its last report.
     """
 
     point: Point
@@ -45,7 +45,7 @@ class Ended(Struct, frozen=True, tag=True):
     """The run is over.
 
     :param cpu_s: seconds of processor time that this process has used.
-    :param used: what the run has used of the agent since its last report.
+    :param used: the parts of the agent that the run has used since its last report.
     """
 
     leaf: Leaf
@@ -63,7 +63,7 @@ class Refused(Struct, frozen=True, tag=True):
 
 
 class Play(Struct, frozen=True, tag=True):
-    """Begin a run that follows a path, and goes on with an edge.
+    """Begin a run that follows a path, and continues with an edge.
 
     :param choices: the choices of the path: index, subject, option.
     :param free: the number of the first choice point that is asked about.
@@ -75,13 +75,13 @@ class Play(Struct, frozen=True, tag=True):
 
 
 class Fork(Struct, frozen=True, tag=True):
-    """Make a copy of the run that goes on with an option."""
+    """Make a copy of the run that continues with an option."""
 
     edge: tuple[int, int]
 
 
 class GoOn(Struct, frozen=True, tag=True):
-    """Go on with an option."""
+    """Continue with an option."""
 
     option: int
 
@@ -141,13 +141,13 @@ class Link:
 
 
 class Reports:
-    """Takes the reports out of what has come in over a connection."""
+    """Reads reports out of the bytes of a connection."""
 
     def __init__(self) -> None:
         self._data = b""
 
     def feed(self, data: bytes) -> Iterator[Report]:
-        """Take what has come, and yield the reports that are whole."""
+        """Add bytes, and yield the complete reports."""
         self._data += data
         while len(self._data) >= _LENGTH.size:
             end = _LENGTH.size + _LENGTH.unpack_from(self._data)[0]

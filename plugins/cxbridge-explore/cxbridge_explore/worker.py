@@ -21,7 +21,7 @@ from cxbridge_explore.wire import Ended, Fork, GoOn, Hello, Link, Order, Play, R
 from cxbridge_explore.worlds.points import USUAL, ChoicePoint, Chooser, Option, PathChooser, Step
 
 _GENERATION_SIZE = 50_000
-"""Objects between two collections of a copy: each one touches pages that it shares with others."""
+"""Objects between two collections of a copy: each one touches pages that the copy shares with its parent."""
 
 
 class Process:
@@ -39,7 +39,7 @@ class Process:
     def copy(self, edge: Edge) -> bool:
         """Make a copy of the process for an edge; returns True in the copy.
 
-        The copy's connection is there before the copy is: however it dies, the coordinator notices.
+        The copy's connection exists before the copy: however the copy dies, the coordinator notices.
         """
         self._bury()
         link = Link(self._address)
@@ -68,9 +68,9 @@ class ForkingChooser:
     """Asks the coordinator at each choice point, and makes the copies that it wants.
 
     :param process: this one.
-    :param free: the number of the first choice point that is asked about; the usual option is taken before.
-    :param digest: what a state is compared by, or empty and why it is not compared.
-    :param used: returns what the run has used since it was asked the last time.
+    :param free: the number of the first choice point that is decided; earlier points take the usual option.
+    :param digest: returns the digest of a state, or empty and the reason why states are not compared.
+    :param used: returns the parts of the agent that the run has used since the last call.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class ForkingChooser:
         self._used = used
 
     def choose(self, index: int, point: ChoicePoint) -> int:
-        """Return what the coordinator wants; does not return when nothing is left to do."""
+        """Return the coordinator's order; does not return when nothing is left to do."""
         if index < self._free:
             return USUAL
         try:
@@ -112,7 +112,7 @@ def as_point(index: int, point: ChoicePoint) -> Point:
 
 
 def leave(status: int = 0) -> NoReturn:
-    """End this process: what it has belongs to others, too, and is not to be cleaned up."""
+    """End this process without a clean-up: its resources are shared."""
     os._exit(status)
 
 
@@ -129,13 +129,13 @@ class _Later:
 def serve(address: str, make: MakeRun, *, merge: bool) -> NoReturn:
     """Load the scenario, and copy this process for each path that the coordinator wants to be played.
 
-    To be called in a process of its own; never returns.
+    To be called in a new process; never returns.
 
     :param make: makes the run.
     :param merge: whether states are compared.
     """
     forking.let_signals_end()  # the coordinator has got Ctrl-C, too, and ends us
-    random.seed()  # each such process draws others: an agent that uses it unseeded is found out
+    random.seed()  # different in each process: so an agent that uses it unseeded is found out
     try:
         process = Process(address)
         _serve(process, make, merge=merge)

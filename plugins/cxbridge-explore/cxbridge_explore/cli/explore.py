@@ -86,7 +86,7 @@ class _Means:
 
 @dataclass(frozen=True, kw_only=True)
 class _Judging:
-    """What can happen, and what is to hold."""
+    """The possible events, and the required properties."""
 
     world: Annotated[
         Path | None,
@@ -196,7 +196,7 @@ def explore(
 
 
 def _coverage(result: ExploreResult, options: RunOptions) -> Coverage:
-    """Return what the runs have used of the agent."""
+    """Return the parts of the agent that the runs have used."""
     from cxbridge_explore.map.coverage import explored_coverage
 
     return explored_coverage(options, result.graph.used)
@@ -240,13 +240,13 @@ def _with_counterexamples(
 
 
 def _show_line(text: str) -> None:
-    """Show how far it is, in place of what was shown before."""
+    """Show the progress, in place of the last line."""
     terminal_of(sys.stderr).write(f"\r{one_line(text)}\x1b[K")
     sys.stderr.flush()
 
 
 def _keep(result: ExploreResult, known: About, file: Path) -> None:
-    """Write what was explored, so that it can go on; that it cannot be written costs nothing else."""
+    """Write the explored graph, so that the exploration can be resumed; a failure to write is a warning."""
     from cxbridge_explore.checkpoint import write_checkpoint
 
     try:

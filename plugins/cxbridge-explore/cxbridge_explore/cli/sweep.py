@@ -133,7 +133,7 @@ def sweep(agent: _AgentOptions, play: _SweepOptions, outputs: _SweepOutputs) -> 
 
 
 def _jobs(agent: _AgentOptions, play: _SweepOptions) -> dict[str, SweepJob]:
-    """Return what is played, by the agent's name."""
+    """Return the tasks, by the agent's name."""
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.sweep.rows import SweepJob
 
@@ -181,7 +181,7 @@ def _play(
 ) -> list[RunRow]:
     """Return the rows of an agent, in the order of their seeds.
 
-    :param kept: has rows of before, and gets the others; None: nobody keeps them.
+    :param kept: has rows of before, and gets the new ones; None: rows are not kept.
     """
     before = {} if kept is None else kept.of(name)
     rows = {seed: before[seed] for seed in seeds if seed in before}

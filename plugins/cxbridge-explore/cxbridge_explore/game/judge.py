@@ -1,4 +1,4 @@
-"""Who judges a game, and what is seen of it while it goes on."""
+"""The judge of a game, and its view of the running game."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ PRODUCTION: Final = "PRODUCTION"
 
 
 class Standing(NamedTuple):
-    """What is seen of a game at a moment.
+    """The state of a game at a moment.
 
     :param phase: of the game.
     :param machines: the state of each machine.
@@ -35,7 +35,7 @@ class Judge(Protocol):
         """Begin to look at a run; it is not started yet."""
 
     def standing(self) -> Standing:
-        """Return what is seen now; asked after each loop."""
+        """Return the present state; called after each loop."""
 
     def score(self, agents: Sequence[Assembly]) -> Score:
         """Return how the game of these agents stands."""

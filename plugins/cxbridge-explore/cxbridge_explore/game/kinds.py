@@ -63,9 +63,9 @@ class PlayedGame(Protocol):
     def game(self, run: RunOptions, *, minutes: float | None, world: Path | None, several: bool) -> Game:
         """Return the game.
 
-        :param run: the agent, and what is recorded.
+        :param run: the agent, and its recordings.
         :param minutes: of the production; None: the game's own.
-        :param world: a file that says what can fail.
+        :param world: the file of possible failures.
         :param several: whether several games are played.
         :raises CxbridgeError: when an option is wrong.
         """

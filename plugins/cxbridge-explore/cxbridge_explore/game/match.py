@@ -20,7 +20,7 @@ _SHOWN_SEEDS: Final = 10
 def play_games(
     games: Mapping[str, Game], seeds: Sequence[int], processes: int, advance: Callable[[], None]
 ) -> dict[str, dict[int, GameResult]]:
-    """Play each game with each seed, in processes of their own.
+    """Play each game with each seed, in child processes.
 
     :param advance: called after each game.
     :returns: the results by name and seed, in order.

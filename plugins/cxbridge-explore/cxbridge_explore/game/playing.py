@@ -1,4 +1,4 @@
-"""Plays one game to its end in a drawn world, and sums up what came of it."""
+"""Plays one game to its end in a drawn world, and sums up the result."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 _INTERRUPTED: Final = 130
 
 OUTCOME: Final = "outcome.json"
-"""What came of the game, within its recording."""
+"""The result of the game, within its recording."""
 
 
 def play_game(

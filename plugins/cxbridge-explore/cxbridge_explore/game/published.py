@@ -25,18 +25,18 @@ MACHINE: Final = "MachineInterface"
 FREE: Final = "free"
 BUSY: Final = "busy"
 FULL: Final = "full"
-"""The states of a machine: nothing is in it; it works; something is in it, and nobody has taken it out."""
+"""The states of a machine: empty; working; a product waits to be taken out."""
 
 
 class PublishedGame:
-    """Judges by GameInterface and OrderInterface; a sink of what is written to the blackboard."""
+    """Judges by GameInterface and OrderInterface; a sink of writes to the blackboard."""
 
     def __init__(self) -> None:
         self._phase = ""
         self._machines: dict[str, str] = {}
 
     def watch(self, run: Assembly | Team) -> None:
-        """Begin to look at a run: at what is written, so that nobody has to read."""
+        """Begin to look at a run: at its writes, so that no reader is needed."""
         run.bus.subscribe(self, InterfaceWrite)
 
     def __call__(self, event: Event) -> None:
@@ -49,7 +49,7 @@ class PublishedGame:
             self._phase = _item(event.values.get("phase", ""))
 
     def standing(self) -> Standing:
-        """Return what is seen now."""
+        """Return the present state."""
         return Standing(self._phase, self._machines)
 
     def score(self, agents: Sequence[Assembly]) -> Score:

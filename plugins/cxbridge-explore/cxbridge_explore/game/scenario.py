@@ -35,7 +35,7 @@ class ScenarioGame:
 
     :param run: the scenario, its configuration and recordings.
     :param minutes: of the production; None: as the scenario says.
-    :param world: what can fail; None: as ``world.yaml`` beside the scenario says; without one nothing fails.
+    :param world: the file of possible failures; None: ``world.yaml`` of the scenario, or no failures.
     """
 
     run: RunOptions
@@ -85,7 +85,7 @@ class ScenarioGame:
 
 
 def is_game(options: RunOptions) -> bool:
-    """Return whether a scenario is a game of its own."""
+    """Return whether a scenario contains a game."""
     config, _ = source_of(options).load_configuration()
     return config.exists(SEED)
 

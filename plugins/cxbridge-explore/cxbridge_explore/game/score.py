@@ -17,7 +17,7 @@ class Delivery:
     """A product that was delivered.
 
     :param order: its number.
-    :param complexity: how much work it is, or what it is, in the game's words.
+    :param complexity: the amount or the kind of work, in the game's words.
     :param game_time: seconds of the production.
     """
 
@@ -89,7 +89,7 @@ class Score:
         return [each.game_time for each in self.deliveries if each.order == order.order]
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as it is printed."""
+        """Return the printed line."""
         return {
             "points": self.points,
             "categories": self.categories,
@@ -103,7 +103,7 @@ class Score:
 
 @dataclass(frozen=True, slots=True)
 class RobotWork:
-    """What a robot, or another executor of skills, did in a game.
+    """The work of a robot, or of another executor of skills, in a game.
 
     :param busy_seconds: in which it has executed skills.
     :param idle_seconds: those of the production in which it has not.
@@ -124,8 +124,8 @@ class GameResult:
     :param robots: what each one did.
     :param faults: errors of ours that came to light.
     :param undefined: constructs of the agent that CLIPS has refused, each with its place and the reason.
-    :param timeline: what robots and machines did when.
-    :param simtest: what the agent's own tests say, ``SUCCEEDED`` or ``FAILED``; empty without them.
+    :param timeline: the intervals of robots and machines.
+    :param simtest: the result of the agent's own tests, ``SUCCEEDED`` or ``FAILED``; empty without them.
     """
 
     score: Score
@@ -145,7 +145,7 @@ class GameResult:
 
     @property
     def outcome(self) -> dict[str, Any]:
-        """What came of the game: the same for each game with its seed."""
+        """The result of the game: the same for each game with its seed."""
         return {
             **self.score.as_dict(),
             "robots": {name: asdict(work) for name, work in self.robots.items()},
@@ -154,7 +154,7 @@ class GameResult:
         }
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as it is printed."""
+        """Return the printed line."""
         return {
             **self.outcome,
             "complete": self.is_over,

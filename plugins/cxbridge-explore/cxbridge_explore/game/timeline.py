@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 
 @dataclass(frozen=True, slots=True)
 class Span:
-    """A time in which something went on: a skill, or a state of a machine.
+    """An interval: a skill, or a state of a machine.
 
     :param begin: seconds of the production; before it they are negative.
     :param text: the skill, or the state.
@@ -28,7 +28,7 @@ class Timeline:
     """What robots and machines did in the production.
 
     :param seconds: how long it was.
-    :param skills: by the robot, in order; the run before the production is there, too.
+    :param skills: by robot, in order; with the time before the production.
     :param machines: the states of each machine in the production, in order.
     """
 

@@ -26,7 +26,7 @@ class WorkCount:
     """
 
     events = (SkillStatus, InterfaceMessage, InterfaceWrite)
-    """What it listens to."""
+    """The events that it listens to."""
 
     def __init__(self, start_us: int) -> None:
         self._history = RunHistory(start_us=start_us)
@@ -89,7 +89,7 @@ def _name(call: SkillExecution) -> str:
 
 
 def _skill(call: SkillExecution, robot: str) -> str:
-    """Return what is executed; of an executor without the feedback that came."""
+    """Return the executed skill; without the feedback of an executor."""
     return (
         call.skill_string if call.env else call.skill_string.partition(": ")[0].removesuffix(f" of {robot}")
     )

@@ -1,1 +1,1 @@
-"""The map of an exploration: where its runs branch and end, and what they have used of the agent."""
+"""The map of an exploration: the branches and ends of its runs, and the used parts of the agent."""

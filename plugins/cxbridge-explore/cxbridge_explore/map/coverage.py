@@ -1,4 +1,4 @@
-"""What the runs of an exploration have used of an agent, and what no run has reached."""
+"""The parts of an agent that the runs of an exploration have used, and the unreached parts."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge_studio.explain.coverage.report import short_names
 
 
 def explored_coverage(options: RunOptions, used: Iterable[Used]) -> Coverage:
-    """Return what was used of an agent. Its counts mean nothing but whether it was.
+    """Return the used parts of an agent. Its counts mean only whether a part was used.
 
     :raises CxbridgeError: when the scenario is wrong.
     """

@@ -31,7 +31,7 @@ def draw(rows: Sequence[MapRow], numbers: Sequence[int]) -> str:
     """Return the drawing.
 
     :param rows: those to draw, each after the one that it left.
-    :param numbers: what they are called as parents.
+    :param numbers: their names as parents.
     """
     axis = Axis(max((row.end_s for row in rows), default=0.0) or 1.0, 4, _CHART)
     height = _HEAD + _ROW * len(rows) + 4

@@ -76,7 +76,7 @@ def _lead(result: ExploreResult, command: str) -> str:
 
 
 def _faults(rows: Sequence[MapRow]) -> str:
-    """Return a table of the choices that runs left others by, with how those ended."""
+    """Return a table of the choices at which runs branched off, with the ends of those runs."""
     found: dict[str, Counter[str]] = {}
     for row in rows:
         if row.choice:

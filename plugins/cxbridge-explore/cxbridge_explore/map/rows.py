@@ -14,8 +14,8 @@ MERGED, OPEN = "merged", "open"
 class MapRow:
     """A run from the choice on at which it differs from the one that it left.
 
-    :param choice: what was chosen there, in words; empty for the usual run.
-    :param begin_s: when, by the run's clock, and ``end_s`` when it ended.
+    :param choice: the chosen option, in words; empty for the usual run.
+    :param begin_s: the time by the run's clock, and ``end_s`` when it ended.
     :param outcome: how it ended; ``merged``: in a state in which another run had been; ``open``: it is not
         explored.
     :param reason: why, in a sentence.

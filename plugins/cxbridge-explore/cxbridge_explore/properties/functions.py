@@ -10,7 +10,7 @@ from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge_explore.properties.monitor import Monitor, Property, RunEnd, Scene
 
 EventFunction = Callable[[Sequence[Event]], str | None]
-"""Gets the events of a run when it is over; returns what is wrong in a sentence, or None."""
+"""Gets the events of a run when it is over; returns the violation in a sentence, or None."""
 
 
 def property_of(function: EventFunction, *event_types: type[Event], name: str = "") -> Property:
@@ -46,5 +46,5 @@ class _EventMonitor(Monitor):
             self.scene.report(wrong)
 
     def state(self) -> Hashable | None:
-        """Return None: nobody knows what a function looks at."""
+        """Return None: a function may look at everything."""
         return None

@@ -1,4 +1,4 @@
-"""What a property is: a name, and a monitor for each run that says when the run does not have it."""
+"""A property: a name, and a monitor for each run that reports a violation."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge_explore.properties.tables import FactTables
 
 NOTHING: Final[tuple[Hashable, ...]] = ()
-"""The state of a monitor whose verdict depends on the facts that are there, and on nothing before."""
+"""The state of a monitor whose verdict depends on the present facts only."""
 
 
 class Ending(Enum):
@@ -41,9 +41,9 @@ class Violation:
     """A property that a run does not have.
 
     :param property: its name.
-    :param message: what is wrong, in a sentence.
-    :param seconds: when, since the run began, by its clock.
-    :param goal: the id of the goal that it is about; empty for none. So are the others.
+    :param message: the violation, in a sentence.
+    :param seconds: the time since the begin of the run, by its clock.
+    :param goal: the id of the goal in question; empty: none. The same holds for the next fields.
     :param action: the plan-action, as ``NAME ARGUMENT...``.
     :param skill: the skill.
     """
@@ -56,7 +56,7 @@ class Violation:
     skill: str = ""
 
     def as_dict(self) -> dict[str, Any]:
-        """Return it as JSON can have it; what is empty is left out."""
+        """Return it as JSON, without empty fields."""
         about = {"goal": self.goal, "action": self.action, "skill": self.skill}
         return {
             "property": self.property,
@@ -67,7 +67,7 @@ class Violation:
 
 
 class Scene(Protocol):
-    """What a monitor sees of its run."""
+    """The run as a monitor sees it."""
 
     @property
     def seconds(self) -> float:
@@ -78,7 +78,7 @@ class Scene(Protocol):
         """The facts of each agent that is alive."""
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
-        """Say that the run does not have the property. What is said first counts."""
+        """Report a violation. The first report counts."""
 
 
 class Monitor:
@@ -114,13 +114,13 @@ class Monitor:
         """Look at the run at its end."""
 
     def released(self) -> None:
-        """Look at what is left after the rules for the shutdown have run."""
+        """Look at the facts after the rules for the shutdown have run."""
 
     def state(self) -> Hashable | None:
-        """Return all that later verdicts depend on beside the facts that are there.
+        """Return the state on which later verdicts depend, besides the present facts.
 
-        Times in it count from now. Ids of goals are strings of their own, so that who compares runs can
-        rename them. None: nobody knows, and the run must not be taken for an equal one.
+        Times in it count from now. Ids of goals are separate strings, so that a comparison of runs can
+        rename them. None: unknown, and the run is not merged with another.
         """
         return NOTHING
 
@@ -131,7 +131,7 @@ class Property:
 
     :param name: unique among the properties of a run.
     :param make: makes its monitor for a run.
-    :param text: what it says, for people.
+    :param text: its description for people.
     :param source: the text that it can be read from again; empty when there is none.
     """
 

@@ -1,4 +1,4 @@
-"""Patterns of CLIPS that are matched by CLIPS itself, without a change to what the agent's rules do.
+"""Patterns of CLIPS that CLIPS itself matches, without a change to the agent's rules.
 
 A pattern becomes a rule whose last condition calls us, and is false: so it never comes to the agenda, and
 nothing fires. Such a rule sees each match at the moment at which it comes to be, between two rules as well.
@@ -46,12 +46,12 @@ class ConditionPattern:
 
     @property
     def text(self) -> str:
-        """As it is written, on one line."""
+        """The text of the pattern, on one line."""
         return " ".join(one_line(node.text) for node in self.elements)
 
     @property
     def says_absence(self) -> bool:
-        """Whether it asks that facts are not there: a modify takes a fact away for a moment."""
+        """Whether the pattern requires absent facts: a modify retracts a fact for a moment."""
         return any(node.head in _ABSENCE for element in self.elements for node in element.walk())
 
     @property
@@ -124,7 +124,7 @@ class Probe:
         env.udfs.define(self._name, self._note, len(variables))
         env.udfs.define(self._name_now, self._note_now, len(variables))
         # CLIPS evaluates a test behind a new `not` before it knows whether that holds. So there is a rule
-        # that nothing ever activates, and what is asked later shares all its joins but the last
+        # that nothing ever activates, and later patterns share all its joins but the last
         self._build(f"{self._name}-joins", f"{_LOADED} {pattern.text} {_NOWHERE}")
         self._asked = f"{_LOADED} {pattern.text} {_LOADED} {self._call(self._name_now)}"
 

@@ -1,4 +1,4 @@
-"""Properties of files: a list in ``properties.yaml`` beside a scenario."""
+"""Properties of files: a list in ``properties.yaml`` of a scenario's folder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from cxbridge_explore.properties.forms import FORMS, read_property
 from cxbridge_explore.properties.monitor import Property
 
 FILE: Final = "properties.yaml"
-"""The name of the file beside a scenario."""
+"""The name of the file in a scenario's folder."""
 
 _EXPECTED: Final = f"it is a list; an entry is one of: {'; '.join(FORMS)}; it may have a name: 'NAME: FORM'"
 
@@ -60,7 +60,7 @@ def find_property(text: str) -> Property:
 
 
 def beside(scenario: Path | None) -> list[Property]:
-    """Return the properties of the file beside a scenario; none when it has no such file."""
+    """Return the properties of the file in a scenario's folder; none without such a file."""
     if scenario is None:
         return []
     file = (scenario if scenario.is_dir() else scenario.parent) / FILE

@@ -33,7 +33,7 @@ class FactTables:
         return self.env.name
 
     def follow(self, template: str, changes: Changes | None = None) -> None:
-        """Note from now on when facts of a deftemplate change; others can be read as well, but slower.
+        """Track changes of a deftemplate's facts from now on; other deftemplates can be read as well, but slower.
 
         :param changes: where to note it.
         """
@@ -70,7 +70,7 @@ class FactTables:
 
 
 class Changes:
-    """Whether facts changed since somebody has looked.
+    """Whether facts changed since the last look.
 
     :param templates: the deftemplates that are followed for it.
     """

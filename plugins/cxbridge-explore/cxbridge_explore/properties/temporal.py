@@ -54,7 +54,7 @@ class PatternMonitor(Monitor):
 
     @abstractmethod
     def probe(self, tables: FactTables) -> None:
-        """Define what it needs in an agent."""
+        """Define its constructs in an agent."""
 
     @abstractmethod
     def forget(self, tables: FactTables) -> None:
@@ -75,7 +75,7 @@ class PatternMonitor(Monitor):
 class Never(PatternMonitor):
     """A pattern never matches.
 
-    One without ``not`` and ``forall`` is looked for at each moment, others after each loop.
+    A pattern without ``not`` and ``forall`` is matched at each moment, other patterns after each loop.
     """
 
     def __init__(self, scene: Scene, pattern: ConditionPattern) -> None:
@@ -239,7 +239,7 @@ class After(PatternMonitor):
         self._open.pop((agent, values), None)
 
     def check(self) -> None:
-        """Look after a loop what has matched, and what is late."""
+        """After a loop, look at new matches and passed deadlines."""
         changed = self.changes.taken()
         if self._first.says_absence and changed:
             for name, probe in self._firsts.items():
@@ -259,7 +259,7 @@ class After(PatternMonitor):
                     self._report(values, f"within {self._within_s:g} s")
 
     def end(self, end: RunEnd) -> None:
-        """Look what is open; a run that was cut may have had it later."""
+        """Look at open obligations; a run that was cut might have met them later."""
         if end.ending is not Ending.CUT or self._within_s is None:
             for _, values in self._open:
                 self._report(values, "until the end")
@@ -272,7 +272,7 @@ class After(PatternMonitor):
         )
 
     def state(self) -> Hashable | None:
-        """Return what is open, and since when."""
+        """Return the open obligations with their times."""
         now = self.scene.seconds if self._within_s is not None else 0.0
         opened = (
             (agent, *values, round(now - since, 3) if self._within_s is not None else 0.0)

@@ -50,7 +50,7 @@ class PropertyScene:
         return self._watch.tables
 
     def report(self, message: str, *, goal: str = "", action: str = "", skill: str = "") -> None:
-        """Say that the run does not have the property. What is said first counts."""
+        """Report a violation. The first report counts."""
         if self.violation is None:
             self.violation = Violation(self.name, message, self.seconds, goal, action, skill)
 
@@ -119,7 +119,7 @@ class PropertyWatch:
                 monitor.end(end)
 
     def released(self) -> None:
-        """Look at what is left after the rules for the shutdown have run; the environments may be gone."""
+        """Look at the facts after the rules for the shutdown have run; the environments may be closed."""
         for monitor, scene in self._monitors.values():
             if scene.violation is None:
                 monitor.released()
@@ -132,7 +132,7 @@ class PropertyWatch:
 
     @property
     def evaluated(self) -> frozenset[str]:
-        """The names of the properties that could have been violated; the others say nothing of this run."""
+        """The names of the properties that could have been violated; the rest is undecided in this run."""
         return frozenset(
             name
             for name, (monitor, scene) in self._monitors.items()
@@ -140,7 +140,7 @@ class PropertyWatch:
         )
 
     def state(self) -> Hashable | None:
-        """Return all that later verdicts depend on beside the facts; None when nobody knows.
+        """Return the state on which later verdicts depend, besides the facts; None when unknown.
 
         A property that is violated has its verdict, and so no state but that.
         """

@@ -1,1 +1,1 @@
-"""Thousands of runs of a scenario in drawn worlds, and what they say about an agent, or about two."""
+"""Thousands of runs of a scenario in drawn worlds, and their statistics about one agent, or about two."""

@@ -25,7 +25,7 @@ class DaskEngine(Closing):
     Dask gives the work of a worker that dies to another one.
 
     :param address: of the scheduler, ``HOST:PORT``.
-    :raises CxbridgeError: when it is not there, or distributed is not installed.
+    :raises CxbridgeError: when it does not answer, or distributed is not installed.
     """
 
     def __init__(self, address: str) -> None:
@@ -47,7 +47,7 @@ class DaskEngine(Closing):
             ) from error
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed as it comes; see :class:`~cxbridge_explore.sweep.engine.Engine`."""
+        """Yield the row of each seed; see :class:`~cxbridge_explore.sweep.engine.Engine`."""
         parcel = self._client.scatter(pack(job), broadcast=True)
         chunks = [list(seeds[start : start + _CHUNK]) for start in range(0, len(seeds), _CHUNK)]
         waiting = {self._submit(parcel, chunk): chunk for chunk in chunks}
@@ -70,7 +70,7 @@ class DaskEngine(Closing):
                     raise row
                 chunk.remove(row.seed)
                 yield row
-            for part in (chunk[:1], chunk[1:]):  # the first of those left is what the worker died of
+            for part in (chunk[:1], chunk[1:]):  # the worker died of the first remaining seed
                 if part:
                     again = self._submit(parcel, part)
                     waiting[again] = part
@@ -80,5 +80,5 @@ class DaskEngine(Closing):
         return self._client.submit(play_remotely, parcel, list(chunk), retries=MOST_DEATHS, pure=False)
 
     def close(self) -> None:
-        """Leave the scheduler; what is not done is not wanted any more."""
+        """Leave the scheduler; unfinished work is dropped."""
         self._client.close()

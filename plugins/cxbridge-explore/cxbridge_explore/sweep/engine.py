@@ -18,7 +18,7 @@ from cxbridge_explore.sweep.frames import read_frame, write_frame
 from cxbridge_explore.sweep.rows import CRASHED, RunRow, SweepJob
 
 MOST_DEATHS: Final = 3
-"""A seed with which so many workers died has crashed."""
+"""A seed with which this many workers died has crashed."""
 
 _LOADING: Final = None
 """What workers died of that had not begun with any seed."""
@@ -31,7 +31,7 @@ class Engine(Protocol):
     """Plays runs somewhere."""
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield a row for each seed, in any order, as they come.
+        """Yield a row for each seed, in any order.
 
         :raises CxbridgeError: when the scenario is wrong.
         """
@@ -91,7 +91,7 @@ class WorkerProcess(Closing):
                 yield answer
 
     def _died(self) -> WorkerDiedError:
-        """Return what it means that the process has ended."""
+        """Return the meaning of the process' end."""
         status = self._process.wait()
         how = f"signal {-status}" if status < 0 else f"exit status {status}"
         if self._is_loaded:
@@ -123,7 +123,7 @@ class WorkerProcess(Closing):
 class LocalEngine(Closing):
     """Plays runs in processes of this machine.
 
-    A worker that dies is replaced; the seeds that it did not answer go to others.
+    A worker that dies is replaced; its unanswered seeds go to other workers.
 
     :param jobs: how many processes.
     """
@@ -132,7 +132,7 @@ class LocalEngine(Closing):
         self._jobs = jobs
 
     def rows(self, job: SweepJob, seeds: Sequence[int]) -> Iterator[RunRow]:
-        """Yield the row of each seed as it comes; see :class:`Engine`."""
+        """Yield the row of each seed; see :class:`Engine`."""
         batch = _Batch(job, seeds, self._jobs)
         threads = [threading.Thread(target=batch.work) for _ in range(min(self._jobs, len(seeds)))]
         with ExitStack() as stack:
@@ -179,7 +179,7 @@ class _Batch:
 
     @contextmanager
     def _known(self, worker: WorkerProcess) -> Iterator[None]:
-        """Let a worker be stopped meanwhile."""
+        """Let a worker be stopped during the wait."""
         with self._lock:
             self._workers.add(worker)
             if self._stopped:
@@ -206,7 +206,7 @@ class _Batch:
                 return
 
     def _bury(self, error: WorkerDiedError, left: list[int]) -> None:
-        """Give others what a worker left that has died.
+        """Give the seeds of a dead worker to other workers.
 
         :raises NotLoadedError: when all workers die before they have begun.
         """

@@ -11,7 +11,7 @@ _LENGTH: Final = struct.Struct(">I")
 def write_frame(pipe: IO[bytes], data: bytes) -> None:
     """Write a frame.
 
-    :raises OSError: when nobody reads.
+    :raises OSError: when the reader is gone.
     """
     pipe.write(_LENGTH.pack(len(data)) + data)
     pipe.flush()

@@ -1,4 +1,4 @@
-"""Keeps the rows of a sweep in a file as they come, so that one that was broken off goes on where it was."""
+"""Keeps the rows of a sweep in a file, so that an interrupted sweep resumes."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ _DECODER = msgspec.json.Decoder(_Line)
 
 
 class KeptRows(Closing):
-    """A file of rows, a line of JSON each. What is there stays; what comes is added.
+    """A file of rows, a line of JSON each. Existing rows are kept; new rows are appended.
 
-    :param file: made when it is not there.
+    :param file: made when it is missing.
     :raises CxbridgeError: when it cannot be read or written, or holds something else.
     """
 
@@ -41,11 +41,11 @@ class KeptRows(Closing):
             raise CxbridgeError(f"cannot be used: {error.strerror}", file=file) from error
 
     def _read(self, data: bytes) -> int:
-        """Take the rows that are there; return how many bytes are whole lines."""
+        """Read the existing rows; return the number of bytes in whole lines."""
         whole = 0
         for number, line in enumerate(data.splitlines(keepends=True), 1):
             if not line.endswith(b"\n"):
-                break  # somebody was killed in the middle of it
+                break  # the writer was killed in the middle of the line
             try:
                 found = _DECODER.decode(line)
             except msgspec.MsgspecError as error:

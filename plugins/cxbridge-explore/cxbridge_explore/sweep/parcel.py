@@ -43,7 +43,7 @@ def _add_code(parcel: zipfile.ZipFile) -> None:
         _write(parcel, f"{CODE}/cxbridge/{file.relative_to(package).as_posix()}", file)
     for name in _SHARED:
         folder = package.parent / name
-        if folder.is_dir():  # in a checkout they are beside the package
+        if folder.is_dir():  # in a checkout they are next to the package
             for file in _files(folder):
                 _write(parcel, f"{CODE}/{name}/{file.relative_to(folder).as_posix()}", file)
 

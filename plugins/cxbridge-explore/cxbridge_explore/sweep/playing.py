@@ -36,7 +36,7 @@ class GoalTally:
 
 
 def play(job: SweepJob, seed: int, chooser: Chooser) -> RunRow:
-    """Play a run, and return what is kept of it.
+    """Play a run, and return its row.
 
     :raises CxbridgeError: when the scenario is wrong.
     """

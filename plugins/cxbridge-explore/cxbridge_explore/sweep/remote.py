@@ -1,7 +1,7 @@
-"""What a machine of a cluster does for a sweep: unpacks a parcel, and lets processes of its own play.
+"""The part of a sweep on a machine of a cluster: unpacks a parcel, and plays in child processes.
 
-It imports nothing of ours but frames: both modules travel as text, to workers that need not have cxbridge but
-what it depends on.
+It imports nothing of ours but frames: both modules travel as text, to workers that need not have cxbridge,
+only its dependencies.
 """
 
 from __future__ import annotations
@@ -84,7 +84,7 @@ def _worker(parcel: bytes, digest: str) -> subprocess.Popen[bytes]:
 
 
 def _forget(digest: str) -> None:
-    """Let this thread's next call begin with a process of its own."""
+    """Start the child process with this thread's next call."""
     worker = _CACHE.pop((digest, threading.get_ident()), None)
     if worker is not None:
         worker.kill()

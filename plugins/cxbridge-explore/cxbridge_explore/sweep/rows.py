@@ -1,4 +1,4 @@
-"""What a sweep asks for and what it keeps of each run."""
+"""The task of a sweep, and the result of each run."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class SweepJob:
     """What all runs of a sweep have in common.
 
     :param options: as for ``cxbridge run``.
-    :param world: the file of the world; None: the one beside the scenario, or the usual world.
+    :param world: the file of the world; None: the one in the scenario's folder, or the usual world.
     :param cpu_seconds: of processor time that a run may take before it counts as crashed.
     """
 
@@ -35,7 +35,7 @@ _ENDS: Final = frozenset({"completed", "unsuccessful"})
 
 @dataclass(frozen=True, slots=True)
 class RunRow:
-    """What is kept of a run.
+    """The result of a run.
 
     :param seed: of its world.
     :param outcome: in a word, as ``cxbridge run`` says it; :data:`CRASHED` when its process died.

@@ -1,4 +1,4 @@
-"""What samples say about what they are drawn from: quantiles, and intervals of confidence."""
+"""Statistics of samples: quantiles, and confidence intervals."""
 
 from __future__ import annotations
 

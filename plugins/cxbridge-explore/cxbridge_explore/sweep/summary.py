@@ -1,4 +1,4 @@
-"""What the rows of a sweep say together, and what two sweeps on the same seeds say of two agents."""
+"""The summary of a sweep's rows, and the comparison of two sweeps on the same seeds."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class WorkerChannel:
         self._rows = rows
 
     def job(self) -> SweepJob:
-        """Return what is to be done."""
+        """Return the parcel."""
         data = read_frame(self._seeds)
         assert data is not None
         job: SweepJob = pickle.loads(data)  # noqa: S301 - from our own parent
@@ -71,7 +71,7 @@ class ForkingSeeds:
         self._row_end = -1
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return what the seed of this process chooses; the process that serves does not come back."""
+        """Return the choices of the seed of this process; the serving process does not return."""
         if self.seed is None:
             self._serve()
         return self._chooser.choose(index, point)
@@ -81,7 +81,7 @@ class ForkingSeeds:
         forking.limit_cpu_seconds(None)
         self._channel.send(None)
         gc.collect()
-        gc.freeze()  # what is there now stays shared: no collection of a child touches it
+        gc.freeze()  # existing objects stay shared: no collection of a child touches them
         for seed in self._channel.seeds():
             reading, writing = os.pipe()
             child = forking.fork()
@@ -120,7 +120,7 @@ def _received(reading: int, child: int, seed: int) -> RunRow:
 
 
 def serve(channel: WorkerChannel) -> None:
-    """Play what comes, until nothing does."""
+    """Play runs until there are no seeds left."""
     job = channel.job()
     try:
         with file_errors():
@@ -152,7 +152,7 @@ def _serve_forking(channel: WorkerChannel, job: SweepJob) -> None:
 
 
 def main() -> None:
-    """Be a worker; what the run prints goes to standard error."""
+    """Be a worker; the output of the run goes to standard error."""
     rows = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)
     serve(WorkerChannel(sys.stdin.buffer, rows))

@@ -40,11 +40,11 @@ PARAMETERS: Final = {
 class Distribution:
     """A distribution of seconds.
 
-    :param parameters: as :class:`Shape` has them.
-    :param least: what is less is that.
-    :param most: what is more is that.
-    :param listed: seconds that stand for all of it in an exploration, the usual one first; empty: median,
-        minimum and maximum.
+    :param parameters: those of :class:`Shape`.
+    :param least: lower values become this one.
+    :param most: higher values become this one.
+    :param listed: seconds that represent the distribution in an exploration, the usual one first; empty:
+        median, minimum and maximum.
     """
 
     shape: Shape
@@ -55,7 +55,7 @@ class Distribution:
 
     @classmethod
     def constant(cls, seconds: float) -> Distribution:
-        """Return the one that always is so many seconds."""
+        """Return the constant distribution of this many seconds."""
         return cls(Shape.CONSTANT, (seconds,))
 
     def quantile(self, share: float) -> float:
@@ -97,12 +97,12 @@ class Distribution:
 
     @property
     def least_usual(self) -> float:
-        """The minimum; of a distribution that has tails, what a twentieth does not exceed."""
+        """The minimum; of a distribution with tails, the 5 % quantile."""
         return self.quantile(0.0 if self._is_bounded else _TAIL)
 
     @property
     def most_usual(self) -> float:
-        """The maximum; of a distribution that has tails, what a twentieth exceeds."""
+        """The maximum; of a distribution with tails, the 95 % quantile."""
         return self.quantile(1.0 if self._is_bounded else 1 - _TAIL)
 
     @property

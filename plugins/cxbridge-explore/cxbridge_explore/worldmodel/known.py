@@ -19,9 +19,9 @@ _SKILL: Final = re.compile(r"\w+")
 
 
 def check_world(world: WorldModel, run: Assembly | Team) -> None:
-    """Check what a world says about the scenario of a run.
+    """Check the names of a world against the scenario of a run.
 
-    :raises ConfigError: when it names what is not there.
+    :raises ConfigError: when it names something unknown.
     """
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
     check_world_of(world, [agent.context for agent in run.agents], names)
@@ -30,11 +30,11 @@ def check_world(world: WorldModel, run: Assembly | Team) -> None:
 def check_world_of(
     world: WorldModel, agents: Iterable[RunContext], names: Collection[str], *, as_written: bool = False
 ) -> None:
-    """Check what a world says about a scenario.
+    """Check the names of a world against a scenario.
 
     :param names: of its agents; none when there is only one.
     :param as_written: whether the skills of executors are read from their texts, and nothing is imported.
-    :raises ConfigError: when it names what is not there.
+    :raises ConfigError: when it names something unknown.
     """
     for agent in agents:
         _check_agent(world, agent, known_skills(agent, as_written=as_written))

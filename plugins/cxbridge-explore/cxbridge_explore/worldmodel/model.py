@@ -1,4 +1,4 @@
-"""What can happen in the world of a run, and how likely it is: what a ``world.yaml`` says."""
+"""The possible events in the world of a run, and their probabilities: the content of a ``world.yaml``."""
 
 from __future__ import annotations
 
@@ -11,10 +11,10 @@ from cxbridge.skiller.skillstring import SkillStringCall
 from cxbridge_explore.worldmodel.distributions import Distribution
 
 WORLD_FILE: Final = "world.yaml"
-"""The name of the file beside the scenario."""
+"""The name of the file in the scenario's folder."""
 
 LIKELY: Final = 0.1
-"""The probability of what is said to happen without one."""
+"""The probability of an event without a given probability."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -183,7 +183,7 @@ class WorldModel:
     planner: PlannerModel | None = None
 
     def skill(self, call: SkillStringCall) -> SkillModel:
-        """Return what a call can do."""
+        """Return the possible outcomes of a call."""
         return next((each for each in self.skills if each.matches(call)), self.otherwise)
 
 

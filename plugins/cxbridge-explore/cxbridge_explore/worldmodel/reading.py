@@ -53,7 +53,7 @@ def find_world(folder: Path) -> Path | None:
 def read_world(file: Path) -> WorldModel:
     """Read a world.
 
-    :raises CxbridgeError: when the file cannot be read, or something in it makes no sense.
+    :raises CxbridgeError: when the file cannot be read, or a value in it is invalid.
     """
     return world_of(Configuration.load(file))
 
@@ -61,7 +61,7 @@ def read_world(file: Path) -> WorldModel:
 def world_of(document: Configuration) -> WorldModel:
     """Return the world that a configuration is.
 
-    :raises CxbridgeError: when something in it makes no sense.
+    :raises CxbridgeError: when a value in it is invalid.
     """
     refuse_unknown(document, "/", _WORLD)
     refuse_unknown(document, "/otherwise", _OTHERWISE)

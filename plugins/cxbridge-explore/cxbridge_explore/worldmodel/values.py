@@ -87,7 +87,7 @@ def _checked(document: Configuration, path: str, value: float) -> float:
 def times(document: Configuration, path: str, default: Times | None = None) -> Times:
     """Read ``every``, ``from`` and ``until``.
 
-    :raises ConfigError: when one makes no sense.
+    :raises ConfigError: when a value is invalid.
     """
     default = default or Times()
     refuse_unknown(document, path, ("every", "from", "until"))
@@ -104,7 +104,7 @@ def times(document: Configuration, path: str, default: Times | None = None) -> T
 def distribution(document: Configuration, path: str) -> Distribution:
     """Read seconds, or a distribution of them.
 
-    :raises ConfigError: when it makes no sense.
+    :raises ConfigError: when it is invalid.
     """
     if document.exists(path):
         return Distribution.constant(seconds(document, path))

@@ -1,4 +1,4 @@
-"""Asks what the world of a run does, at its choice points."""
+"""Decides the events of the world of a run, at its choice points."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from cxbridge_explore.worlds.points import ChoiceKind, ChoicePoint, Draw, NotedC
 
 
 class Ask(Protocol):
-    """Asks what the world does."""
+    """Decides the events of the world."""
 
     def __call__(
         self, kind: ChoiceKind, subject: str, options: tuple[Option, ...], draw: Draw | None = None
     ) -> Option:
         """Return the option that is taken at the next choice point.
 
-        :param draw: makes options beside those.
+        :param draw: makes options in addition to those.
         """
 
 

@@ -20,8 +20,8 @@ class JudgedRun(Closing):
 
     :param options: as for ``cxbridge run``.
     :param chooser: is asked at each choice point.
-    :param world: what can happen; None: what the file beside the scenario says.
-    :param make: makes what is run.
+    :param world: the possible events; None: the file in the scenario's folder.
+    :param make: makes the program to run.
     :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
@@ -47,7 +47,7 @@ class JudgedRun(Closing):
         self._loss = ""
 
     def play(self) -> tuple[RunResult, WorldResult]:
-        """Play it to its end; return how it ended, and what was chosen. Wall seconds are not measured.
+        """Play it to its end; return its end, and its choices. Wall seconds are not measured.
 
         :raises CxbridgeError: when the agent is broken.
         """
@@ -64,7 +64,7 @@ class JudgedRun(Closing):
         return ended, result
 
     def _look(self) -> bool:
-        """Return whether the run cannot go on; called after each loop."""
+        """Return whether the run cannot continue; called after each loop."""
         if not self._is_checked:
             self._is_checked = True
             self._checks.start()

@@ -52,7 +52,7 @@ class _SettledCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """What came of it."""
+        """The result."""
         return self._settled
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:  # noqa: ARG002 - it is there
@@ -71,11 +71,11 @@ class _HeldCall(PlanCall):
 
     @property
     def result(self) -> PlanResult | None:
-        """What came of it; None before its time."""
+        """The result; None before its time."""
         return self._call.result if self._cancelled or self._is_due() else None
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
-        """Return the result; before its time nothing, without waiting: the run's clock has to go on."""
+        """Return the result; before its time None, without waiting: the run's clock has to advance."""
         return self._call.wait(timeout) if self._cancelled or self._is_due() else None
 
     def cancel(self) -> None:

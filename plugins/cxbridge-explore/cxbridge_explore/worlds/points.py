@@ -1,4 +1,4 @@
-"""Choice points: the moments of a run at which the world, not the agent, decides how it goes on."""
+"""Choice points: the moments of a run at which the world, not the agent, decides the next event."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ from typing import Any, Final, Protocol
 from cxbridge.errors import CxbridgeError
 
 USUAL: Final = 0
-"""The index of the option that is taken when nobody chooses: what happens without a fault."""
+"""The index of the default option: the event without a fault."""
 
 
 class ChoiceKind(StrEnum):
-    """What a choice is about."""
+    """The subject of a choice."""
 
     SKILL = "skill"  # how a call of a skill ends
     DURATION = "duration"
@@ -31,12 +31,12 @@ class ChoiceKind(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class Option:
-    """A way in which the world can go on.
+    """An event that the world can choose.
 
-    :param name: what paths call it, e.g. ``fails``; unique within its choice point.
+    :param name: its name in paths, e.g. ``fails``; unique within its choice point.
     :param faults: how many of the faults that an exploration allows it uses up.
-    :param weight: how likely it is, relative to the others of its point.
-    :param value: what it stands for; its type is up to the kind of choice.
+    :param weight: its likelihood relative to the other options of the point.
+    :param value: the value of the option; its type depends on the kind of choice.
     """
 
     name: str
@@ -46,7 +46,7 @@ class Option:
 
 
 class Draw(Protocol):
-    """Makes options beside those that a point lists: values of a distribution."""
+    """Makes options in addition to the listed ones: values of a distribution."""
 
     def draw(self, rng: random.Random) -> Option:
         """Return one that is drawn."""
@@ -59,12 +59,12 @@ class Draw(Protocol):
 class ChoicePoint:
     """A moment at which the world decides.
 
-    :param kind: what the choice is about.
-    :param subject: what it is about in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
+    :param kind: the kind of the choice.
+    :param subject: the subject in particular, e.g. ``Skiller: deliver{wp='wp1'}``. Runs with equal
         choices before have equal subjects here.
-    :param seconds: when, since the run began, by its clock.
-    :param options: at least two, or one beside what is drawn; the first is the usual one.
-    :param draw: makes other options; those that are listed stand for them. None: there are no others.
+    :param seconds: the time since the begin of the run, by its clock.
+    :param options: at least two, or one together with ``draw``; the first is the usual one.
+    :param draw: makes further options, which the listed ones represent. None: there are no further options.
     """
 
     kind: ChoiceKind
@@ -76,7 +76,7 @@ class ChoicePoint:
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """What was chosen at a choice point.
+    """The chosen option of a choice point.
 
     :param index: the number of the point in its run, from 0.
     :param point: the point.
@@ -131,7 +131,7 @@ class Chooser(Protocol):
 
 
 def read_path(choices: list[dict[str, Any]]) -> ChoicePath:
-    """Return the path that :meth:`Choice.as_dict` wrote; usual choices may be there and are left out."""
+    """Return the path that :meth:`Choice.as_dict` wrote; usual choices are allowed and left out."""
     return {each["index"]: Step(each["subject"], each["option"]) for each in choices}
 
 
@@ -146,7 +146,7 @@ class UsualChooser:
 class PathChooser:
     """Follows a path, and lets another one choose where the path says nothing.
 
-    :param path: what is prescribed.
+    :param path: the prescribed choices.
     :param then: None: the usual option.
     """
 
@@ -155,7 +155,7 @@ class PathChooser:
         self._then = then or UsualChooser()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:
-        """Return what the path says."""
+        """Return the choice of the path."""
         step = self._path.get(index)
         if step is None:
             return self._then.choose(index, point)
@@ -179,8 +179,9 @@ class PathChooser:
 class RandomChooser:
     """Draws: options by their weights, durations from their distributions.
 
-    What is drawn depends on the seed, on what the choice is about, and on how often that came before. So two
-    versions of an agent meet the same world with one seed, even when one of them does something in between.
+    A draw depends on the seed, on the subject of the choice, and on the number of earlier choices of the
+    subject. So two versions of an agent meet the same world with one seed, even when one of them acts in
+    between.
 
     :param seed: runs of one seed are equal.
     """
@@ -190,7 +191,7 @@ class RandomChooser:
         self._before: Counter[str] = Counter()
 
     def choose(self, index: int, point: ChoicePoint) -> int | Option:  # noqa: ARG002 - other choosers count
-        """Return what is drawn."""
+        """Return the drawn option."""
         subject = f"{point.kind}/{point.subject}"
         rng = random.Random(f"{self._seed}/{subject}/{self._before[subject]}")  # noqa: S311 - a simulation repeats
         self._before[subject] += 1
@@ -212,7 +213,7 @@ class NotedChooser:
         self._chooser = chooser
 
     def ask(self, point: ChoicePoint) -> Option:
-        """Return what is chosen at the next point of the run."""
+        """Return the chosen option of the next point of the run."""
         index = len(self.choices)
         chosen = self._chooser.choose(index, point)
         if isinstance(chosen, Option):  # a drawn one becomes one of the point's

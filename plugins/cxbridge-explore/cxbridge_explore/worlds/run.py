@@ -1,4 +1,4 @@
-"""A run in a world that somebody chooses: what the world does is asked at choice points."""
+"""A run whose world is chosen: a chooser decides at choice points."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class WorldResult:
 
 
 MakeAssembly = Callable[[RunOptions, Additions], "Assembly | Team"]
-"""Makes what is run, with what the world adds to it."""
+"""Makes the program to run, with the world's additions."""
 
 
 def make_scenario(options: RunOptions, additions: Additions) -> Assembly | Team:
@@ -54,9 +54,9 @@ def make_scenario(options: RunOptions, additions: Additions) -> Assembly | Team:
 
 
 def world_beside(options: RunOptions) -> WorldModel:
-    """Return the world beside a scenario; without one each call of a skill may fail.
+    """Return the world of a scenario's folder; without one each call of a skill may fail.
 
-    :raises CxbridgeError: when something in its file makes no sense.
+    :raises CxbridgeError: when its file is invalid.
     """
     file = find_world(source_of(options).config_file().parent)
     return WorldModel() if file is None else read_world(file)
@@ -65,10 +65,10 @@ def world_beside(options: RunOptions) -> WorldModel:
 class WorldRun(Closing):
     """A run whose world is asked for. A context manager; no thread is alive while a chooser is asked.
 
-    :param options: as for ``cxbridge run``; who executes skills is not taken from them.
+    :param options: as for ``cxbridge run``; their executors of skills are ignored.
     :param chooser: is asked at each choice point.
-    :param world: what can happen; None: what the file beside the scenario says.
-    :param make: makes what is run.
+    :param world: the possible events; None: the file in the scenario's folder.
+    :param make: makes the program to run.
     :raises CxbridgeError: when the scenario or the world is wrong.
     """
 
@@ -117,7 +117,7 @@ class WorldRun(Closing):
 
     @property
     def watchers(self) -> list[AgentWatcher]:
-        """The watchers of the run's agents. The agent of a run without others is not killed."""
+        """The watchers of the run's agents. A single agent is not killed."""
         return self.assembly.watchers if isinstance(self.assembly, Team) else []
 
     def left(self, agent: Assembly) -> None:
@@ -143,10 +143,10 @@ class WorldRun(Closing):
         return self._ask.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
-        """Return what the Skillers do next depends on, besides their interfaces; times count from now.
+        """Return the state on which the Skillers' next events depend, besides interfaces; times count from now.
 
-        None: nobody knows. Executors of a skill board are programs, and nobody sees how far they are; and a
-        world of its own has more that is under way than Skillers.
+        None: unknown. Executors of a skill board are programs, whose progress is invisible; and a
+        scenario's own world has more pending events than those of Skillers.
         """
         agents = self.assembly.agents
         if self._world != WorldModel() or any(agent.context.skill_board is not None for agent in agents):
@@ -161,7 +161,7 @@ class WorldRun(Closing):
 
     @property
     def is_over(self) -> bool:
-        """Whether every root goal is over, no skill runs, the agenda is empty and nobody will come back."""
+        """Whether every root goal is over, no skill runs, the agenda is empty and no agent will come back."""
         is_busy = any(part.running for part in self._parts.values())
         return self.assembly.is_over and not is_busy and not self.is_expecting
 
@@ -171,7 +171,7 @@ class WorldRun(Closing):
         return any(kill.is_expecting for kill in self._kills)
 
     def start(self) -> None:
-        """Load the agents; a second call does nothing. No choice is made meanwhile."""
+        """Load the agents; a second call does nothing. Loading asks for no choice."""
         if not self._is_started:
             self._is_started = True
             with self.assembly.loop.busy():
@@ -204,7 +204,7 @@ class AgentWorld(Closing):
     """The world of one agent.
 
     :param agent: not started yet.
-    :param prefix: what the subjects of its choices begin with.
+    :param prefix: the beginning of the subjects of its choices.
     """
 
     def __init__(self, world: WorldModel, agent: Assembly, ask: Asking, prefix: str) -> None:
@@ -239,7 +239,7 @@ class AgentWorld(Closing):
             absence.note(name)
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return what the Skillers do next depends on, besides their interfaces; times count from now."""
+        """Return the state on which the Skillers' next events depend, besides interfaces; times count from now."""
         return self._skills.state(now_us)
 
     @property

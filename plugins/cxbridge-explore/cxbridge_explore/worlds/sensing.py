@@ -108,7 +108,7 @@ class MessageChoices(Listener, Closing):
         return chosen == "arrives"
 
     def loop(self) -> None:
-        """Deliver what was held up long enough."""
+        """Deliver writes whose delay is over."""
         while self._late and self._late[0][0] <= self._ask.seconds:
             self._passing = self._late.pop(0)[1]
             with suppress(BlackBoardError):  # its writer may be gone by now

@@ -56,7 +56,7 @@ class SkillAnswer(NamedTuple):
 
 
 def takes(seconds: float, faults: int = 0) -> Option:
-    """Return the option that something takes so many seconds."""
+    """Return the option of a duration in seconds."""
     return Option(f"{_BEGIN}{text_of(seconds)}{_END}", faults=faults, value=seconds)
 
 
@@ -151,6 +151,6 @@ def skill_options(model: SkillModel) -> tuple[Option, ...]:
 
 
 def _muted(steps: Steps) -> Steps:
-    """Yield the steps of a skill without what it says."""
+    """Yield the steps of a skill without its output."""
     for _ in steps:
         yield None

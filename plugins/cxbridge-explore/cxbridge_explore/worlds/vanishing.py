@@ -1,4 +1,4 @@
-"""The choices about who is there, and whose turn it is."""
+"""The choices about the presence of agents, and about their order."""
 
 from __future__ import annotations
 

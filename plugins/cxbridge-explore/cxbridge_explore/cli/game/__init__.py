@@ -62,7 +62,7 @@ def game(
     A game is a scenario with a referee that publishes GameInterface, or a game of a plug-in. The orders, and
     what fails, are drawn by the seed: the same seed is the same game. With cxbridge-rcll, --refbox-dir plays
     the RoboCup Logistics League, judged by the referee's own rules in the same process; with --referee a
-    referee box that runs judges one game of the league in real time, and draws what it wants.
+    referee box that runs judges one game of the league in real time, with its own draws.
 
     Exit status: 0 each game came to its end; 1 the agent's own tests failed; 2 bad input; 3 a game did not
     come to its end; 4 a fault of a run itself.

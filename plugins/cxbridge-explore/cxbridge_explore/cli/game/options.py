@@ -16,12 +16,12 @@ from cxbridge_explore.game.kinds import PLAYED_GAMES, PlayedGame
 
 @dataclass(frozen=True, kw_only=True)
 class AgentOptions(ScenarioOptions, SourceOptions, TraceOptions, LogOptions):
-    """The agent, and what is recorded."""
+    """The agent, and its recordings."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlayOptions:
-    """What is played."""
+    """The games to play."""
 
     second: Annotated[
         Path | None,

@@ -40,7 +40,7 @@ def say_game(result: GameResult) -> None:
 
 
 def say_games(games: Mapping[str, Mapping[int, GameResult]]) -> None:
-    """Print the points of each game, and what they say together."""
+    """Print the points of each game, and their summary."""
     for name, results in games.items():
         summary = GamesSummary(results)
         over = sum(each.is_over for each in results.values())

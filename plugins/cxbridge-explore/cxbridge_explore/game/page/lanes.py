@@ -38,7 +38,7 @@ class Bar:
     """A time in a lane, in seconds.
 
     :param text: is written into the bar, as far as there is room; empty for none.
-    :param title: what is shown of the bar that is pointed at.
+    :param title: the text for a bar under the pointer.
     :param mark: is written when there is no room for the text.
     """
 
@@ -83,7 +83,7 @@ def draw(groups: Sequence[LaneGroup], seconds: float, label: str) -> str:
     """Return the drawing.
 
     :param seconds: how long it is; bars end there.
-    :param label: what it is, for those who do not see it.
+    :param label: a description for screen readers.
     """
     seconds = seconds if seconds > 0 else 1.0
     width = min(max(_NARROWEST, seconds * _PIXELS_A_SECOND), _WIDEST)

@@ -61,7 +61,7 @@ class ActionMonitor(Monitor):
         tables.env.watcher.follow("plan-action", partial(self._asserted, tables), _ACTION_SLOTS)
 
     def left(self, tables: FactTables) -> None:
-        """Forget its actions: one that comes back may give others the same ids."""
+        """Forget its actions: a restarted agent may reuse their ids."""
         self.states = {key: state for key, state in self.states.items() if key[0] != tables.name}
 
     def _asserted(self, tables: FactTables, _template: str, slots: Mapping[str, str]) -> None:
@@ -103,7 +103,7 @@ class ActionMonitor(Monitor):
         """Take an action that is to be started: a new one, or one that the agent tries again."""
 
     def done(self, tables: FactTables, action: ObservedAction) -> None:
-        """Take an action that is over and whose effects are there."""
+        """Take an action that is over and whose effects have been applied."""
 
 
 class PreconditionsHold(ActionMonitor):
@@ -128,8 +128,8 @@ class ExecutedOnce(ActionMonitor):
     """Nothing is executed twice.
 
     A plan-action has one skill call, unless the agent has set it back to be tried again. And no action starts
-    whose effects are there already because the same operator has been executed: by another robot, or for
-    another goal. An action that changes nothing may be repeated as often as the agent likes.
+    whose effects have been achieved already because the same operator has been executed: by another robot, or
+    for another goal. An action that changes nothing may be repeated as often as the agent likes.
     """
 
     def begin(self) -> None:
@@ -148,7 +148,7 @@ class ExecutedOnce(ActionMonitor):
         watcher.follow_retractions("domain-fact", partial(self._changed, True), ("name", "param-values"))
 
     def left(self, tables: FactTables) -> None:
-        """Forget its calls, and keep what it has brought about."""
+        """Forget its calls, and keep its achieved effects."""
         super().left(tables)
         self._calls = {key: skill for key, skill in self._calls.items() if key[0] != tables.name}
 
@@ -193,7 +193,7 @@ class ExecutedOnce(ActionMonitor):
             )
 
     def done(self, tables: FactTables, action: ObservedAction) -> None:
-        """Note what has been achieved."""
+        """Note the achieved effects."""
         effects = self._effects(tables, action)
         if effects:
             self._undo({(not made, atom) for made, atom in effects})
@@ -201,7 +201,7 @@ class ExecutedOnce(ActionMonitor):
 
     @staticmethod
     def _aim(effects: frozenset[Literal]) -> frozenset[Literal]:
-        """Return what an action is for: what it makes true, or if that is nothing, what it makes false."""
+        """Return the purpose of an action: the atoms that it makes true, or if there are none, makes false."""
         return frozenset(each for each in effects if each[0]) or effects
 
     @staticmethod
@@ -212,11 +212,12 @@ class ExecutedOnce(ActionMonitor):
         if any(each["name"] in conditional for each in effects):
             return frozenset()
         found = frozenset((each["type"] == "POSITIVE", ground(each, action.arguments)) for each in effects)
-        # what it makes false and true at once stays as it is, e.g. a move from a place to the same place
+        # an atom that it makes false and true at once does not change, e.g. a move from a place to the same
+        # place
         return frozenset((made, atom) for made, atom in found if (not made, atom) not in found)
 
     def state(self) -> Hashable | None:
-        """Return what has been achieved, and which actions have had their call."""
+        """Return the achieved effects, and the actions that have had their call."""
         here = {
             (tables.name, slots["goal-id"], slots["plan-id"], slots["id"])
             for tables in self.scene.tables

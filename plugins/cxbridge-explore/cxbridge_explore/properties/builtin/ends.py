@@ -8,7 +8,7 @@ from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge_explore.properties.monitor import Ending, Monitor, RunEnd
 
 _HALTED: Final = "[PRCCODE4]"
-"""How CLIPS begins to say in which rule there was an error; what it was, it says before."""
+"""The beginning of CLIPS' message with the rule of an error; the error itself is the message before."""
 
 _SKILLER: Final = "SkillerInterface"
 
@@ -39,7 +39,7 @@ class NoErrors(Monitor):
     event_types = (LogLine,)
 
     def begin(self) -> None:
-        """Note what there is before."""
+        """Note the present state."""
         self._last_error = ""
 
     def take(self, event: Event) -> None:
