@@ -1,4 +1,4 @@
-"""Coordinates the processes of an exploration: it owns the graph, and orders runs to continue or to copy themselves.
+"""Coordinates the processes of an exploration: owns the graph, and lets runs continue or copy themselves.
 
 Depth first: of the runs that wait at a choice point the latest continues, so there are few of
 them. A run that dies takes nothing along: the edge that it was on is open still, and another run is sent

@@ -81,7 +81,7 @@ class ExploreResult:
         return [found[name] for name in sorted(found)]
 
     def _given_up(self, edge: Edge, leaf: Leaf) -> dict[str, Any]:
-        """Return that a run does not end; it is not played again, since the second run would not end, either."""
+        """Return that a run does not end; it is not played again, since it would not end then, either."""
         return {
             "property": RUN_ENDS,
             "message": leaf.reason,

@@ -33,7 +33,7 @@ class FactTables:
         return self.env.name
 
     def follow(self, template: str, changes: Changes | None = None) -> None:
-        """Track changes of a deftemplate's facts from now on; other deftemplates can be read as well, but slower.
+        """Track changes of a deftemplate's facts from now on; other deftemplates can be read, but slower.
 
         :param changes: where to note it.
         """

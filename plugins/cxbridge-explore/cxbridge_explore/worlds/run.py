@@ -143,7 +143,7 @@ class WorldRun(Closing):
         return self._ask.seconds
 
     def state(self) -> tuple[Hashable, ...] | None:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times count from now.
+        """Return the state on which the Skillers' next events depend, besides interfaces; times from now on.
 
         None: unknown. Executors of a skill board are programs, whose progress is invisible; and a
         scenario's own world has more pending events than those of Skillers.
@@ -239,7 +239,7 @@ class AgentWorld(Closing):
             absence.note(name)
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times count from now."""
+        """Return the state on which the Skillers' next events depend, besides interfaces; times from now on."""
         return self._skills.state(now_us)
 
     @property
