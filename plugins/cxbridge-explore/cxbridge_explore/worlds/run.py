@@ -239,7 +239,7 @@ class AgentWorld(Closing):
             absence.note(name)
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return the state on which the Skillers' next events depend, besides interfaces; times from now on."""
+        """Return the state on which the Skillers' next events depend, besides interfaces; times from now."""
         return self._skills.state(now_us)
 
     @property

@@ -201,7 +201,7 @@ class ExecutedOnce(ActionMonitor):
 
     @staticmethod
     def _aim(effects: frozenset[Literal]) -> frozenset[Literal]:
-        """Return the purpose of an action: the atoms that it makes true, or without any, those it makes false."""
+        """Return the purpose of an action: the atoms that it makes true, or else makes false."""
         return frozenset(each for each in effects if each[0]) or effects
 
     @staticmethod
