@@ -35,7 +35,7 @@ class Registry(Protocol):
 
 
 class BlackBoard(ABC):
-    """Interfaces to open, to list and to watch; a transport derives from it and fills in what is abstract.
+    """Interfaces to open, to list and to watch; a transport derives from it and implements the abstract methods.
 
     As a context manager it is shut down at the end.
 
@@ -93,7 +93,7 @@ class BlackBoard(ABC):
         :raises InvalidNameError: when the type or the id is empty or too long.
         :raises UnknownTypeError: when there is no such type.
         :raises InterfaceDefinitionError: when its definition is wrong.
-        :raises VersionMismatchError: when somebody has it open in another version of the type.
+        :raises VersionMismatchError: when it is open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, listen=listen))
@@ -129,16 +129,16 @@ class BlackBoard(ABC):
     ) -> Interface:
         """Open an interface for writing.
 
-        Its private copy is all zero: call read() to go on with what is there.
+        Its private copy is all zero: call read() to start with the present data.
 
         :param interface: the class, or the name of its type.
         :param owner: who opens it, for lists and messages to people.
         :param queue_limit: how many messages may wait; None: 1,024.
         :param listen: registers a listener before anything can happen to the instance; see :func:`listening`.
-        :raises WriterActiveError: when somebody has it open for writing.
+        :raises WriterActiveError: when it has a writer already.
         :raises InvalidNameError: when the type or the id is empty or too long.
         :raises UnknownTypeError: when there is no such type.
-        :raises VersionMismatchError: when somebody has it open in another version of the type.
+        :raises VersionMismatchError: when it is open in another version of the type.
         """
         interface_class = self._resolve(interface, interface_id)
         return self._open(OpenRequest(interface_class, interface_id, owner, True, queue_limit, listen))
@@ -180,7 +180,7 @@ class BlackBoard(ABC):
     def close(self, instance: Interface) -> None:
         """Close an instance that was opened here; it is invalid afterwards. Closing twice is not an error.
 
-        The interface vanishes with its last instance. While a reader is there its data outlive the writer.
+        The interface vanishes with its last instance. While a reader exists its data outlive the writer.
 
         :raises ForeignInstanceError: when it was opened on another blackboard.
         """
@@ -218,7 +218,7 @@ class BlackBoard(ABC):
 
     @property
     def skipped(self) -> int:
-        """How many updates were left out because a newer one was there already, as far as is known here."""
+        """The number of updates that a newer one replaced before delivery, as far as known here."""
         return 0
 
     def flush(self, timeout: float | None = None) -> None:  # noqa: B027 - optional
@@ -266,7 +266,7 @@ class BlackBoard(ABC):
     # -- for ports, and for the log
 
     def refuse_message(self, sender: Interface, message: Message) -> NoReturn:
-        """Log that a message has nobody to go to, in the words of Fawkes.
+        """Log that a message has no writer, in the words of Fawkes.
 
         :raises NoWriterError: always.
         """

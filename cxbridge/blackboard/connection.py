@@ -26,6 +26,6 @@ def connect(url: str = DAEMON_URL, *, interface_dirs: Sequence[str | Path] = ())
         ``local:`` for a blackboard of this program alone; by default the daemon of this machine.
     :param interface_dirs: folders with interface definitions, searched before those of this package.
     :raises BadUrlError: when the URL names no blackboard.
-    :raises BlackBoardError: when nobody answers.
+    :raises BlackBoardError: when no server answers.
     """
     return open_blackboard(url, InterfaceRegistry(map(Path, interface_dirs)), RealClock())

@@ -5,9 +5,9 @@
     BlackBoardError
      ├── InvalidNameError         a type, an id or a uid is empty, too long or unusable
      ├── UnknownTypeError         there is no such interface type
-     ├── WriterActiveError        somebody else writes this interface
+     ├── WriterActiveError        this interface has another writer
      ├── VersionMismatchError     the interface is open in another version of its type
-     ├── NoWriterError            a message has nobody to go to
+     ├── NoWriterError            a message has no receiver
      ├── ForeignInstanceError     an instance was not opened here
      ├── BlackBoardGoneError      the blackboard was shut down
      ├── InstanceError
@@ -103,7 +103,7 @@ class VersionMismatchError(BlackBoardError):
 
 
 class NoWriterError(BlackBoardError):
-    """A message has nobody to go to: the interface is not open for writing."""
+    """A message has no receiver: the interface is not open for writing."""
 
     def __init__(self, uid: str) -> None:
         super().__init__(f"No writing instance for interface {uid}")

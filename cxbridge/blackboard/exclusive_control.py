@@ -23,7 +23,7 @@ def name_controller(instance: Interface, serial: str) -> str:
     """Return the client with exclusive control for people: its owner, if that is known, and its serial.
 
     :param instance: of the interface.
-    :param serial: what the interface shows; empty: no client has control.
+    :param serial: the serial that the interface shows; empty: no client has control.
     """
     if not serial:
         return "nobody"
@@ -34,7 +34,7 @@ def name_controller(instance: Interface, serial: str) -> str:
 def write_farewell(writer: Interface, reason: str) -> None:
     """Write that no client has control, and that the call under way has failed.
 
-    A call that is over stays as it is, and so does an interface without exclusive control.
+    A finished call does not change, and neither does an interface without exclusive control.
 
     :param writer: opened for writing.
     :param reason: why the call has failed, for people.

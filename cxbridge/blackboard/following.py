@@ -35,7 +35,7 @@ class InterfaceChange:
 
 
 class Deadline:
-    """A point in real time that is so many seconds away.
+    """A point in real time, this many seconds away.
 
     :param seconds: None: never.
     """
@@ -136,7 +136,7 @@ class Feed(Listener, Observer, Closing):
         self._note(interface, "writer removed")
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Note an interface, to be opened by the one who waits."""
+        """Note an interface, to be opened by the waiting thread."""
         self._events.put((interface_type, interface_id))
 
     def _note(self, interface: Interface, kind: str) -> None:

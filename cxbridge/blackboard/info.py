@@ -1,4 +1,4 @@
-"""The description of an interface that somebody has open, as blackboards list it."""
+"""The description of an open interface, as blackboards list it."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from msgspec import Struct
 
 
 class InterfaceInfo(Struct, frozen=True):
-    """What a blackboard says about an interface that somebody has open.
+    """The description of an open interface by a blackboard.
 
     :param hash: version of the type, 16 bytes.
     :param serial: number of the shared memory, unique on its blackboard.

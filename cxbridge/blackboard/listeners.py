@@ -1,8 +1,9 @@
 """Listeners of what happens on an interface, and the tables that call them.
 
-Everything is delivered in the thread of the one who caused it, outside of all locks: a listener may use the
+Every event is delivered in the thread that caused it, outside of all locks: a listener may use the
 blackboard as it likes. Registering or unregistering during a delivery takes effect at the next one, except
-that an unregistered listener is not called any more. A listener that fails is reported and harms nobody else.
+that an unregistered listener is not called any more. The error of a listener is reported and stops no other
+listener.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ from cxbridge.errors import BlackBoardError
 from cxbridge.interfaces.instance import Interface, Message
 
 Report = Callable[[str, Exception], None]
-"""Takes what a listener failed at, and its error."""
+"""Takes the operation in which a listener failed, and its error."""
 
 
 class EventKind(StrEnum):
@@ -41,29 +42,29 @@ class Listener:
     """
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Somebody wrote the interface; comes before :meth:`data_changed` of the same write."""
+        """The interface was written; called before :meth:`data_changed` of the same write."""
 
     def data_changed(self, interface: Interface) -> None:
-        """Somebody wrote other data than were there before."""
+        """The interface was written with changed data."""
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for heirs
-        """Somebody sent a message; it is not in the queue yet.
+        """A message was sent; it is not in the queue yet.
 
-        :returns: whether it shall go on to the next listener, and at last into the writer's queue.
+        :returns: whether it goes to the next listener, and finally into the writer's queue.
         """
         return True
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
-        """Somebody opened an instance, of this serial, for reading."""
+        """An instance, of this serial, was opened for reading."""
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        """Somebody closed a reading instance."""
+        """A reading instance was closed."""
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
-        """Somebody opened an instance for writing."""
+        """An instance was opened for writing."""
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """Somebody closed the writing instance; its data stay."""
+        """The writing instance was closed; its data stay."""
 
 
 class _Registration(Struct, eq=False):
@@ -113,7 +114,7 @@ class ListenerTable:
         self.has_data = False
         """Whether anybody wants data events."""
         self.data_audience: DataAudience | None = None
-        """Whom to notify of a write that happens now; None: nobody. Asked at each write."""
+        """The listeners of a write that happens now; None: no listener. Called at each write."""
 
     def register(self, listener: Listener, instance: Interface, kinds: tuple[EventKind, ...]) -> None:
         """Notify ``listener`` of events of these kinds on behalf of ``instance``; twice is once."""
@@ -196,9 +197,9 @@ Listen = Callable[[Interface, ListenerTable], None]
 def listening(listener: Listener, *kinds: EventKind) -> Listen:
     """Return what registers a listener while an instance is being opened, so that it misses nothing.
 
-    A listener that is registered afterwards is not notified of what came in between: a message waits in the
-    queue then, and openings and closings are never announced. While the instance is being opened nobody has
-    it yet: a listener should use the instance that it is given.
+    A listener that is registered afterwards misses earlier events: a message waits in the
+    queue then, and openings and closings are never announced. While the instance is being opened, no variable
+    holds it yet: a listener should use the instance that it is given.
 
     :param kinds: as :meth:`~cxbridge.blackboard.base.BlackBoard.register_listener` has them.
     """

@@ -20,7 +20,7 @@ from cxbridge.interfaces.port import OpenedBlock
 class InterfaceMemory(BoardPort):
     """One interface on a blackboard in this process; the port of all its instances.
 
-    Its lock guards the block and the lists of instances; it is never held while somebody else's code runs.
+    Its lock guards the block and the lists of instances; it is never held while foreign code runs.
 
     :param board: the blackboard; its bus gets an event for each write.
     :param interface_class: whose instances it has.
@@ -76,7 +76,7 @@ class InterfaceMemory(BoardPort):
 
     @property
     def unused(self) -> bool:
-        """Whether nobody has it open."""
+        """Whether no instance has it open."""
         return self._writer is None and not self._readers
 
     def instances(self) -> tuple[Interface, ...]:
@@ -114,11 +114,11 @@ class InterfaceMemory(BoardPort):
         return self._version
 
     def versions(self) -> tuple[int, int, int]:
-        """Return what :meth:`fetch` returns; for listeners of a write, while nobody else can write."""
+        """Return the same as :meth:`fetch`; for listeners of a write, during which no other write happens."""
         return self._version, self._stamped, self._changed
 
     def has_writer(self) -> bool:
-        """Return whether somebody has the interface open for writing."""
+        """Return whether the interface has a writer."""
         return self._writer is not None
 
     def writer_owner(self) -> str:
@@ -147,7 +147,7 @@ class InterfaceMemory(BoardPort):
     def publish(self, writer: OpenedBlock, block: bytearray, stamped: bool | None, changed: bool) -> int:
         """Take over the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.port.Port`.
 
-        :raises InvalidInstanceError: when ``writer`` was closed meanwhile.
+        :raises InvalidInstanceError: when ``writer`` was closed before.
         """
         self._lock.acquire()  # see fetch
         try:

@@ -16,10 +16,10 @@ class Observer:
     """Derive from it to be notified of interfaces that come into being and vanish."""
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """Somebody opened an interface that nobody had open."""
+        """The first instance of an interface was opened."""
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """Somebody closed the last instance of an interface; its data are gone."""
+        """The last instance of an interface was closed; its data are gone."""
 
 
 class _ObserverRegistration(Struct, eq=False):

@@ -23,9 +23,9 @@ class ListenedPort(Port[Interface], Protocol):
 class OpenRequest(Struct, frozen=True):
     """An interface to open; its names are checked.
 
-    :param owner: who opens it, for lists and messages to people.
+    :param owner: the name of the opener, for lists and messages to people.
     :param queue_limit: how many messages may wait, of a writer; None: 1,024.
-    :param listen: called with the instance before others can know about it.
+    :param listen: called with the instance before any other code can see it.
     """
 
     interface_class: type[Interface]

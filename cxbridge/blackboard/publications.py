@@ -25,7 +25,7 @@ def emit_write(
     block: bytes | bytearray,
     values: Callable[[], dict[str, Any]],
 ) -> None:
-    """Emit a write, in the forms that somebody wants.
+    """Emit a write, in the forms that listeners take.
 
     :param hash_: version of the type.
     :param values: returns the block's values.
@@ -39,9 +39,9 @@ def emit_write(
 def emit_message(
     bus: EventBus | None, time_us: int, uid: str, sender: str, message: Message, outcome: str = ""
 ) -> None:
-    """Emit what became of a message, when somebody wants to know.
+    """Emit the fate of a message, if a listener takes it.
 
-    :param bus: None: nobody does.
+    :param bus: None: there is no bus.
     :param uid: of the interface that it was sent to.
     :param sender: owner of the instance that sent it.
     :param outcome: empty: it was not refused, and itself knows whether it came into a queue.

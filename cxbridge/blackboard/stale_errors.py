@@ -11,7 +11,7 @@ from cxbridge.lua_syntax import LuaCompiler
 
 
 class OwnError:
-    """Follows what a Skiller shows, from one write to the next.
+    """Follows the state of a Skiller, from one write to the next.
 
     :param msgid: id of the message whose skill string is shown first.
     :param error: the error that is shown first.

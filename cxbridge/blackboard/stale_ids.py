@@ -19,7 +19,7 @@ RELEASE: Final = "ReleaseControlMessage"
 
 
 def skip_stale_ids(instance: Interface, *, controls: bool) -> int:
-    """See to it that the next message gets an id that is neither 0 nor what the interface shows.
+    """Ensure that the next message gets an id that is neither 0 nor the id that the interface shows.
 
     A Skiller ignores both messages that may be sent: who has control and acquires it again keeps it, and
     who never asked for control has nothing to release. Interfaces without control are left alone.

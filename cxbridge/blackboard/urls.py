@@ -55,9 +55,9 @@ def open_blackboard(
     :param registry: gives the classes of types that are named by a string.
     :param clock: gives time stamps.
     :param bus: gets log lines.
-    :param options: what the transport takes besides, see e.g. :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
+    :param options: further options of the transport, see e.g. :class:`cxbridge.blackboard.zmq.ZmqBlackBoard`.
     :raises BadUrlError: when there is no transport of this scheme.
-    :raises BlackBoardError: when the URL makes no sense, or nobody answers.
+    :raises BlackBoardError: when the URL is invalid, or no server answers.
     """
     address, mark, query = url.partition("?")
     transport = transport_of(address)

@@ -29,11 +29,11 @@ def open_fawkes(
     """Connect to the Fawkes at ``fawkes://host:port``.
 
     :param registry: gives the classes of types that are named by a string.
-    :param clock: gives the time stamps of what is written here.
+    :param clock: gives the time stamps of local writes.
     :param bus: gets log lines, and the writes of interfaces that are open here.
     :param timeout: seconds to connect, and to wait for an answer.
-    :param silence: seconds of silence after which the Fawkes is asked whether it is there; 0: never.
-    :raises BlackBoardError: when the URL makes no sense or nobody answers.
+    :param silence: seconds of silence after which the Fawkes is asked for a sign of life; 0: never.
+    :raises BlackBoardError: when the URL is invalid or no server answers.
     """
     from cxbridge.blackboard.fawkesnet.client.board import FawkesBlackBoard  # noqa: PLC0415 - threads, sockets
 

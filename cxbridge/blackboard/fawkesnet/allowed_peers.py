@@ -41,8 +41,8 @@ def resolve_listening(
 ) -> tuple[socket.AddressFamily, tuple[str, int]]:
     """Return family and address to listen on.
 
-    :raises BlackBoardError: when the host is not of this machine's, or is beyond the loopback and nobody
-        is allowed to come from there.
+    :raises BlackBoardError: when the host is not of this machine's, or is beyond the loopback and no peer
+        is allowed to connect from there.
     """
     try:
         family, _, _, _, address = socket.getaddrinfo(

@@ -21,11 +21,11 @@ class FrameTooLongError(ProtocolError):
 
 
 class MalformedMessageError(ProtocolError):
-    """A message whose bytes make no sense."""
+    """A message with invalid bytes."""
 
 
 class UnreachableError(DisconnectedError):
-    """Nobody answers at the address."""
+    """No server answers at the address."""
 
     def __init__(self, address: str, reason: str) -> None:
         super().__init__(

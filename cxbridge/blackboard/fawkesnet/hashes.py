@@ -12,7 +12,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 
 
 class RemoteHashes:
-    """What one remote is known to call the types; thread-safe, as it only ever learns."""
+    """The names of one remote for types; thread-safe, as entries are only added."""
 
     def __init__(self) -> None:
         self._adopted: Final[dict[str, bytes]] = {}
@@ -40,7 +40,7 @@ def own_hash(registry: Registry, interface_type: str, remote: bytes) -> bytes:
 
 
 def fawkes_hash(registry: Registry, interface_type: str, in_memory: bytes) -> bytes:
-    """Return the hash that a Fawkes knows for what is in memory."""
+    """Return Fawkes' hash for the hash in memory."""
     schema = schema_or_none(registry, interface_type)
     return hash_for_wire(schema) if schema is not None and schema.hash == in_memory else in_memory
 

@@ -1,4 +1,4 @@
-"""The queue of frames for one client: bounded, and no obstacle to those who send."""
+"""The queue of frames for one client: bounded, and never blocks a sender."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Outbox:
     def put_data(self, serial: bytes, block: bytes, *, changed: bool) -> None:
         """Add the data of an instance, or replace those that wait when there is much to send.
 
-        CHANGED follows the REFRESHED of the same write: where that went as it is, so does this.
+        CHANGED follows the REFRESHED of the same write: where that was not replaced, CHANGED is not, either.
         """
         if serial in self._ahead:
             self._ahead.discard(serial)

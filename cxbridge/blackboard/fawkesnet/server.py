@@ -62,12 +62,12 @@ DEFAULT_LIMITS: Final = ServerLimits()
 class FawkesServer(BoardServer):
     """Serves a blackboard by Fawkes' protocol, from :meth:`start` to :meth:`stop`.
 
-    :param board: what it serves.
+    :param board: the served blackboard.
     :param host: where it listens; beyond the loopback only with ``allow``.
     :param port: 0 for any that is free, see :attr:`port`.
     :param bus: gets log lines; that of the board when None.
     :param components: more components: network logger, plugin manager, configuration.
-    :param allow: addresses and networks that may connect, beside the loopback.
+    :param allow: addresses and networks that may connect, besides the loopback.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
     :param limits: on clients.
     :param rights: what clients may do.
@@ -184,7 +184,7 @@ class FawkesServer(BoardServer):
             self._end()
 
     def _patience(self) -> float | None:
-        """Return how long to sleep: forever, unless somebody must be watched."""
+        """Return how long to sleep: forever, unless a client must be watched."""
         if self._resume_at:
             return max(self._resume_at - time.monotonic(), 0.0)
         slow = any(session.watches_write for session in self._sessions.values())
@@ -232,7 +232,7 @@ class FawkesServer(BoardServer):
         self._selector.register(sock, selectors.EVENT_READ, session)
 
     def _receive(self, session: FawkesSession) -> bool:
-        """Take what a client has sent; return whether there was something."""
+        """Take received frames of a client; return whether there were any."""
         try:
             data = session.sock.recv(_CHUNK)
         except BlockingIOError:
@@ -282,7 +282,7 @@ class FawkesServer(BoardServer):
         while self._attention or answered:
             if self._attention:
                 session = self._attention.pop()
-                if session in self._speaking:  # news for others first: this one gets only its own
+                if session in self._speaking:  # news for other clients first: this one gets only its own
                     self._speaking.discard(session)
                     answered.append(session)
                     continue
@@ -313,7 +313,7 @@ class FawkesServer(BoardServer):
                 session.condemn(f"it has taken nothing for {self._stall_seconds:g} s")
 
     def _drop(self, session: FawkesSession, reason: str) -> None:
-        """End a session and close what it had open.
+        """End a session and close its open instances.
 
         :param reason: logged unless it is empty.
         """

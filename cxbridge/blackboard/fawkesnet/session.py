@@ -50,7 +50,7 @@ class FawkesSession:
         self._moved = time.monotonic()
         self._condemned = ""
         self.broken = False
-        """Whether nothing can be sent any more; what has been received can still be read."""
+        """Whether sending is impossible; received data can still be read."""
 
     def __repr__(self) -> str:
         return f"client {self.number} ({self.peer})"
@@ -95,11 +95,11 @@ class FawkesSession:
         return now - self._moved if self._outbox else 0.0
 
     def close(self) -> None:
-        """Send what the socket takes at once, and end the connection."""
+        """Send as much as the socket takes at once, and end the connection."""
         if not self._condemned:
             self.flush()
         self._condemned = self._condemned or "closed"
-        with self._lock:  # nobody sends to the next that gets this number of a socket
+        with self._lock:  # no thread sends to the next socket with this number
             with contextlib.suppress(OSError):
                 self.sock.shutdown(socket.SHUT_RDWR)
             self.sock.close()

@@ -16,8 +16,8 @@ _QUICKACK: Final[int | None] = getattr(socket, "TCP_QUICKACK", None)
 def tune(sock: socket.socket, gone_seconds: float = GONE_SECONDS) -> None:
     """Send frames at once, and find out when the other end is gone without a word.
 
-    Keep-alive asks who is silent; TCP_USER_TIMEOUT ends what is never acknowledged, which keep-alive leaves
-    alone for a quarter of an hour.
+    Keep-alive asks a silent peer; TCP_USER_TIMEOUT ends a connection without acknowledgements, which
+    keep-alive leaves alone for a quarter of an hour.
     """
     sock.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     sock.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
@@ -32,7 +32,7 @@ def tune(sock: socket.socket, gone_seconds: float = GONE_SECONDS) -> None:
 
 
 def acknowledge(sock: socket.socket) -> None:
-    """Acknowledge at once what has come, where the system knows how; to be called after each ``recv``.
+    """Acknowledge received bytes at once, where the system can; to be called after each ``recv``.
 
     Fawkes writes header and payload apart and leaves Nagle's algorithm on, so the payload of whatever it
     sends stays there until the header is acknowledged. A system puts that off for up to 40 ms, and goes back

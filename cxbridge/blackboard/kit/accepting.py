@@ -16,7 +16,7 @@ from typing import Any, Final, Self
 from cxbridge.blackboard.kit.complaints import Complaints
 
 PAUSE_S: Final = 1.0
-"""How long nobody is accepted after it was not possible."""
+"""Seconds without an accept after a failed one."""
 
 _EXHAUSTED: Final = frozenset({errno.EMFILE, errno.ENFILE, errno.ENOBUFS, errno.ENOMEM})
 
@@ -27,7 +27,7 @@ def is_exhausted(error: BaseException | None) -> bool:
 
 
 class Shortage:
-    """Says that nobody can be accepted, once a minute and how often it was so in between. Thread-safe.
+    """Reports that connections cannot be accepted, once a minute with the number of failures. Thread-safe.
 
     :param log: takes the text.
     :param where: what cannot accept.
@@ -56,7 +56,7 @@ class PatientListener(socket.socket):
     def accept(self) -> tuple[socket.socket, Any]:
         """Take a connection.
 
-        :raises OSError: when there is none, or no descriptor for it; then nobody is taken for a while.
+        :raises OSError: when there is none, or no descriptor for it; then accepting pauses for a while.
         """
         if time.monotonic() < self._again_s:
             raise BlockingIOError
@@ -83,5 +83,5 @@ def heed_shortage(loop: asyncio.AbstractEventLoop, shortage: Shortage) -> None:
 
 
 def _is_of_a_closed_socket(context: dict[str, Any]) -> bool:
-    """Whether a loop wants to go on accepting by a socket that was closed while it rested."""
+    """Whether a loop wants to continue to accept by a socket that was closed during the pause."""
     return isinstance(context.get("exception"), ValueError) and "_start_serving" in context["message"]

@@ -50,7 +50,7 @@ class RemoteBlackBoard(BlackBoard):
 
     @abstractmethod
     def _end(self) -> None:
-        """Do what a shutdown needs, once."""
+        """Carry out the steps of a shutdown, once."""
 
     def _check_here(self) -> None:
         """Refuse what cannot be done after the shutdown.

@@ -1,4 +1,4 @@
-"""Log lines about the mistakes of others: each kind once a minute, with the number of those in between."""
+"""Log lines about mistakes of peers: each kind once a minute, with the number of omitted lines."""
 
 from __future__ import annotations
 
@@ -28,8 +28,8 @@ class Complaints:
     def add(self, kind: str, text: str) -> None:
         """Log ``text`` unless its kind was logged a moment ago.
 
-        :param kind: what complaints have in common that count as the same.
-        :param text: what is wrong this time.
+        :param kind: the key of complaints that count as equal.
+        :param text: the description of this mistake.
         """
         now = time.monotonic()
         with self._lock:

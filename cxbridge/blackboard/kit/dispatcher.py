@@ -12,7 +12,7 @@ Work = tuple[Callable[..., object], tuple[Any, ...], bool]
 
 
 class Dispatcher:
-    """Calls what any thread hands in, in order, in a thread of its own.
+    """Runs calls of any thread, in order, in one thread.
 
     :param name: of the thread.
     :param report: called for what fails.
@@ -49,7 +49,7 @@ class Dispatcher:
         return passed.wait(timeout)
 
     def stop(self, timeout: float | None = None) -> None:
-        """End the thread after what was put before; wait for that, unless in the thread.
+        """End the thread after the calls in the queue; wait for that, unless in the thread.
 
         :param timeout: seconds; None: as long as it takes.
         """

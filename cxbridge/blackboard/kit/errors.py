@@ -6,8 +6,8 @@
      └── TransportError
           ├── DisconnectedError      there is no connection, or it ended before the answer came
           ├── RequestTimeoutError    no answer in time
-          ├── RemoteRefusalError     the other end refuses, for a reason of its own
-          ├── ProtocolError          bytes that make no sense
+          ├── RemoteRefusalError     the other end refuses, for another reason
+          ├── ProtocolError          invalid bytes
           └── EndpointError          an endpoint cannot be used
                └── InsecureEndpointError
 """
@@ -26,15 +26,15 @@ class DisconnectedError(TransportError):
 
 
 class RequestTimeoutError(TransportError):
-    """No answer came in time; what was asked for may still happen."""
+    """No answer came in time; the request may still be carried out."""
 
 
 class RemoteRefusalError(TransportError):
-    """The other end refuses, for a reason that has no error of its own, or without saying why."""
+    """The other end refuses, for a reason without an error class, or without a reason."""
 
 
 class ProtocolError(TransportError):
-    """Bytes that make no sense: not of this protocol, of another version, or beyond a limit."""
+    """Invalid bytes: not of this protocol, of another version, or beyond a limit."""
 
 
 class EndpointError(TransportError):

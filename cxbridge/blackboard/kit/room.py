@@ -1,4 +1,4 @@
-"""What the instances that a server keeps for one client may take of its memory."""
+"""The memory that the instances of one client may take from a server."""
 
 from __future__ import annotations
 

@@ -15,11 +15,12 @@ from cxbridge.events import Logger
 class BoardServer(ABC):
     """Serves a blackboard in one thread from :meth:`start` to :meth:`stop`.
 
-    As a context manager it is started at the beginning and stopped at the end. A transport's server fills in
-    what is abstract; :attr:`_wakeup`, there from the start on, ends the sleep of its thread.
+    As a context manager it is started at the beginning and stopped at the end. A transport's server
+    implements the abstract methods; :attr:`_wakeup`, which exists from the start, ends the sleep of its
+    thread.
 
     :param thread_name: of the thread.
-    :param log: gets log lines; None: nobody does.
+    :param log: gets log lines; None: no log.
     """
 
     def __init__(self, thread_name: str, log: Logger | None) -> None:
@@ -96,7 +97,7 @@ class BoardServer(ABC):
 
     @abstractmethod
     def _release(self) -> None:
-        """Give back what the server has, in the thread that stops it."""
+        """Release the server's resources, in the thread that stops it."""
 
     def _warn(self, text: str) -> None:
         if self._log is not None:

@@ -19,7 +19,7 @@ class Transport(ABC):
     """Opens the blackboards of some schemes of URLs; one line in :mod:`cxbridge.blackboard.urls` a scheme."""
 
     QUERY_HINT: ClassVar[str] = "leave away the '?' and what follows it"
-    """What to write instead of a query that makes no sense."""
+    """The hint for an invalid query."""
 
     @abstractmethod
     def open(
@@ -28,13 +28,13 @@ class Transport(ABC):
         """Return the blackboard at ``url``, connected.
 
         :param url: without a query.
-        :param options: what the transport takes besides.
-        :raises BlackBoardError: when the URL makes no sense, or nobody answers.
+        :param options: further options of the transport.
+        :raises BlackBoardError: when the URL is invalid, or no server answers.
         """
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
         """Return the options that the query of a URL stands for; there are none unless a transport says so.
 
-        :raises BlackBoardError: when it makes no sense.
+        :raises BlackBoardError: when it is invalid.
         """
         raise BlackBoardError(f"'{url}' takes no '?{query}'", hint=self.QUERY_HINT)

@@ -28,7 +28,7 @@ class SocketWakeup:
                 self._writing.send(b"!")
 
     def clear(self) -> None:
-        """Make the descriptor quiet; look at what there is to do afterwards."""
+        """Make the descriptor quiet; look for work afterwards."""
         if not self._pending:
             return
         with self._lock:

@@ -1,4 +1,4 @@
-"""The rules for endpoints: those of this machine are free, others need CURVE keys."""
+"""The rules for endpoints: those of this machine are free, all other endpoints need CURVE keys."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ class CurveServer:
     """Keys of a server.
 
     :param secret_key: its own secret key file, made by :func:`~cxbridge.blackboard.zmq.keyfiles.create_keys`.
-    :param clients: the folder with the public keys of those who may connect.
+    :param clients: the folder with the public keys of allowed clients.
     """
 
     secret_key: Path
@@ -49,7 +49,7 @@ class CurveClient:
     server_key: Path
 
     def apply(self, socket: zmq.Socket[bytes]) -> None:
-        """Make a socket, before it connects, speak with nobody but the server.
+        """Restrict a socket, before it connects, to this server.
 
         :raises EndpointError: when a file cannot be used.
         """
@@ -60,7 +60,7 @@ class CurveClient:
 def load_keys(path: Path, *, secret: bool = True) -> tuple[bytes, bytes]:
     """Return the public and the secret key of a key file; the secret one is empty unless it is asked for.
 
-    :raises EndpointError: when the file is not there, or has no such key.
+    :raises EndpointError: when the file is missing, or has no such key.
     """
     from zmq.auth import load_certificate  # noqa: PLC0415 - not quickly imported, and rarely needed
 

@@ -35,7 +35,7 @@ class ZmqTransport(Transport):
         return ZmqBlackBoard(url, registry, clock, bus, **options)
 
     def read_query(self, url: str, query: str) -> dict[str, Any]:
-        """Return the keys of the query, or that there shall be none; see the base class."""
+        """Return the keys of the query, or the explicit lack of keys; see the base class."""
         if not takes_keys(url):
             return super().read_query(url, query)
         given = dict(parse_qsl(query, keep_blank_values=True))

@@ -46,10 +46,10 @@ DEFAULT_TIMEOUT: Final = 5.0
 """Seconds to connect, and to wait for an answer."""
 
 DEFAULT_SILENCE: Final = 5.0
-"""Seconds of silence after which the other end is asked whether it is there."""
+"""Seconds of silence after which the remote is asked for a sign of life."""
 
 _LAST_WORDS_S: Final = 1.0
-"""Seconds that the remote has at a shutdown to take what was sent last."""
+"""Seconds that the remote has at a shutdown to take the last messages."""
 
 
 class FawkesBlackBoard(RemoteBlackBoard):
@@ -60,12 +60,12 @@ class FawkesBlackBoard(RemoteBlackBoard):
 
     :param url: ``fawkes://host:port``; port 1910 unless given.
     :param registry: gives the classes of types that are named by a string.
-    :param clock: gives the time stamps of what is written here.
+    :param clock: gives the time stamps of local writes.
     :param bus: gets log lines, and the writes of interfaces that are open here.
     :param timeout: seconds to connect, and to wait for an answer.
-    :param silence: seconds of silence after which the other end is asked whether it is there, 0: never. When
-        nothing comes for ``timeout`` then, the connection is lost.
-    :raises UnreachableError: when nobody answers.
+    :param silence: seconds of silence after which the remote is asked for a sign of life, 0: never. Without
+        an answer for ``timeout`` then, the connection is lost.
+    :raises UnreachableError: when no server answers.
     """
 
     def __init__(
@@ -141,7 +141,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         port = self._port_of(instance)
         with self._lock:
             if self._all_ports.pop(port, self) is self:
-                return  # somebody else was quicker
+                return  # another thread was quicker
             serial = port.serial
             if serial is not None:
                 self._ports.pop(serial.bytes, None)
@@ -164,7 +164,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
             port.listeners.unregister(None, port.instance)
         connection = self._requests.connection
         if connection is not None and self._said and self._reconnector.settled:
-            # Fawkes forgets what a client that is gone has said, if it was not processed yet
+            # Fawkes forgets the unprocessed messages of a disconnected client
             with contextlib.suppress(BlackBoardError):
                 self._requests.ask(NOTHING, timeout=min(self._timeout, _LAST_WORDS_S))
         self._requests.shut_down()
@@ -224,7 +224,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
     # -- for ports
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        """Send what a writer wrote."""
+        """Send a write."""
         self._said = True
         self._requests.send(data_frame(serial.bytes, block, changed=changed))
 
@@ -284,7 +284,7 @@ class FawkesBlackBoard(RemoteBlackBoard):
         def opened(answer: OpenSuccess) -> None:
             with self._lock:
                 if port not in self._all_ports:
-                    return  # it was closed meanwhile
+                    return  # it was closed during the request
                 self._ports[answer.serial.bytes] = port
             self._receiver.deliver(port, port.reopened(answer), answer.block)
 

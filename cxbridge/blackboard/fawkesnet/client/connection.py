@@ -1,4 +1,4 @@
-"""The TCP connection of a client to a Fawkes: sends frames, receives them in a thread of its own.
+"""The TCP connection of a client to a Fawkes: sends frames, receives them in a thread.
 
 Any thread sends, one at a time, by a lock; the receiving thread alone reads, and ends with the connection.
 """
@@ -29,7 +29,7 @@ class FawkesConnection:
     :param timeout: seconds to connect, and for the other end to take a frame.
     :param on_frame: called with each frame, in the receiving thread.
     :param on_lost: called once with the reason when the connection ends, in the receiving thread.
-    :raises UnreachableError: when nobody answers.
+    :raises UnreachableError: when no server answers.
     """
 
     def __init__(
@@ -50,7 +50,7 @@ class FawkesConnection:
             self._sock = socket.create_connection(address, timeout)
         except OSError as error:
             raise UnreachableError(self.address, error.strerror or str(error)) from None
-        if self._sock.getsockname() == self._sock.getpeername():  # TCP does that when nobody listens
+        if self._sock.getsockname() == self._sock.getpeername():  # TCP does that without a listener
             self._sock.close()
             raise UnreachableError(self.address, "connected to itself")
         tune(self._sock)

@@ -20,21 +20,21 @@ MAX_COUNTED_READERS: Final = 0xFFFF
 """More readers than that are not believed; Fawkes counts them with 16 bits."""
 
 NOBODY: Final = UUID(int=0)
-"""Stands for a writer whose serial is not known: it was there before we came."""
+"""Stands for a writer whose serial is unknown: it had opened the interface before this client connected."""
 
 _PENDING_LIMIT: Final = 20_000
 _SKIP: Final = STAMP.size
 
 
 Happened = tuple[tuple[EventKind, Audience], ...]
-"""Events, and who listened for them when they happened: those who come later can read the data already."""
+"""Events, and their listeners at that time: a listener that is registered later can read the data already."""
 
 
 class FawkesUplink(Protocol):
     """The way from a port to the remote blackboard."""
 
     def send_data(self, serial: UUID, block: bytes, *, changed: bool) -> None:
-        """Send what a writer wrote."""
+        """Send a write."""
 
     def send_message(self, message: WireMessage) -> None:
         """Send a message."""
@@ -50,15 +50,15 @@ class FawkesUplink(Protocol):
 
 
 class RemotePort(BoardPort):
-    """The port of one instance; also what is known here of the remote interface.
+    """The port of one instance; with the known state of the remote interface.
 
     The receiving thread feeds it, the instance's thread uses it; its lock guards the block and the versions.
 
     :param board: the blackboard.
     :param uplink: the way to the remote.
-    :param request: what is opened.
+    :param request: the opened interface.
     :param mem_serial: number of the interface on this client.
-    :param opened: what the remote said.
+    :param opened: the answer of the remote.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class RemotePort(BoardPort):
         self.request: Final = request
         self.serial: UUID | None = opened.serial
         self.written: bytes | None = None
-        """What the instance wrote last, to be written again when the connection was lost."""
+        """The last write of the instance, to be repeated after a lost connection."""
         self.events_waiting = 0
         """Data events on their way to the listeners; only the board counts them."""
         self._data = bytearray(self.size)
@@ -212,7 +212,7 @@ class RemotePort(BoardPort):
         return (last + 1) & MESSAGE_ID_MASK
 
     def next_id_is_stale(self, last: int) -> bool:
-        """Return whether the other end will count 0 next, or what the interface shows; see the port."""
+        """Return whether the remote's next id is 0, or the id that the interface shows; see the port."""
         sent_as = (last + 1 - self._uncounted) & MESSAGE_ID_MASK
         return sent_as in (NO_MESSAGE, id_in(self._data, self._id_at))
 
@@ -259,7 +259,7 @@ class RemotePort(BoardPort):
         return serial
 
     def has_writer(self) -> bool:
-        """Return whether somebody has the interface open for writing."""
+        """Return whether the interface has a writer."""
         return self._has_writer
 
     def writer_owner(self) -> str:
@@ -276,5 +276,5 @@ class RemotePort(BoardPort):
 
 
 def anonymous(count: int) -> tuple[str, ...]:
-    """Return the owners of so many readers: empty texts."""
+    """Return the owners of this many readers: empty texts."""
     return ("",) * min(count, MAX_COUNTED_READERS)

@@ -45,8 +45,8 @@ class FrameReceiver:
     :param requests: wait for answers.
     :param dispatcher: calls the listeners.
     :param notify_observers: called for interfaces that come and go.
-    :param complaints: about what makes no sense.
-    :param emit_write: emits data that came on the event bus.
+    :param complaints: about invalid messages.
+    :param emit_write: emits received data on the event bus.
     """
 
     def __init__(
@@ -81,7 +81,7 @@ class FrameReceiver:
         serial, block = split_data(frame.payload)
         port = self._ports.get(serial)
         if port is None:
-            return  # it was closed meanwhile
+            return  # it was closed before
         if len(block) != port.interface_class.SCHEMA.datasize:
             self._complaints.add(
                 f"size {port.uid}", f"ignored data of {port.uid}: {len(block)} bytes is not its size"

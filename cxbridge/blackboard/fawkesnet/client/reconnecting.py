@@ -77,7 +77,7 @@ class Reconnector:
     def start(self) -> None:
         """Make the first connection.
 
-        :raises UnreachableError: when nobody answers.
+        :raises UnreachableError: when no server answers.
         """
         self._use(self._connect())
         self._settled.set()
@@ -96,7 +96,7 @@ class Reconnector:
         """Note, for the receiving thread, that its connection is lost."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
-            self._settled.clear()  # first: who asks whether it may ask must not wait for a connection
+            self._settled.clear()  # first: a request that checks the connection must not wait for a connection
             self._client.detach(reason)
             self._lost.set()
             self._settled.clear()
@@ -138,7 +138,7 @@ class Reconnector:
         return max(self._connection.last_received_s + self._silence - time.monotonic(), 0.0)
 
     def _probe(self) -> bool:
-        """Ask the other end something; return whether it is there.
+        """Ask the remote for a sign of life; return whether it answers.
 
         TCP cannot tell: the kernel acknowledges for a process that is stopped, and accepts connections to it.
         """
@@ -172,7 +172,7 @@ class Reconnector:
         return False
 
     def _reopen_all(self) -> bool:
-        """Open what is not open; return whether all is, and nothing need be tried again."""
+        """Open the missing interfaces; return whether all are open, and no attempt has to be repeated."""
         if self._silence and not self._probe():
             return False
         complete = True

@@ -89,7 +89,7 @@ class RequestSender:
         return ConnectionLostError(self._address, AWAY)
 
     def send(self, frames: bytes) -> None:
-        """Send what has no answer.
+        """Send a message without an answer.
 
         :raises ConnectionLostError: when there is no connection.
         """
@@ -108,11 +108,12 @@ class RequestSender:
     ) -> Answer:
         """Send a question and return its answer.
 
-        :param on_answer: called with the answer in the receiving thread, before what follows is received.
-        :param timeout: seconds to wait, if not as long as ever.
-        :param any_sign: only find out whether the other end is there: wait for the answer as long as anything
+        :param on_answer: called with the answer in the receiving thread, before the next message is received.
+        :param timeout: seconds to wait, if not the default.
+        :param any_sign: only wait for a sign of life: wait for the answer as long as any message
             comes, and for no connection.
-        :raises ConnectionLostError: when there is no connection for too long, or it is lost meanwhile.
+        :raises ConnectionLostError: when there is no connection for too long, or it is lost during the
+            request.
         :raises BlackBoardGoneError: after the shutdown.
         """
         expects = (OpenSuccess, OpenFailure) if isinstance(question, Open) else (InterfaceList,)
@@ -146,7 +147,7 @@ class RequestSender:
         return answer
 
     def answered(self, answer: Answer) -> bool:
-        """Take an answer from the receiving thread; return whether somebody waited for it."""
+        """Take an answer from the receiving thread; return whether a request waited for it."""
         with self._state:
             request = self._under_way
             if request is None or not isinstance(answer, request.expects):

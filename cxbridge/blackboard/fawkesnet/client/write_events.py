@@ -15,7 +15,7 @@ from cxbridge.interfaces.port import ClosedPort
 class PublicationEmitter:
     """Emits each write once, however many instances of the interface get it.
 
-    :param bus: takes the events; None: nobody does.
+    :param bus: takes the events; None: no events.
     :param now_us: gives the time.
     :param ports: returns the ports of all open instances, the oldest first.
     """
@@ -45,7 +45,7 @@ class PublicationEmitter:
     def emit_message(self, port: RemotePort, message: Message, outcome: str = "") -> None:
         """Report a message that was received, or is on its way to the other end.
 
-        What is sent to a writer of this client comes back, and is announced then.
+        A write that is sent to a writer of this client comes back, and is announced then.
         """
         own = outcome != SENT or not any(
             other.uid == port.uid and other.instance.is_writer for other in self._ports()

@@ -22,9 +22,9 @@ class NetworkHandler(ABC):
 
     @abstractmethod
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Do what a client asks for.
+        """Carry out the request of a client.
 
-        :raises CxbridgeError: when it asks for something that makes no sense; the server logs it.
+        :raises CxbridgeError: when the request is invalid; the server logs it.
         """
 
     def disconnected(self, session: FawkesSession) -> None:  # noqa: B027 - not everybody remembers clients

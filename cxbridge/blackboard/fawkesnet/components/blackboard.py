@@ -36,7 +36,7 @@ OWNER: Final = "remote"
 """Who owns what clients open, as in Fawkes."""
 
 _LAST_SECOND: Final = 2**62
-"""Time stamps beyond are nonsense from the wire, and left as they are."""
+"""Time stamps beyond are nonsense from the wire, and are not converted."""
 
 _INSTANCE_EVENTS: Final = (
     EventKind.READER_ADDED,
@@ -71,8 +71,8 @@ class BlackBoardNetworkHandler(NetworkHandler):
     """Serves a blackboard.
 
     :param board: the blackboard.
-    :param logger: says what clients do.
-    :param complaints: about what they do wrong.
+    :param logger: logs the actions of clients.
+    :param complaints: logs their mistakes.
     :param echo: whether a writing client gets its own writes back, as from a Fawkes.
     :param rights: what clients may do.
     """
@@ -117,7 +117,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
             self._board.unregister_observer(self._births)
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Do what a client asks for; see the base class."""
+        """Carry out the request of a client; see the base class."""
         handler = self._handlers.get(frame.kind)
         if handler is None:
             raise MalformedMessageError(f"Unknown message of type {frame.kind} received")
@@ -142,7 +142,7 @@ class BlackBoardNetworkHandler(NetworkHandler):
                 self._rights.check_writer(f"{asked.type}::{asked.id}")
             error = self._try_open(session, asked)
         except (BlackBoardError, RefusedError):
-            session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # somebody waits for an answer
+            session.send(bb.OpenFailure(bb.OpenError.UNKNOWN).to_bytes())  # the client waits for an answer
             raise
         if error is not None:
             session.send(bb.OpenFailure(error).to_bytes())

@@ -43,12 +43,12 @@ class ConfigurationComponent(NetworkHandler):
         self._subscribers: set[FawkesSession] = set()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Do what a client asks for; see the base class."""
+        """Carry out the request of a client; see the base class."""
         try:
             message = unpack_config(frame.kind, frame.payload)
         except MalformedMessageError:
             if frame.kind in SETS or frame.kind in DEFAULT_SETS or frame.kind == ConfigKind.ERASE_VALUE:
-                session.send(_invalid("?").to_bytes())  # somebody waits for an answer
+                session.send(_invalid("?").to_bytes())  # the client waits for an answer
             raise
         if not isinstance(message, ConfigMessage):
             raise BlackBoardError("a client sent a list of values, which only servers do")
@@ -88,7 +88,7 @@ class ConfigurationComponent(NetworkHandler):
             other.send(answer)
 
     def _erase(self, session: FawkesSession, path: str) -> None:
-        """Take back what was set; subscribers are notified, too, of a file's value that counts again."""
+        """Take back the values that were set; subscribers are notified, too, of a file's value that counts again."""
         if not self._writable:
             session.send(_invalid(path).to_bytes())
             raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")

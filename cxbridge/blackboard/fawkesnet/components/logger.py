@@ -52,7 +52,7 @@ class NetworkLogger(NetworkHandler):
 
     def _forward(self, event: Event) -> None:
         assert isinstance(event, LogLine)
-        # Fawkes' viewers print what comes to their terminals, line ends and all
+        # Fawkes' viewers print received lines to their terminals, line ends and all
         text, component = indented(event.text), one_line(event.component)
         frame = LogMessage(event.time_us, event.level, component, text).to_bytes()
         for session in self._subscribers:

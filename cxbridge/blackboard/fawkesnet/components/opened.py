@@ -53,7 +53,7 @@ class Opened(Listener):
                 self._early.clear()
 
     def data_refreshed(self, interface: Interface) -> None:
-        """Send what is there now."""
+        """Send the present data."""
         with self._lock:
             if self._known:
                 interface.read()
@@ -68,7 +68,7 @@ class Opened(Listener):
                 self.session.send_data(self._serial, block, changed=False)
 
     def data_changed(self, interface: Interface) -> None:  # noqa: ARG002 - a listener's signature
-        """Send again what was sent for the same write, as changed."""
+        """Repeat the frame of the same write, as changed."""
         with self._lock:
             if self._known and not self._repeats:
                 self.session.send_data(self._serial, self._block, changed=True)
@@ -83,7 +83,7 @@ class Opened(Listener):
         return False
 
     def _forward_queued(self) -> None:
-        """Send on what came before there was anybody to ask what shall become of it."""
+        """Forward the events that came before the instance had a handler."""
         while (queued := self.instance.msgq_pop()) is not None:
             self._forward(queued)
 

@@ -32,7 +32,7 @@ class FawkesPlugin:
 
 
 class PluginHost(Protocol):
-    """What has the plugins: the process around the server. Called from threads of the server."""
+    """The owner of the plugins: the process around the server. Called from threads of the server."""
 
     def available(self) -> Sequence[FawkesPlugin]:
         """Return all plugins that exist."""
@@ -57,7 +57,7 @@ class PluginHost(Protocol):
 class PluginManager(NetworkHandler):
     """Lists plugins, loads and unloads them, and notifies watchers.
 
-    Loading happens in a thread of its own, one after the other: it may take long.
+    Loading happens in another thread, one plugin after the other: it may take long.
 
     :param host: has the plugins.
     :param log: takes texts about what failed.
@@ -73,7 +73,7 @@ class PluginManager(NetworkHandler):
         self._lock = threading.Lock()
 
     def handle(self, session: FawkesSession, frame: FawkesFrame) -> None:
-        """Do what a client asks for; see the base class."""
+        """Carry out the request of a client; see the base class."""
         message = PluginMessage.unpack(frame.kind, frame.payload)
         match message.kind:
             case PluginKind.LIST_AVAIL:
@@ -95,7 +95,7 @@ class PluginManager(NetworkHandler):
         self._watchers -= {session}
 
     def stop(self) -> None:
-        """End the thread after what is under way."""
+        """End the thread after the work under way."""
         with self._lock:
             worker, self._worker = self._worker, None
         if worker is not None:

@@ -102,8 +102,8 @@ class BlackBoardMessage(WireValue):
     def unpack(cls, payload: bytes, **known: object) -> Self:
         """Read the payload.
 
-        :param known: what is known about the message by its kind.
-        :raises MalformedMessageError: when the bytes make no sense.
+        :param known: the values that the kind of the message gives.
+        :raises MalformedMessageError: when the bytes are invalid.
         """
         return cls(**cls.LAYOUT.unpack(payload), **known)
 
@@ -138,7 +138,7 @@ class ListMatching(BlackBoardMessage):
 
 @dataclass(frozen=True, slots=True)
 class ListedInterface:
-    """What a list says about an interface.
+    """The description of an interface in a list.
 
     :param number: of the shared memory on its blackboard.
     """
@@ -360,7 +360,7 @@ _HEAD_SIZE: Final = DATA_HEAD.size
 def unpack_blackboard(kind: int, payload: bytes) -> BlackBoardMessage:
     """Read a message of the blackboard component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
     """
     match kind:
         case BoardKind.DATA_REFRESHED | BoardKind.DATA_CHANGED:

@@ -30,7 +30,7 @@ Message = (
 )
 
 UNKNOWN_LIMIT: Final = 64 * 1024
-"""Bytes of a message that nobody here understands."""
+"""The bytes of a message of an unknown kind."""
 CONFIG_LIMIT: Final = 256 * 1024
 """Bytes of a message that sets a value of the configuration."""
 LIST_LIMIT: Final = 16 * 1024 * 1024
@@ -54,7 +54,7 @@ ALWAYS_ALLOWED: Final = _SLACK
 def decode(frame: FawkesFrame) -> Message:
     """Return the message in a frame.
 
-    :raises MalformedMessageError: when component or kind are not known, or the bytes make no sense.
+    :raises MalformedMessageError: when component or kind are unknown, or the bytes are invalid.
     """
     match frame.component:
         case ComponentId.BLACKBOARD:

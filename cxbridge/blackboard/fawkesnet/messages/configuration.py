@@ -123,7 +123,7 @@ class ConfigMessage(WireValue):
     def unpack(cls, kind: int, payload: bytes) -> Self:
         """Read a message.
 
-        :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+        :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
         """
         try:
             known = ConfigKind(kind)
@@ -199,7 +199,7 @@ class ConfigList(WireValue):
 def unpack_config(kind: int, payload: bytes) -> ConfigMessage | ConfigList:
     """Read a message of the configuration component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
     """
     return ConfigList.unpack(payload) if kind == ConfigKind.LIST else ConfigMessage.unpack(kind, payload)
 

@@ -20,7 +20,7 @@ MAX_ELEMENT: Final = 65533
 
 
 class WireValue(ABC):
-    """A message of a component as a typed value; what the classes of all messages have in common."""
+    """A message of a component as a typed value; the base of the classes of all messages."""
 
     __slots__ = ()
 
@@ -90,7 +90,7 @@ def pack_list(elements: Iterable[bytes]) -> bytes:
 def unpack_list(payload: bytes, what: str) -> tuple[bytes, ...]:
     """Return the elements of a list.
 
-    :param what: what the list is, for the error.
+    :param what: the name of the list, for the error.
     :raises MalformedMessageError: when head, lengths and bytes do not fit together.
     """
     expect_at_least(payload, LIST_HEAD.size, what)

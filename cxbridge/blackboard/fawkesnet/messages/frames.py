@@ -69,7 +69,7 @@ class FrameDecoder:
     def feed(self, data: bytes) -> Iterator[FawkesFrame]:
         """Yield the frames that ``data`` completes; the iterator must be used up before the next call.
 
-        What is yielded may change the limits of what follows.
+        A yielded frame may change the limits of the next ones.
 
         :raises FrameTooLongError: at a header that announces too much; the stream cannot be decoded further.
         """

@@ -97,7 +97,7 @@ class LogMessage(WireValue):
 def unpack_log(kind: int, payload: bytes) -> LogSubscription | LogMessage:
     """Read a message of the network logger component.
 
-    :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+    :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
     """
     if kind == LogKind.LOGMESSAGE:
         return LogMessage.unpack(payload)

@@ -77,7 +77,7 @@ class PluginMessage(WireValue):
     def unpack(cls, kind: int, payload: bytes) -> Self:
         """Read a message.
 
-        :raises MalformedMessageError: when there is no such kind, or the bytes make no sense.
+        :raises MalformedMessageError: when there is no such kind, or the bytes are invalid.
         """
         try:
             known = PluginKind(kind)

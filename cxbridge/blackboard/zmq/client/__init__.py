@@ -5,7 +5,7 @@ The modules, and the threads that run in them:
 - :mod:`.board`: the public blackboard. Any thread calls it; it keeps no state of the session.
 - :mod:`.interfaces`: all open instances and their copies, and what each frame of the server does to them. Its
   lock guards the tables.
-- :mod:`.port`: the copy of one interface, with a lock of its own.
+- :mod:`.port`: the copy of one interface, with its lock.
 - :mod:`.sending`: the commands socket and the requests under way. Any thread, one at a time, by its lock.
 - :mod:`.receiving`: the events socket and the thread that calls listeners. The thread whose turn it is
   receives.

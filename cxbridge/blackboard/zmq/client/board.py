@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 class ZmqBlackBoard(RemoteBlackBoard):
     """A blackboard at a :class:`~cxbridge.blackboard.zmq.ZmqBlackBoardServer`.
 
-    What differs from a local one: listeners and observers are called in a thread of its own (of own writes
-    in the thread that writes), soon after the event. :meth:`flush` waits for that. Whatever asks the server
-    takes ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md says what
-    happens meanwhile.
+    The differences from a local one: listeners and observers are called in a dispatcher thread (of own writes
+    in the thread that writes), soon after the event. :meth:`flush` waits for that. Each request to the server
+    takes ``timeout`` at most. A lost connection comes back by itself; docs/protocol-zmq.md describes the time
+    without connection.
 
     :param url: ``tcp://host:port``, ``ipc://path`` or ``inproc://name``.
     :param registry: gives the classes of types that are named by a string.
@@ -172,7 +172,7 @@ class ZmqBlackBoard(RemoteBlackBoard):
         return self._interfaces.skipped
 
     def flush(self, timeout: float | None = None) -> None:
-        """Return when everything done here has reached the server, and what it sent before was handled.
+        """Return when all earlier calls have reached the server, and its earlier messages were handled.
 
         :param timeout: seconds; None: that of requests.
         :raises TransportError: when it takes too long.

@@ -10,7 +10,7 @@ from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 
 
 class ExistenceWatch:
-    """Notifies observers of what came and went; called by the one who receives.
+    """Notifies observers of new and vanished interfaces; called by the receiving thread.
 
     :param observers: of the blackboard.
     :param dispatcher: calls them.
@@ -24,7 +24,7 @@ class ExistenceWatch:
         """Whether the server reports interfaces that come and go."""
 
     def began(self, frame: ZmqFrame) -> None:
-        """Compare what there is, as the reply to Watch says, with what there was."""
+        """Compare the interfaces in the reply to Watch with the known ones."""
         there = {(info.type, info.id): None for info in frame.body.interfaces}
         if self.on:
             for key in self._known - there.keys():

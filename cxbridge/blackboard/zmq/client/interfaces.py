@@ -115,7 +115,7 @@ class OpenInterfaces:
                 copy.set_members(opened.members, quietly=True)
             self._connect(copy, frame)
             if frame.block is not None and opened.seq > copy.seq:
-                if copy.instances:  # else nobody has missed anything
+                if copy.instances:  # else no instance has missed anything
                     self.skipped += opened.seq - copy.seq - 1
                 copy.update(opened.seq, frame.block, opened.stamped, opened.changed)
             copy.seq = opened.seq
@@ -194,7 +194,7 @@ class OpenInterfaces:
         self._wake_session()
 
     def flush(self) -> None:
-        """Send what was conflated, as much as there is room for."""
+        """Send conflated updates, as many as there is room for."""
         with self._sender.lock:
             for port, block in tuple(self._unsent.items()):
                 writer = next((i for i in port.instances if i.is_writer and i.valid), None)
@@ -273,14 +273,14 @@ class OpenInterfaces:
         self._ask("open", body, lambda frame: self._reopened(instance, frame))
 
     def _reopened(self, instance: Interface, frame: ZmqFrame) -> None:
-        """Go on with an instance, or end it."""
+        """Continue with an instance, or end it."""
         opened = frame.body.opened
         with self._lock:
             copy = self._copies.get((instance.type, instance.id))
             open_here = self._instances.pop(instance.serial.bytes, None) is instance
             if frame.body.code != ResultCode.OK:
                 self._give_up(copy, instance, frame)
-            elif copy is None or not open_here:  # closed meanwhile
+            elif copy is None or not open_here:  # closed during the request
                 self._close_late(opened.instance)
             else:
                 instance.adopt_serial(UUID(bytes=opened.instance))
@@ -300,7 +300,7 @@ class OpenInterfaces:
             copy.update(opened.seq, block, opened.stamped, opened.changed)
 
     def _was_lost(self, copy: InterfaceCopy, seq: int) -> bool:
-        """Return whether what this client wrote last has not reached the server, and nobody wrote since."""
+        """Return whether this client's last write has not reached the server, and no newer write came."""
         return seq < copy.expected if self._same_epoch else seq == 0
 
     def _give_up(self, copy: InterfaceCopy | None, instance: Interface, frame: ZmqFrame) -> None:
@@ -320,7 +320,7 @@ class OpenInterfaces:
             self._sender.start("close", {"instance": serial}, b"", PendingRequest())
 
     def _done_one(self) -> None:
-        """Count replies; when all are there, let everybody send."""
+        """Count replies; after the last one, let all threads send."""
         self._reopening -= 1
         if self._reopening:
             return
@@ -332,7 +332,7 @@ class OpenInterfaces:
             self._board.announce(True, f"connected to {self._url} again")
 
     def lost(self, reason: str) -> None:
-        """Note that there is no session: nobody else is to be seen."""
+        """Note that there is no session: no other instance is visible."""
         if self._epoch and not self._loss_announced:
             self._loss_announced = True
             text = f"lost the blackboard at {self._url}: {reason}; trying to connect again"
@@ -369,7 +369,7 @@ class OpenInterfaces:
                 self._sender.answer(frame)
             case "reply":
                 if not self._sender.answer(frame) and body.HasField("opened"):
-                    self._close_late(body.opened.instance)  # nobody waits for it any more
+                    self._close_late(body.opened.instance)  # the request was given up
             case "change":
                 copy = self._channels.get(body.channel)
                 if copy is not None and body.kind in _CHANGES:

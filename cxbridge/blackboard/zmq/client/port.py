@@ -49,7 +49,7 @@ class ZmqUplink(Protocol):
 
 @dataclass(slots=True)
 class Member:
-    """Somebody who has the interface open, here or elsewhere."""
+    """An instance that has the interface open, here or elsewhere."""
 
     owner: str
     writer: bool
@@ -61,7 +61,7 @@ Copy = tuple[int, int, int, bytes]
 
 @dataclass(slots=True)
 class DataEvent:
-    """A write of which nobody is notified yet, whether data changed, and who listened then."""
+    """A write that is not announced yet, whether its data changed, and its listeners at that time."""
 
     copy: Copy
     differs: bool
@@ -106,7 +106,7 @@ class InterfaceCopy(BoardPort):
     # -- from the server, in the thread that receives
 
     def update(self, seq: int, block: bytes, stamped: bool, changed: bool) -> None:
-        """Take over what somebody wrote.
+        """Take over a write.
 
         :raises ProtocolError: when the block is of another size.
         """
@@ -175,7 +175,7 @@ class InterfaceCopy(BoardPort):
         return ResultCode.OK, 0
 
     def end_listening(self, instance: Interface) -> None:
-        """Stop notifying on behalf of an instance; after what is on its way."""
+        """Stop notifying on behalf of an instance; after the notifications under way."""
         self._dispatcher.put(self._unregister, instance)
 
     def _unregister(self, instance: Interface) -> None:
@@ -203,7 +203,7 @@ class InterfaceCopy(BoardPort):
         self._members = new  # in the server's order
 
     def forget_others(self) -> None:
-        """Note that nobody else is there as far as one can see: the session is lost."""
+        """Note that no other instance is visible: the session is lost."""
         own = {instance.serial for instance in self.instances}
         for serial, member in self._members.items():
             if serial not in own:
@@ -212,13 +212,13 @@ class InterfaceCopy(BoardPort):
                 )
 
     def snapshot(self) -> bytes:
-        """Return the copy as it is now."""
+        """Return the present copy."""
         return self._copy[3]
 
     # -- the port of the instances
 
     def _notified_copy(self) -> Copy | None:
-        """Return the data that the caller is being notified of, unless somebody read newer data."""
+        """Return the data that the caller is being notified of, unless newer data were read."""
         view = self._view
         if view is None or view[0] < self._fetched or threading.get_ident() != self._dispatcher.ident:
             return None
@@ -262,7 +262,7 @@ class InterfaceCopy(BoardPort):
         self._uplink.send_message(sender, message)
 
     def has_writer(self) -> bool:
-        """Return whether somebody has the interface open for writing."""
+        """Return whether the interface has a writer."""
         return any(member.writer for member in self._members.values())
 
     def writer_owner(self) -> str:

@@ -8,8 +8,8 @@ are not. Who owns what:
 - the socket, the numbers and the credit: the thread that has the turn;
 - the turn: only who has it gives it away; the session's thread takes it back only while the dispatcher's
   calls listeners, or has not begun to receive. It opens and closes the socket with the turn in hand;
-- the nudge, which ends the dispatcher's receiving: any thread, by a lock of its own;
-- the queue of what is to be called: any thread puts, the dispatcher's takes.
+- the nudge, which ends the dispatcher's receiving: any thread, by a second lock;
+- the queue of calls: any thread puts, the dispatcher's takes.
 """
 
 from __future__ import annotations
@@ -34,13 +34,13 @@ FULL: Final = 1024
 """Events that wait; beyond, updates of one interface are conflated."""
 
 _BATCH: Final = 64
-_AT_ONCE: Final = 20e-6  # seconds; what takes less to receive was there before
-_RETURN: Final = 4  # credit is given back in so many parts of the window
+_AT_ONCE: Final = 20e-6  # seconds; a message that takes less to receive had arrived before
+_RETURN: Final = 4  # credit is given back in this many parts of the window
 
 _SESSION: Final = 0  # the session's thread receives
 _DISPATCHER: Final = 1  # the dispatcher's thread receives
 _CALLING: Final = 2  # so it does, but just now it calls listeners: the session's thread may take over
-_LENT: Final = 3  # so it will, when it has called what it is just calling: the other may take over
+_LENT: Final = 3  # it will receive after the present call: the session's thread may take over
 _BETWEEN: Final = (_CALLING, _LENT)
 
 
@@ -100,11 +100,11 @@ class EventReceiver(Dispatcher):
         self.welcome: Any = None
         """The server's Welcome; None before it came."""
         self.fault = ""
-        """Why the session cannot go on."""
+        """Why the session cannot continue."""
         self._numbers = self._credit = 0
         self._return_at = 1
 
-    # -- the queue of what is to be called, in any thread
+    # -- the queue of calls, in any thread
 
     def put(self, work: Callable[..., object], *args: Any, urgent: bool = False) -> None:
         """Call ``work`` after all that was put before; see the base class."""
@@ -114,11 +114,11 @@ class EventReceiver(Dispatcher):
 
     @property
     def full(self) -> bool:
-        """Whether so much waits that it is time to conflate."""
+        """Whether the queue is so long that it is time to conflate."""
         return self._queue.qsize() >= FULL
 
     def wait(self, done: Callable[[], bool], deadline: float) -> None:
-        """Do what is urgent until ``done``; for listeners that wait for an answer, in the thread.
+        """Run urgent calls until ``done``; for listeners that wait for an answer, in the thread.
 
         The thread that completes it puts something into the queue afterwards.
         """
@@ -188,7 +188,7 @@ class EventReceiver(Dispatcher):
         # memory is touched, that is, few calls and few objects.
         lock, recv, now, nothing_waits = self._lock, self._recv, time.monotonic, self._queue.empty
         while self._turn == _DISPATCHER and not self._reclaimed and not self.fault:
-            self._receiving = True  # from now on those who hand something in wake this thread
+            self._receiving = True  # from now on a new call wakes this thread
             if nothing_waits():
                 before = now()
                 data = recv()
@@ -223,8 +223,8 @@ class EventReceiver(Dispatcher):
         """Begin with a session's socket, after the Hello; the session's thread has the first turn.
 
         :param name: of the session, for this process.
-        :param handler: takes what comes.
-        :param give_credit: reports to the server that so many updates were taken; returns whether it could.
+        :param handler: takes frames.
+        :param give_credit: reports to the server the number of taken updates; returns whether it could.
         """
         self._reset()
         self._handler = handler
@@ -259,7 +259,7 @@ class EventReceiver(Dispatcher):
             self.put(self._receive)
 
     def watch(self) -> bool:
-        """Take over from what the dispatcher's thread has called since the last look.
+        """Take over the calls that the dispatcher's thread has made since the last look.
 
         :returns: whether to look again soon.
         """
@@ -281,7 +281,7 @@ class EventReceiver(Dispatcher):
             self._reclaimed = False
 
     def take(self) -> None:
-        """Take what has come in, not more than a batch."""
+        """Take received frames, a batch at most."""
         recv = self._recv
         for _ in range(_BATCH):
             try:
@@ -303,7 +303,7 @@ class EventReceiver(Dispatcher):
                 self._nudge.send(b"", zmq.NOBLOCK)
 
     def _hand_over(self) -> None:
-        """Let the session's thread go on, if the dispatcher's is not receiving."""
+        """Let the session's thread continue, if the dispatcher's is not receiving."""
         with self._lock:
             if self._turn not in _BETWEEN:
                 return
@@ -349,7 +349,7 @@ class EventReceiver(Dispatcher):
             self._credit = 0
 
     def fail(self, reason: str) -> None:
-        """Note why the session cannot go on; the first reason counts."""
+        """Note why the session cannot continue; the first reason counts."""
         self.fault = self.fault or reason
 
 

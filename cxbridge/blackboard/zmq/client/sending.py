@@ -45,8 +45,9 @@ def _locked() -> threading.Lock:
 class PendingRequest:
     """A request under way.
 
-    :param on_reply: called by the one who receives, in the order of the stream, before the asker is woken.
-    :param wake: called when there is a reply, for an asker who does not just :meth:`wait`.
+    :param on_reply: called by the receiving thread, in the order of the stream, before the requester is
+        woken.
+    :param wake: called when there is a reply, for a requester who does not just :meth:`wait`.
     """
 
     on_reply: Callable[[ZmqFrame], None] | None = None
@@ -56,7 +57,7 @@ class PendingRequest:
     _unanswered: threading.Lock = field(default_factory=_locked)  # an Event takes five times as long
 
     def finish(self, reply: ZmqFrame | None) -> None:
-        """Wake the one who asks; without a reply the session was lost."""
+        """Wake the requester; without a reply the session was lost."""
         self.reply, self.lost = reply, reply is None
         self._unanswered.release()
         if self.wake is not None:
@@ -73,7 +74,7 @@ class PendingRequest:
 
 
 class CommandSender:
-    """Sends in order, from any thread; knows what is not answered yet.
+    """Sends in order, from any thread; keeps the unanswered requests.
 
     :param dispatcher: whose thread must not just wait.
     """
@@ -108,7 +109,7 @@ class CommandSender:
         self._changed.notify_all()
 
     def detach(self) -> None:
-        """End the session: what is not answered will not be."""
+        """End the session: open requests will not be answered."""
         with self.lock:
             self._socket, self._ready = None, False
             pending, self._pending = self._pending, {}
@@ -116,13 +117,13 @@ class CommandSender:
             request.finish(None)
 
     def close(self) -> None:
-        """Let nobody wait for a session any more."""
+        """Let no thread wait for a session any more."""
         with self.lock:
             self._closed = True
             self._changed.notify_all()
 
     def answer(self, frame: ZmqFrame) -> bool:
-        """Hand a reply to the one who waits for it; return whether there is somebody."""
+        """Hand a reply to its requester; return whether there is one."""
         with self.lock:
             pending = self._pending.pop(frame.body.request, None)
         if pending is None:
@@ -162,7 +163,7 @@ class CommandSender:
             return self._send(encode(kind, self._number + 1, body), wait_ms)
 
     def give_credit(self, updates: int) -> bool:
-        """Report to the server that so many updates were taken; return whether it was possible."""
+        """Report to the server the number of taken updates; return whether it was possible."""
         with self.lock:
             return self._send(pack_credit(self._number + 1, updates), 0)
 
@@ -228,7 +229,8 @@ class CommandSender:
         """Send a request and return the reply.
 
         :param timeout: seconds, for waiting for a session, too.
-        :param repeat: send it again when the session is lost meanwhile; not when twice is not like once.
+        :param repeat: send it again when the session is lost before the reply; only for requests that may be
+            done twice.
         :raises DisconnectedError: when there is no session, or it was lost.
         :raises RequestTimeoutError: when no reply comes in time.
         """

@@ -33,14 +33,14 @@ PATIENCE_MS: Final = (5, 40)
 """How long listeners may run before this thread receives in the place of theirs; the longer they have been
 quick, the later it looks."""
 
-_FLUSH_S: Final = 0.02  # between attempts to send what was conflated
+_FLUSH_S: Final = 0.02  # between attempts to send conflated updates
 
 
 class SessionThread:
     """Begins sessions with the server, one after the other.
 
     :param url: the server's endpoint.
-    :param interfaces: take what comes.
+    :param interfaces: take frames.
     :param sender: sends.
     :param receiver: receives, in turns with this thread.
     :param wakeup: wakes this thread.

@@ -27,7 +27,7 @@ _KINDS: Final = (
 
 
 class ServerLoop(Protocol):
-    """The server's thread, as others see it."""
+    """The server's thread, for other modules."""
 
     def inside(self) -> bool:
         """Return whether the caller is the server's thread."""
@@ -127,7 +127,7 @@ class Channel(Listener):
     # -- data
 
     def write(self, instance: Interface, block: bytes, stamped: bool | None, changed: bool) -> None:
-        """Publish what the writer's client has sent; in the server's thread."""
+        """Publish the write of the writer's client; in the server's thread."""
         self._written = block
         try:
             instance.publish_block(block, stamped, changed)
@@ -135,7 +135,7 @@ class Channel(Listener):
             self._written = None
 
     def value(self) -> InterfaceValue:
-        """Return the data as they are now."""
+        """Return the present data."""
         if self._written is not None:  # no need to copy them
             return InterfaceValue(*self.memory.versions(), self._written)
         block = bytearray(self.memory_size)
@@ -182,7 +182,7 @@ class Channel(Listener):
                 self._push_to(session, membership, value)
 
     def push_latest(self, session: ZmqSession) -> None:
-        """Send one session the data as they are now."""
+        """Send the present data to one session."""
         membership = self.members.get(session)
         if membership is not None:
             value = self.value()

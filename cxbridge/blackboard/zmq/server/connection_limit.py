@@ -1,8 +1,8 @@
-"""The limit of connections of a server of ZeroMQ: those beyond it are ended as soon as they are there.
+"""The limit of connections of a server of ZeroMQ: further connections are ended as soon as they are accepted.
 
-libzmq accepts all that come, and when no file descriptor is left it tries again and again with a whole core.
-It offers no pause (to unbind ends the connections of those who are in): it must not come to that. Those who
-merely connect leave descriptors for others, and are let go by the handshake's time limit.
+libzmq accepts all connections, and when no file descriptor is left it tries again and again with a whole
+core. It offers no pause (to unbind ends accepted connections): so the server must keep descriptors free.
+Clients that merely connect leave descriptors for other uses, and are dropped by the handshake's time limit.
 """
 
 from __future__ import annotations
@@ -49,7 +49,7 @@ class ConnectionLimit:
 
     @property
     def descriptors(self) -> list[int]:
-        """What says that somebody came or went."""
+        """The monitor socket that reports connections."""
         return list(self._watched)
 
     def has_news(self, ready: Iterable[tuple[int, int]]) -> bool:
@@ -96,7 +96,7 @@ class ConnectionLimit:
 
 
 def _next(monitor: Socket) -> tuple[int, int] | None:
-    """Return what a monitor reports next, and of which descriptor; None when there is nothing."""
+    """Return the next event of a monitor, and its descriptor; None when there is none."""
     try:
         event, *_ = monitor.recv_multipart(NOBLOCK)
     except zmq.Again:

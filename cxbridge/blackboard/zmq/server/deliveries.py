@@ -70,19 +70,19 @@ class Deliveries:
         session.deliver(DeliverBody(number, serial, *message[2:]), block)
 
     def finish(self, session: ZmqSession, number: int, code: ResultCode, detail: int) -> None:
-        """Note what a writer's client says about a message; nothing when it was given up meanwhile."""
+        """Note the report of a writer's client about a message; nothing when the message was given up."""
         delivery = self._pending.get(number)
         if delivery is not None and delivery.session is session:
             self._end(number, code, detail)
 
     def drop(self, session: ZmqSession, instance: bytes | None = None) -> None:
-        """Give up what is under way to a session, or to one writer of it."""
+        """Give up the messages under way to a session, or to one writer of it."""
         for number, delivery in list(self._pending.items()):
             if delivery.session is session and instance in (None, delivery.instance):
                 self._end(number, ResultCode.NO_WRITER, 0)
 
     def expire(self, now: float) -> None:
-        """Give up what was not answered in time."""
+        """Give up messages whose answer is late."""
         for number, delivery in list(self._pending.items()):
             if delivery.deadline < now:
                 self._end(number, ResultCode.TIMEOUT, 0)
@@ -102,7 +102,7 @@ class Forwarder(Listener):
     :param loop: the server's thread.
     :param deliver: sends a message from the server's thread.
     :param timeout: seconds to wait for an answer.
-    :param log: called for what goes wrong when nobody can wait.
+    :param log: called for failures for which no sender waits.
     """
 
     def __init__(
@@ -142,7 +142,7 @@ class Forwarder(Listener):
 
 
 class ForwardedQueue(MessageQueue):
-    """The queue of a writer that lives elsewhere: keeps nothing, raises what the forwarder was answered."""
+    """The queue of a writer in another process: keeps nothing, raises the error of the forwarder's answer."""
 
     __slots__ = ("_forwarder", "_name")
 
@@ -154,7 +154,7 @@ class ForwardedQueue(MessageQueue):
     def append(self, message: Message, time_us: int) -> None:
         """End the sending of ``message`` as the writer's client said.
 
-        :raises NoWriterError: when the writer died meanwhile.
+        :raises NoWriterError: when the writer died before its answer.
         :raises QueueFullError: when its queue is bounded and full.
         :raises RequestTimeoutError: when its process did not answer.
         """

@@ -58,7 +58,7 @@ class RequestHandler:
         self.deliveries: Final = Deliveries()
 
     def handle(self, session: ZmqSession, frame: ZmqFrame) -> None:
-        """Do what a frame asks for.
+        """Carry out the request of a frame.
 
         :raises ProtocolError: when clients do not send such frames.
         """
@@ -91,7 +91,7 @@ class RequestHandler:
             )
         else:
             instance = self._board.open_for_reading(interface_class, body.id, owner=body.owner)
-        self._loop.drain()  # what others wrote before belongs before the reply
+        self._loop.drain()  # earlier writes of other clients go out before the reply
         serial = instance.serial.bytes
         session.instances[serial] = instance
         channel = self._channel_of(instance)

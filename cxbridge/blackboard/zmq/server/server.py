@@ -50,7 +50,7 @@ WINDOW: Final = 256
 """Updates that may be under way to a client."""
 
 _WRITE: Final = bytes((WRITE, VERSION))
-_BATCH: Final = 64  # messages of one socket before the others have their turn
+_BATCH: Final = 64  # messages of one socket before the next socket's turn
 _TICKS: Final = 4  # looks at the sessions in a heartbeat
 
 
@@ -149,7 +149,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
         self._connections.close()
         for socket, endpoint in zip(self._sockets, self.endpoints, strict=False):
             with contextlib.suppress(zmq.ZMQError):  # its file may be gone
-                socket.unbind(endpoint)  # at once: somebody else may want it
+                socket.unbind(endpoint)  # at once: another server may want it
             socket.close(linger=FAREWELL_MS)
         self._sockets.clear()
         if self._authenticator is not None:
@@ -241,7 +241,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._complaints.add(type(error).__name__, f"{work.__name__} failed: {error!r}")
 
     def _receive(self, batch: int, ready: Sequence[tuple[int, int]]) -> bool:
-        """Take what has come in, at most a batch by each socket; return whether there may be more.
+        """Take received messages, a batch by each socket at most; return whether there may be more.
 
         :param ready: descriptors that just became so: their sockets need no look.
         """
@@ -345,7 +345,7 @@ class ZmqBlackBoardServer(BoardServer, Observer):
     # -- the ends of sessions
 
     def _fail(self, session: ZmqSession, code: ResultCode) -> None:
-        """Note that a session cannot go on; it ends when nobody works with it."""
+        """Note that a session cannot continue; it ends when no request works with it."""
         if not session.failed:
             session.failed = True
             self._failed.append((session, code))
@@ -359,14 +359,14 @@ class ZmqBlackBoardServer(BoardServer, Observer):
                 self._end(session)
 
     def _end(self, session: ZmqSession) -> None:
-        """Close what a session has."""
+        """Close the instances of a session."""
         session.failed = True
         if self._sessions.pop(session.id, None) is not None:
             self._skipped += session.skipped
             self._requests.end(session)
 
     def _send_away(self, socket: zmq.Socket[bytes], route: bytes, code: ResultCode, text: str) -> None:
-        """Notify somebody that there is no session for it, and end the one that there may be."""
+        """Notify a client that it has no session, and end the one that it may have."""
         session = self._sessions.get(route[1:])
         try:
             envelope = encode("gone", 0, {"code": int(code), "text": text})

@@ -1,4 +1,4 @@
-"""A session of the server: what one client has open, and the stream to it."""
+"""A session of the server: the open instances of one client, and the stream to it."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ class UpdateSource(Protocol):
     """An interface whose updates a session gets."""
 
     def push_latest(self, session: ZmqSession) -> None:
-        """Send the session the data as they are now."""
+        """Send the session the present data."""
 
 
 @dataclass(slots=True)
 class Membership:
-    """What a session has of an interface.
+    """A session's state of an interface.
 
     :param sent: sequence number that the client's copy has.
     :param instances: serials of the session's instances.
@@ -52,8 +52,8 @@ class ZmqSession:
     :param id: 16 bytes.
     :param socket: the ROUTER that it came by.
     :param heartbeat: seconds.
-    :param window: how many updates may be under way to it.
-    :param fail: called for a session that cannot go on, and why.
+    :param window: the number of updates that may be under way to it.
+    :param fail: called for a session that cannot continue, with the reason.
     :param now: seconds, monotonic.
     """
 
@@ -89,7 +89,7 @@ class ZmqSession:
         return self.name or self.id.hex()[:8]
 
     def send(self, kind: str, body: dict[str, Any], block: bytes | None = None) -> None:
-        """Send an envelope, in order after all others."""
+        """Send an envelope, in order after earlier frames."""
         self._send_next(encode(kind, self.numbers_out + 1, body), block)
 
     def answer(self, request: int, code: ResultCode, detail: int = 0, text: str = "") -> None:
@@ -101,12 +101,12 @@ class ZmqSession:
         self._send_next(pack_deliver(self.numbers_out + 1, body, block))
 
     def _send_next(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send what has the next number; what cannot be encoded has taken none."""
+        """Send a frame with the next number; a frame that cannot be encoded takes no number."""
         self.numbers_out += 1
         self.send_frame(frame, block)
 
     def send_frame(self, frame: bytes, block: bytes | None = None) -> None:
-        """Send what is encoded already, e.g. an update that goes to many."""
+        """Send an encoded frame, e.g. an update for many sessions."""
         if self.failed:
             return
         send = self._send

@@ -122,7 +122,7 @@ def encode(kind: str, number: int, body: dict[str, Any]) -> bytes:
 
 
 def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqFrame:
-    """Return what the frames of one message, without routing id, say.
+    """Return the values of one message's frames, without routing id.
 
     :raises ProtocolError: when they are not a message of this protocol, or beyond a limit.
     """
@@ -151,7 +151,7 @@ def decode(frames: Sequence[bytes], *, max_envelope: int = MAX_ENVELOPE) -> ZmqF
 
 
 def _check(kind: str, body: Any, block: bytes | None) -> None:
-    """Refuse what the types alone do not."""
+    """Refuse values that the types alone allow."""
     if block is not None and kind not in _MAY_HAVE_BLOCK:
         raise ProtocolError(f"{kind} with a block")
     for name in _SERIALS.get(kind, ()):

@@ -1,4 +1,4 @@
-"""Data frames: what there are many of goes in a header of fixed size and a block, in one frame.
+"""Data frames: frequent messages are a header of fixed size and a block, in one frame.
 
 The layouts are in docs/protocol-zmq.md. Knows no session and no socket; bytes to checked values and back.
 """
@@ -56,7 +56,7 @@ class UpdateBody(NamedTuple):
 
 
 class CreditBody(NamedTuple):
-    """So many updates were taken."""
+    """This many updates were taken."""
 
     updates: int
 
@@ -107,9 +107,9 @@ class ZmqFrame(NamedTuple):
     """A decoded message.
 
     :param kind: name of the body, e.g. ``open``.
-    :param body: the protobuf message of that name, or what a data frame says.
+    :param body: the protobuf message of that name, or the values of a data frame.
     :param number: of the frame in its session; 0: none.
-    :param block: the data that came with it; None: none.
+    :param block: the data of the message; None: none.
     """
 
     kind: str
@@ -191,7 +191,7 @@ def pack_answer(number: int, body: AnswerBody) -> bytes:
 
 
 def _texts(body: SendBody | DeliverBody) -> tuple[bytes, bytes]:
-    """Return the type and the thread's name of a message as they are sent."""
+    """Return the encoded type and thread name of a message."""
     try:
         texts = body.type.encode(), body.thread.encode()
     except UnicodeError as error:
@@ -210,7 +210,7 @@ def is_data_frame(data: bytes) -> bool:
 
 
 def unpack(data: bytes) -> ZmqFrame:
-    """Return what a data frame says.
+    """Return the values of a data frame.
 
     :raises ProtocolError: when it is too short or too long, of another version, or not of this protocol.
     """

@@ -23,7 +23,7 @@ def open_body(schema: InterfaceSchema, interface_id: str, owner: str, writer: bo
 
 
 def send_body(sender: Interface, message: Message) -> SendBody:
-    """Return what a client sends of a message; the request's number is still missing."""
+    """Return a client's frame of a message, without the number of the request."""
     return SendBody(
         request=0,
         instance=sender.serial.bytes,
@@ -36,7 +36,7 @@ def send_body(sender: Interface, message: Message) -> SendBody:
 
 
 def deliver_body(message: Message) -> DeliverBody:
-    """Return what a server delivers of a message of its process; delivery and writer are still missing."""
+    """Return a server's frame of a message of its process, without delivery and writer."""
     assert message.sender_id is not None
     assert message.source_id is not None
     return DeliverBody(

@@ -28,7 +28,7 @@ BACKLOG = 1024
 """Connections that may come at once; the system has those that are too many try again after a second."""
 
 FAREWELL_MS = 300
-"""How long what was sent last may take to leave."""
+"""The time for the last messages to leave."""
 
 PATIENCE_S = 0.5
 """How long to wait for an endpoint that is taken."""
@@ -65,7 +65,7 @@ def context_for(context: Context | None, endpoints: Sequence[str]) -> tuple[Cont
 def bind(context: Context, endpoint: str, keys: CurveServer | None) -> tuple[Socket, str]:
     """Return a server's socket, bound, and the endpoint with its port.
 
-    :raises EndpointError: when it cannot be bound, or somebody serves it.
+    :raises EndpointError: when it cannot be bound, or has a server already.
     """
     _refuse_taken(endpoint)
     socket = context.socket(zmq.ROUTER)
@@ -100,9 +100,9 @@ def guard_file(endpoint: str) -> None:
 
 
 def _refuse_taken(endpoint: str) -> None:
-    """Refuse an ipc endpoint that somebody serves: libzmq would take it away from them without a word.
+    """Refuse an ipc endpoint that has a server: libzmq would take it away from that without a word.
 
-    :raises EndpointError: when somebody does, for longer than a socket takes to close.
+    :raises EndpointError: when it has one, for longer than a socket takes to close.
     """
     path = _ipc_path(endpoint)
     if path is None:
@@ -131,7 +131,7 @@ class EndpointFile:
         self._identity = self._look()
 
     def remove(self) -> None:
-        """Remove it, unless somebody else has put another one there. Before the endpoint is unbound.
+        """Remove it, unless another process has put another one there. Before the endpoint is unbound.
 
         As long as we serve it no other daemon takes its place.
         """
@@ -150,7 +150,7 @@ class EndpointFile:
 
 
 def _is_served(path: str) -> bool:
-    """Return whether somebody listens at a Unix socket."""
+    """Return whether a process listens at a Unix socket."""
     if sys.platform == "win32":
         return False
     with unix.socket(unix.AF_UNIX, unix.SOCK_STREAM) as probe:
@@ -203,9 +203,9 @@ def _bind_patiently(socket: Socket, endpoint: str) -> None:
 
 
 def connect(context: Context, endpoint: str, route: bytes, keys: CurveClient | None) -> Socket:
-    """Return a client's socket that connects by itself as soon as the server is there.
+    """Return a client's socket that connects by itself as soon as the server runs.
 
-    :param route: the routing id that the server shall know it by.
+    :param route: the routing id of the client at the server.
     :raises EndpointError: when the endpoint is none.
     """
     socket = context.socket(zmq.DEALER)
