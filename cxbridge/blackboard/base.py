@@ -35,7 +35,7 @@ class Registry(Protocol):
 
 
 class BlackBoard(ABC):
-    """Interfaces to open, to list and to watch; a transport derives from it and implements the abstract methods.
+    """Interfaces to open, to list and to watch; a transport derives from it.
 
     As a context manager it is shut down at the end.
 

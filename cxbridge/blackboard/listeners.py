@@ -42,29 +42,29 @@ class Listener:
     """
 
     def data_refreshed(self, interface: Interface) -> None:
-        """The interface was written; called before :meth:`data_changed` of the same write."""
+        """Handle a write; called before :meth:`data_changed` of the same write."""
 
     def data_changed(self, interface: Interface) -> None:
-        """The interface was written with changed data."""
+        """Handle a write with changed data."""
 
     def message_received(self, interface: Interface, message: Message) -> bool:  # noqa: ARG002 - for heirs
-        """A message was sent; it is not in the queue yet.
+        """Judge a message that was sent; it is not in the queue yet.
 
         :returns: whether it goes to the next listener, and finally into the writer's queue.
         """
         return True
 
     def reader_added(self, interface: Interface, serial: UUID) -> None:
-        """An instance, of this serial, was opened for reading."""
+        """Handle the opening of an instance, of this serial, for reading."""
 
     def reader_removed(self, interface: Interface, serial: UUID) -> None:
-        """A reading instance was closed."""
+        """Handle the closing of a reading instance."""
 
     def writer_added(self, interface: Interface, serial: UUID) -> None:
-        """An instance was opened for writing."""
+        """Handle the opening of an instance for writing."""
 
     def writer_removed(self, interface: Interface, serial: UUID) -> None:
-        """The writing instance was closed; its data stay."""
+        """Handle the closing of the writing instance; its data stay."""
 
 
 class _Registration(Struct, eq=False):

@@ -16,10 +16,10 @@ class Observer:
     """Derive from it to be notified of interfaces that come into being and vanish."""
 
     def interface_created(self, interface_type: str, interface_id: str) -> None:
-        """The first instance of an interface was opened."""
+        """Handle the opening of an interface's first instance."""
 
     def interface_destroyed(self, interface_type: str, interface_id: str) -> None:
-        """The last instance of an interface was closed; its data are gone."""
+        """Handle the closing of an interface's last instance; its data are gone."""
 
 
 class _ObserverRegistration(Struct, eq=False):

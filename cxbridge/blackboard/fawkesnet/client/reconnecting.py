@@ -96,7 +96,7 @@ class Reconnector:
         """Note, for the receiving thread, that its connection is lost."""
         if connection is self._connection and not self._stopping.is_set():
             self._reason = reason
-            self._settled.clear()  # first: a request that checks the connection must not wait for a connection
+            self._settled.clear()  # first: a check of the connection must not wait for a connection
             self._client.detach(reason)
             self._lost.set()
             self._settled.clear()

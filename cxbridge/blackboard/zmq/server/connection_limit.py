@@ -1,4 +1,4 @@
-"""The limit of connections of a server of ZeroMQ: further connections are ended as soon as they are accepted.
+"""The limit of connections of a server of ZeroMQ: further connections are ended on arrival.
 
 libzmq accepts all connections, and when no file descriptor is left it tries again and again with a whole
 core. It offers no pause (to unbind ends accepted connections): so the server must keep descriptors free.

@@ -47,7 +47,7 @@ class Membership:
 
 @dataclass(slots=True, eq=False)
 class ZmqSession:
-    """One client, as long as it is alive.
+    """One living client.
 
     :param id: 16 bytes.
     :param socket: the ROUTER that it came by.

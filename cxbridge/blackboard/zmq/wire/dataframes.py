@@ -56,7 +56,7 @@ class UpdateBody(NamedTuple):
 
 
 class CreditBody(NamedTuple):
-    """This many updates were taken."""
+    """The number of updates that were taken."""
 
     updates: int
 
