@@ -88,7 +88,7 @@ class ConfigurationComponent(NetworkHandler):
             other.send(answer)
 
     def _erase(self, session: FawkesSession, path: str) -> None:
-        """Take back the values that were set; notify subscribers, too, of a file's value that counts again."""
+        """Take back the values that were set; subscribers also get the file's value that counts again."""
         if not self._writable:
             session.send(_invalid(path).to_bytes())
             raise BlackBoardError(f"cannot erase {path}: the configuration is read only for clients")
