@@ -105,7 +105,7 @@ class DaemonSourceOptions(SourceOptions):
 
     clips_dirs: Annotated[tuple[Path, ...], Meta(description="A folder of CLIPS files. Repeatable.")] = ()
     on_failure: Annotated[
-        str | None, Meta(description="stop or continue: what the others do when a component fails.")
+        str | None, Meta(description="stop or continue: whether a failure stops the other components.")
     ] = None
     trace: Annotated[Path | None, Meta(description="Record to this mcap file.")] = None
 

@@ -33,7 +33,7 @@ class RecordOptions:
     ]
     url: Annotated[str, Meta(description="the blackboard")] = DAEMON_URL
     duration_s: Annotated[
-        float | None, Meta(description="end after so many seconds; else with Ctrl-C", ge=0)
+        float | None, Meta(description="end after SECONDS; by default with Ctrl-C", ge=0)
     ] = None
     scenario: Annotated[str, Meta(description="name of the recording, in bblogger files")] = "record"
     switch: Annotated[
@@ -68,17 +68,17 @@ class ReplayOptions:
     messages: Annotated[
         bool, Meta(description="send recorded messages to interfaces that are not replayed")
     ] = False
-    speed: Annotated[
-        float, Meta(description="so many seconds of the recording in one", ge=1e-06, le=1000000.0)
-    ] = 1.0
+    speed: Annotated[float, Meta(description="N seconds of the recording in one", ge=1e-06, le=1000000.0)] = (
+        1.0
+    )
     step: Annotated[bool, Meta(description="one write a key; without a terminal, a line on stdin")] = False
     start_s: Annotated[
         float | None,
-        Meta(description="begin so many seconds after the first event", ge=0),
+        Meta(description="begin SECONDS after the first event", ge=0),
     ] = None
     end_s: Annotated[
         float | None,
-        Meta(description="end so many seconds after the first event", ge=0),
+        Meta(description="end SECONDS after the first event", ge=0),
     ] = None
     restamp: Annotated[bool, Meta(description="stamp writes with the time of now, not the recorded one")] = (
         False
