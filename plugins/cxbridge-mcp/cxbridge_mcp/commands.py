@@ -1,4 +1,4 @@
-"""The commands of cxbridge that tools call: processes of their own, with the answers of the command line."""
+"""The commands of cxbridge that tools call: child processes, with the answers of the command line."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TIMED_OUT: Final = 3
 
 
 async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
-    """Call a command; return its exit status, and what it printed.
+    """Call a command; return its exit status, and its output.
 
     A call that is cancelled ends the process.
 
@@ -54,7 +54,7 @@ async def call(*arguments: str, patience_s: float) -> tuple[int, str]:
 
 
 async def _outputs(process: Process) -> tuple[str, str]:
-    """Return what a process prints to stdout and to stderr, once it has ended."""
+    """Return a process' output on stdout and stderr, once it has ended."""
     kept = [bytearray(), bytearray()]
 
     async def read(stream: ByteReceiveStream, into: bytearray) -> None:

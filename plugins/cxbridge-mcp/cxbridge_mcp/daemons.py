@@ -65,14 +65,14 @@ class DaemonTools:
         """List the facts of a CLIPS environment of the daemon, with their indices.
 
         :param template: only facts of this deftemplate.
-        :param limit: so many at most, up to 1000.
+        :param limit: the number of facts at most, up to 1000.
         """
         with cx.connect(self._url) as board:
             facts = request(board, "facts", _PATIENCE_S, env=environment, template=template, limit=limit)
         return [{"index": index, "fact": text} for index, text in facts]
 
     def why_in_daemon(self, name: str) -> str:
-        """Return what a goal of the running agent waits for, or why a rule of it has not fired.
+        """Return the reason why a goal of the running agent waits, or why a rule of it has not fired.
 
         :param name: a goal's id, a class of goals, or a rule.
         """

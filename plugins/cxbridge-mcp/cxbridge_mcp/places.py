@@ -62,7 +62,7 @@ class Places:
     def new_recording(self, name: str) -> Path:
         """Return the path of a recording that is made.
 
-        :raises CxbridgeError: when the name has another ending than ``.mcap``, or the file is there already.
+        :raises CxbridgeError: when the name has another ending than ``.mcap``, or the file exists.
         """
         path = self.path(name)
         if path.suffix != ".mcap":

@@ -8,7 +8,7 @@ from cxbridge_mcp.recordings import cut
 
 
 class ProgramTools:
-    """The tools that run agents, each as a process of its own.
+    """The tools that run agents, each as a child process.
 
     :param places: the files that the assistant may name.
     """
@@ -42,7 +42,7 @@ class ProgramTools:
         properties: list[str] | None = None,
         patience: float = 300.0,
     ) -> str:
-        """Run an agent in every way that its world can go with so many faults.
+        """Run an agent in every way that its world allows with a number of faults.
 
         The answer names the properties that are violated, and the shortest way there.
 

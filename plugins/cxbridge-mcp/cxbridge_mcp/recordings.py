@@ -1,4 +1,4 @@
-"""The tools for files: scenarios and recordings, and what they say."""
+"""The tools for files: scenarios and recordings, and their contents."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class RecordingTools:
         self._places = places
 
     def list_scenarios(self) -> list[str]:
-        """List the agents that can be checked: shipped scenarios by name, others by their folder."""
+        """List the agents that can be checked: shipped scenarios by name, further ones by their folder."""
         return self._places.scenarios()[:MOST_ROWS]
 
     def list_recordings(self) -> list[dict[str, Any]]:

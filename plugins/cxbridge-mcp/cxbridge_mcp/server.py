@@ -22,7 +22,7 @@ from cxbridge_mcp.programs import ProgramTools
 from cxbridge_mcp.recordings import RecordingTools
 
 PROGRAMS: Final = ("run", "explore")
-"""The tools that run agents: names of ``--allow``, beside those of operations."""
+"""The tools that run agents: names of ``--allow``, besides those of operations."""
 
 _INSTRUCTIONS: Final = (
     "Looks at agents of the CLIPS Executive, at recordings of their runs, and at a running daemon. "
@@ -34,10 +34,10 @@ _INSTRUCTIONS: Final = (
 def make_server(folders: Sequence[Path], url: str, allow: Sequence[str]) -> MCPServer:
     """Make the server.
 
-    :param folders: where scenarios and recordings are.
+    :param folders: the folders of scenarios and recordings.
     :param url: of a daemon's blackboard.
-    :param allow: what the assistant may do beyond looking: ``run``, ``explore``, operations of daemons.
-    :raises CxbridgeError: when there is nothing of such a name, or no such folder.
+    :param allow: the assistant's rights beyond looking: ``run``, ``explore``, operations of daemons.
+    :raises CxbridgeError: when a name or a folder is unknown.
     """
     _check_names(allow)
     places = Places(folders)

@@ -22,7 +22,7 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
 
     :param path: where their imports are looked for, the folder among them.
     :returns: the descriptors (``FileDescriptorProto``) of the files and of all that they import, imports
-        first; and what the compiler says about files with a mistake, which are left out.
+        first; and the compiler's messages about files with a mistake, which are left out.
     :raises ProtobufError: when there is no compiler, or it does not come to an end.
     """
     from google.protobuf import descriptor_pb2  # noqa: PLC0415
@@ -45,7 +45,7 @@ def compile_folder(folder: Path, path: Sequence[Path]) -> tuple[list[Any], list[
 
 
 def _run(names: Sequence[str], here: Path, path: Sequence[Path]) -> tuple[bytes | None, str]:
-    """Return the descriptor set of files; without one, what the compiler says."""
+    """Return the descriptor set of files; without one, the compiler's messages."""
     command = _command()
     with tempfile.TemporaryDirectory(prefix="cxbridge-proto-") as made:
         out = Path(made) / "set"
@@ -67,7 +67,7 @@ def _command() -> list[str]:
     :raises ProtobufError: when there is none.
     """
     if importlib.util.find_spec("grpc_tools") is not None:
-        # in a process of its own: imported it changes how Python imports, and prints its errors
+        # as a child process: imported it changes how Python imports, and prints its errors
         return python_command("-m", "grpc_tools.protoc")
     found = shutil.which("protoc")
     if found is not None:

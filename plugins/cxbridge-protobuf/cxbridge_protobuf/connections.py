@@ -15,7 +15,7 @@ class Connections(Protocol):
     """The server, the clients and the peers of an environment."""
 
     def drain(self) -> list[Event]:
-        """Return what came in since the last call."""
+        """Return the messages since the last call."""
 
     def enable_server(self, port: int) -> None:
         """Listen for clients."""

@@ -1,6 +1,6 @@
 """Encrypted payloads of frames. Format: docs/protocol-protobuf.md.
 
-What protects so little is offered because the league's referee box speaks it, and named for what it is there.
+This weak protection is offered because the league's referee box speaks it; its name is a warning.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _ROUNDS = 8
 
 
 def derive_key(secret: str, size: int) -> bytes:
-    """Return the key of so many bytes (at most 32) that protobuf_comm makes of a text."""
+    """Return the key of a length in bytes (at most 32) that protobuf_comm makes of a text."""
     digest = secret.encode("utf-8", "surrogateescape")
     for _ in range(_ROUNDS):
         digest = hashlib.sha256(digest).digest()
@@ -53,7 +53,7 @@ class Crypter:
         return vector + worker.update(content + bytes([missing]) * missing) + worker.finalize()
 
     def decrypt(self, cipher: int, content: bytes) -> bytes:
-        """Return a payload as it was before.
+        """Return the decrypted payload.
 
         :param cipher: the number that the frame names.
         :raises ProtobufError: when it cannot be: another key, a cut frame, an unknown cipher.
@@ -88,7 +88,7 @@ def _library() -> tuple[Any, Any, Any]:
     :raises ProtobufError: when it is missing.
     """
     try:
-        # only for those who encrypt
+        # imported only for encryption
         from cryptography.hazmat.primitives import ciphers  # noqa: PLC0415
         from cryptography.hazmat.primitives.ciphers import algorithms, modes  # noqa: PLC0415
     except ImportError:

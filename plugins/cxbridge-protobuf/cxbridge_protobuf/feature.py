@@ -65,7 +65,7 @@ class ProtobufFeature(Feature):
             env.load(_FILE)
 
     def before_run(self, env: ClipsEnvironment) -> None:
-        """Make facts of what came in."""
+        """Make facts of received messages."""
         self._users[env.name].before_run()
 
     def connections(self, env: ClipsEnvironment) -> Connections:
@@ -220,7 +220,7 @@ class ProtobufUser:
         return () if message is None else self._fields.names(message)
 
     def _find(self, address: Value, name: str) -> tuple[Any, Any]:
-        """Return a message and the descriptor of one of its fields; None for what there is not."""
+        """Return a message and the descriptor of one of its fields; None for missing ones."""
         message = self._get(address)
         return message, None if message is None else self._fields.find(message, name)
 
@@ -335,10 +335,10 @@ class ProtobufUser:
             of = message.DESCRIPTOR.full_name
             self._log.warn(f"Failed to broadcast message of type {of}: {error.message}")
 
-    # --- what came in -----------------------------------------------------------------------------------
+    # --- received messages ------------------------------------------------------------------------------
 
     def before_run(self) -> None:
-        """Make facts of what came in."""
+        """Make facts of received messages."""
         from cxbridge_protobuf.inbox import Presence, Received  # noqa: PLC0415
 
         for event in self.network.drain():

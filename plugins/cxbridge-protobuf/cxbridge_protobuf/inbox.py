@@ -44,7 +44,7 @@ class Received:
 
 @dataclass(frozen=True, slots=True)
 class Presence:
-    """A connection is there now, or is no more."""
+    """A connection has begun or ended."""
 
     origin: Origin
     link: int
@@ -81,7 +81,7 @@ class Inbox:
 
     @property
     def full(self) -> bool:
-        """Whether nobody should read further for now; the next drain returns that it was so."""
+        """Whether reading should pause; the next drain returns that it did."""
         with self._lock:
             full = self._messages >= self._most or self._bytes >= _MOST_BYTES
             self._was_full |= full

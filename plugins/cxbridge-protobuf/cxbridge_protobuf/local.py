@@ -1,6 +1,6 @@
 """Connections between environments of one process: no sockets, no threads, frames in the order of sending.
 
-Ports are as on a network whose machines all have one address: what a peer sends to a port reaches each other
+Ports are as on a network whose machines all have one address: a peer's message to a port reaches each other
 peer that receives there, and a client reaches the server of its port. So runs repeat on the virtual clock.
 """
 
@@ -78,7 +78,7 @@ class LocalConnections:
         self._server_port = 0
 
     def drain(self) -> list[Event]:
-        """Return what came in since the last call."""
+        """Return the messages since the last call."""
         events, self._events = self._events, []
         return events
 
@@ -100,7 +100,7 @@ class LocalConnections:
         return port > 0 and self._server_port == port
 
     def disable_server(self) -> None:
-        """Let nobody connect any more, and close the connections of the server's clients."""
+        """Refuse new connections, and close the connections of the server's clients."""
         self._server_port = 0
         for link_id, link in list(self._links.items()):
             if link.origin is Origin.SERVER:
@@ -188,7 +188,7 @@ class LocalConnections:
     def receive_of_peer(
         self, port: int, from_port: int, key: tuple[str, str], frame: Frame, sender: int
     ) -> None:
-        """Receive what a peer has sent to a port.
+        """Receive the message of a peer to a port.
 
         :param sender: the peer, when it is of this environment; else 0. It does not hear itself.
         """

@@ -1,4 +1,4 @@
-"""Connections of one environment: a thread reads the network, what came in waits in an inbox.
+"""Connections of one environment: a thread reads the network, received messages wait in an inbox.
 
 Everything public here may be called from the environment's thread. Rules: docs/protocol-protobuf.md.
 """
@@ -38,8 +38,8 @@ _MOST_PORT = 65535
 class Network:
     """The server, the clients and the peers of an environment.
 
-    :param types: parse what comes in.
-    :param now_us: the time, of what comes in.
+    :param types: parse messages.
+    :param now_us: the time of a message.
     """
 
     def __init__(self, types: MessageTypes, settings: NetworkSettings, now_us: Callable[[], int]) -> None:
@@ -56,7 +56,7 @@ class Network:
     # -- the environment's side
 
     def drain(self) -> list[Event]:
-        """Return what came in since the last call, and read on where reading had stopped."""
+        """Return the messages since the last call, and continue a reading that had stopped."""
         events, was_full = self._inbox.drain()
         if was_full:
             self._call(self._resume)
@@ -255,11 +255,11 @@ class Network:
 
     @property
     def inbox(self) -> Inbox:
-        """Where what came in waits."""
+        """The inbox for received messages."""
         return self._inbox
 
     def made(self, link: StreamLink) -> bool:
-        """Know a connection that is there now; return whether it may stay."""
+        """Add a new connection; return whether it may stay."""
         with self._lock:
             if link.origin is Origin.CLIENT:
                 wanted = link.id in self._streams

@@ -28,9 +28,9 @@ Receive = Callable[[Origin, int, str, int, Frame], None]
 class Peer(asyncio.DatagramProtocol):
     """A peer.
 
-    :param peer_id: what the environment knows it by.
+    :param peer_id: its id in the environment.
     :param address: IPv4 address or name of a host.
-    :param receive: takes the frames that come.
+    :param receive: takes the frames.
     :param inbox: takes warnings.
     """
 
@@ -81,7 +81,7 @@ class Peer(asyncio.DatagramProtocol):
         self._closed.set()
 
     def send(self, frame: Frame) -> None:
-        """Send, as soon as it is known where to."""
+        """Send, as soon as the address is known."""
         if self._target is None or self._transport is None:
             self._waiting.append(frame)
             return
@@ -93,7 +93,7 @@ class Peer(asyncio.DatagramProtocol):
         self._transport.sendto(data, self._target)
 
     def datagram_received(self, data: bytes, addr: tuple[str, int]) -> None:
-        """Take what came, unless it came from ourselves."""
+        """Take a frame, unless it came from ourselves."""
         host, port = addr
         if addr == self._own:
             return
@@ -146,7 +146,7 @@ class Peer(asyncio.DatagramProtocol):
 
 
 def _source_for(address: str | int) -> str:
-    """Return the address that what is sent to another one comes from."""
+    """Return the source address of messages to another address."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         try:

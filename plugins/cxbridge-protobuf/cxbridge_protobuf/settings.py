@@ -18,7 +18,7 @@ _PREFIX: Final = "/clips-protobuf/"
 
 @dataclass(frozen=True, slots=True)
 class NetworkSettings:
-    """What the configuration says below ``/clips-protobuf/``.
+    """The configuration below ``/clips-protobuf/``.
 
     :param server_address: where servers listen; ``*``: everywhere.
     :param max_message_size: bytes.
@@ -35,7 +35,7 @@ class NetworkSettings:
 
 @dataclass(frozen=True, slots=True)
 class ProtobufSettings:
-    """What the configuration says below ``/clips-protobuf/``.
+    """The configuration below ``/clips-protobuf/``.
 
     :param folders: of .proto files.
     :param modules: compiled ones.

@@ -17,7 +17,7 @@ _PIECE = 65536
 
 
 class LinkOwner(Protocol):
-    """What a connection reports to."""
+    """The receiver of a connection's reports."""
 
     @property
     def settings(self) -> NetworkSettings:
@@ -25,10 +25,10 @@ class LinkOwner(Protocol):
 
     @property
     def inbox(self) -> Inbox:
-        """Where what came in waits."""
+        """The inbox for received messages."""
 
     def made(self, link: StreamLink) -> bool:
-        """Know a connection that is there now; return whether it may stay."""
+        """Add a new connection; return whether it may stay."""
 
     def received(self, link: StreamLink, frame: Frame) -> None:
         """Take a message."""
@@ -40,7 +40,7 @@ class LinkOwner(Protocol):
 class StreamLink(asyncio.Protocol):
     """A connection.
 
-    :param link_id: what the environment knows it by.
+    :param link_id: its id in the environment.
     :param origin: whether a client of ours made it or a client of our server.
     """
 
@@ -57,7 +57,7 @@ class StreamLink(asyncio.Protocol):
         self._reason = ""
 
     def connection_made(self, transport: asyncio.BaseTransport) -> None:
-        """Begin, unless nobody wants the connection any more."""
+        """Begin, unless the connection was dropped before."""
         assert isinstance(transport, asyncio.Transport)
         self._transport = transport
         self.host, self.port = transport.get_extra_info("peername", ("", 0))[:2]
@@ -69,7 +69,7 @@ class StreamLink(asyncio.Protocol):
             transport.abort()
 
     def data_received(self, data: bytes) -> None:
-        """Take what came; close the connection when it makes no sense."""
+        """Take received bytes; close the connection when they are invalid."""
         if not self.connected or self._transport is None:
             return
         try:
@@ -82,7 +82,7 @@ class StreamLink(asyncio.Protocol):
             self._transport.pause_reading()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Take what came before a send failed, and report that it is over."""
+        """Take the bytes that came before a failed send, and report the end."""
         if exc is not None and self.connected:
             self._take_rest()
         was, self.connected = self.connected or bool(self._reason), False
@@ -90,10 +90,10 @@ class StreamLink(asyncio.Protocol):
             self._network.lost(self, self._reason)
 
     def _take_rest(self) -> None:
-        """Take what the system has received and nobody has read.
+        """Take the bytes that the system has received and no reader has read.
 
-        Who closes a connection without having read everything resets it. The next send fails then, and
-        asyncio gives the connection up with what was sent to us still in it.
+        A peer that closes a connection without having read everything resets it. The next send fails then,
+        and asyncio gives the connection up with our unread bytes still in it.
         """
         assert self._transport is not None
         with suppress(OSError), self._transport.get_extra_info("socket").dup() as rest:

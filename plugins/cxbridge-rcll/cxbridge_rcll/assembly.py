@@ -141,7 +141,7 @@ class GameParts:
         config = self.context.config
         spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION}"))
-        """Whether each robot has an executive, which coordinates with the others."""
+        """Whether each robot has an executive, which coordinates with its teammates."""
         self.robots = self._name_robots(config, spec)
         self.world.add(self.robots)
         config.set(_SIMULATOR, False)  # its robots take tasks over sockets; ours are Skillers
@@ -168,7 +168,7 @@ class GameParts:
         return names
 
     def added(self, additions: Additions) -> Additions:
-        """Return what a run gets besides what its options say: robots, and what carries messages."""
+        """Return the additions to a run's options: robots, and the channel of messages."""
         executors = (*additions.executors, robot_executor(self.world))
         values = {**additions.values, CONNECTIONS: self.referee.connections}
         return replace(additions, executors=executors, values=values)

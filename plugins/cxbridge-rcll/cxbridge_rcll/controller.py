@@ -39,8 +39,8 @@ SETUP_S: Final = 15.0
 class Script:
     """How a game goes.
 
-    :param cyan: the name of the team; empty: nobody plays cyan.
-    :param magenta: the name of the team; empty: nobody plays magenta.
+    :param cyan: the name of the team; empty: no team plays cyan.
+    :param magenta: the name of the team; empty: no team plays magenta.
     :param production_s: seconds of the production; then the game is over.
     """
 
@@ -84,7 +84,7 @@ class Controller(Component):
             self._create(kind)
 
     def loop(self) -> None:
-        """Send what is due. Time counts from the first loop: a large agent loads for seconds."""
+        """Send due messages. Time counts from the first loop: a large agent loads for seconds."""
         now_us = self._clock.now_us()
         if self._begun_us is None:
             self._begun_us = now_us

@@ -50,7 +50,7 @@ class Field:
         self._machines = machines
 
     def find(self, place: str) -> Pose | None:
-        """Return where a place is that skills name; None when nobody knows."""
+        """Return the position of a place that skills name; None when unknown."""
         zone = _ZONE.fullmatch(place)
         if zone is not None:
             return _centre(*zone.groups())

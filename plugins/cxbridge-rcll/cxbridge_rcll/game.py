@@ -161,7 +161,7 @@ class _Judge:
         """Do nothing: the referee is a part of the run."""
 
     def standing(self) -> Standing:
-        """Return what the referee has found."""
+        """Return the referee's findings."""
         return self._referees[0].standing
 
     def score(self, _agents: Sequence[Assembly]) -> Score:

@@ -74,7 +74,7 @@ class MachineFunctions:
             env.define(name, lambda machine, *rest: self._on(machine, work, rest), 1 + more, types=_TEXT)
 
         def nothing(*_arguments: Value) -> None:
-            """Do nothing: nobody looks at lights here."""
+            """Do nothing: lights are not shown here."""
 
         on("mps-move-conveyor", lambda machine, goal, _way: machine.move(MachinePlace(goal)), 2)
         on("mps-bs-dispense", Machine.dispense, 1)
@@ -104,7 +104,7 @@ class MachineFunctions:
         self.machines[str(name)] = self._make(str(name))
 
     def loop(self) -> None:
-        """Let all machines do what is due."""
+        """Let all machines carry out due steps."""
         for machine in self.machines.values():
             machine.loop()
 

@@ -46,7 +46,7 @@ class LocalReferee:
         return self._network.join
 
     def set_up(self, config: Configuration) -> None:
-        """Set what differs in the configuration of a team: nothing, all ports are there."""
+        """Set the differences in the configuration of a team: none, all ports are free."""
 
     def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
         """Yield what makes the referee, and who leads it through the game."""

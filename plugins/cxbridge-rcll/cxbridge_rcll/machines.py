@@ -49,7 +49,7 @@ class Workplace(Protocol):
     name: str
 
     def has(self, place: MachinePlace) -> bool:
-        """Return whether a workpiece is there."""
+        """Return whether the place has a workpiece."""
 
     def put(self, workpiece: Workpiece) -> None:
         """Lay a workpiece at the input."""
@@ -63,7 +63,7 @@ class Workplace(Protocol):
 
 @dataclass(slots=True)
 class _Work:
-    """What a machine has to do.
+    """The task of a machine.
 
     :param seconds: how long it takes once it has begun.
     :param source: where there must be a workpiece; empty: it needs none.
@@ -92,7 +92,7 @@ class Machine:
         self._report = report
         self._work: list[_Work] = []
 
-    # -- what the referee has it do
+    # -- tasks from the referee
 
     def dispense(self, colour: str) -> None:
         """Put a base on the belt."""
@@ -135,7 +135,7 @@ class Machine:
         self._begin(STORAGE_S, (), lambda: None)
 
     def reset(self) -> None:
-        """Stop; somebody takes away what is not at the input."""
+        """Stop; workpieces that are not at the input are removed."""
         self._work.clear()
         for place in (MachinePlace.MIDDLE, MachinePlace.OUTPUT):
             if self.belt.pop(place, None) is not None and place is MachinePlace.OUTPUT:
@@ -144,7 +144,7 @@ class Machine:
     # -- what robots do at it
 
     def has(self, place: MachinePlace) -> bool:
-        """Return whether a workpiece is there."""
+        """Return whether the place has a workpiece."""
         return place in self.belt
 
     def put(self, workpiece: Workpiece) -> None:
@@ -166,7 +166,7 @@ class Machine:
     # -- its work
 
     def loop(self) -> None:
-        """Do what is due."""
+        """Carry out due steps."""
         while self._work:
             work = self._work[0]
             if work.due_us is None:
@@ -189,7 +189,7 @@ class Machine:
             self._report(self.name, "READY", True)
 
     def _carry(self, sources: tuple[MachinePlace, ...], goal: MachinePlace) -> None:
-        # what is nearest to the middle goes first
+        # the workpiece that is nearest to the middle goes first
         for place in sorted(sources, key=lambda place: place is not MachinePlace.MIDDLE):
             if place in self.belt:
                 self._lay(goal, self.belt.pop(place))

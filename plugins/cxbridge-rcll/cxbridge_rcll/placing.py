@@ -1,6 +1,6 @@
 """Where the machines of one half of the field stand: drawn, such that robots reach each of them.
 
-The league's rules as the referee box applies them: no machine in the entry zone or beside it, none whose
+The league's rules as the referee box applies them: no machine in the entry zone or next to it, none whose
 sides point at a wall, free zones before its sides, never three in a row, and no corner closed off.
 """
 
@@ -51,7 +51,7 @@ class Placed:
             index = turn // 45 % len(_AHEAD)
             step_x, step_y = _AHEAD[index]
             yield self.x + step_x, self.y + step_y
-            if index % 2:  # a robot comes to a corner over the zones beside it
+            if index % 2:  # a robot reaches a corner over the adjacent zones
                 yield self.x + step_x, self.y
                 yield self.x, self.y + step_y
 
@@ -77,7 +77,7 @@ def place(random: Random, machines: Collection[int], width: int, height: int) ->
 
 
 def fits(new: Placed, placed: Collection[Placed], width: int, height: int) -> bool:
-    """Whether a machine has room there, beside the others."""
+    """Whether a machine has room there, among the placed ones."""
     taken = {each.zone for each in placed} | {new.zone}
     if len(taken) != len(placed) + 1 or new.zone in _entry(width):
         return False

@@ -1,4 +1,4 @@
-"""The referee: the rules of the referee box in an environment of their own, on the clock of the run."""
+"""The referee: the rules of the referee box in a separate environment, on the clock of the run."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _VERSION: Final = "(defglobal ?*VERSION-MAJOR* = 0 ?*VERSION-MINOR* = 0 ?*VERSIO
 
 @dataclass(frozen=True, slots=True)
 class RefereeSettings:
-    """What a referee is made from.
+    """The sources of a referee.
 
     :param config: its configuration.
     :param messages: the folder with message definitions.
@@ -96,17 +96,17 @@ class Referee(Component):
         return Machine(name, self._clock, self._report)
 
     def _report(self, machine: str, what: str, value: object) -> None:
-        """Assert for the rules what the sensors of a machine see."""
+        """Assert the values of a machine's sensors for the rules."""
         said: Value = int(value) if isinstance(value, int) and not isinstance(value, bool) else FALSE
         if value is True:
             said = TRUE
         self.env.assert_ordered("mps-status-feedback", (Symbol(machine), Symbol(what), said))
 
     def _print_facts(self, _indices: tuple[Value, ...], _slots: tuple[Value, ...]) -> None:
-        """Print nothing: what the referee box shows at the end as tables is in the result of the game."""
+        """Print nothing: the final tables of the referee box are in the result of the game."""
 
     def loop(self) -> None:
-        """Look at the machines and at what came in, and let the rules decide."""
+        """Read the machines and the received messages, and let the rules decide."""
         env = self.env
         with env.lock:
             self._machines.loop()

@@ -124,7 +124,7 @@ class RemoteReferee:
 class RefereeClient(Component):
     """The connection to a referee box. Making it waits until the referee has said how its game stands.
 
-    :raises CxbridgeError: when nobody is there, that is not a referee of this league, or its game has begun.
+    :raises CxbridgeError: when there is no server, it is not a referee of this league, or its game has begun.
     """
 
     hooks = (Hook.SENSOR_ACQUIRE,)
@@ -171,7 +171,7 @@ class RefereeClient(Component):
             )
 
     def loop(self) -> None:
-        """Take what came from the referee."""
+        """Take the referee's messages."""
         self._listen()
         self._compare_clocks()
 

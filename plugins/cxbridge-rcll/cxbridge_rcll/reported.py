@@ -1,4 +1,4 @@
-"""What a referee elsewhere reports about a game: its state, machines and orders."""
+"""The reports of a referee elsewhere about a game: its state, machines and orders."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ _POINTS: Final = {team: f"points_{team.lower()}" for team in TEAMS}
 _BASE_STATION: Final = "BS"
 
 UNKNOWN: Final = "unknown"
-"""The category of all points: the referee does not say what they are for."""
+"""The category of all points: the referee does not report a reason."""
 
 
 class ReportedMachine:
     """A machine that the referee has, as robots meet it.
 
-    Its sensors see nothing of simulated robots. What is at its output is what the referee says was made
+    Its sensors see nothing of simulated robots. The product at its output is the one that the referee reports
     there, until a robot takes it.
 
     :param pay: reports to the referee that a base went down the slide.
@@ -40,7 +40,7 @@ class ReportedMachine:
         self._pay = pay
 
     def update(self, message: Message) -> None:
-        """Take what the referee reports."""
+        """Take a report of the referee."""
         self._kind = message.type
         if message.HasField("zone"):
             self.zone = _name(message, "zone")
@@ -50,7 +50,7 @@ class ReportedMachine:
         self.state = message.state
 
     def has(self, place: MachinePlace) -> bool:
-        """Return whether a workpiece is there; a base station gives to either side."""
+        """Return whether the place has a workpiece; a base station gives to either side."""
         return self._is_made and (place is MachinePlace.OUTPUT or self._kind == _BASE_STATION)
 
     def put(self, workpiece: Workpiece) -> None:

@@ -24,7 +24,7 @@ ALIGN_S: Final = 4.0
 """Seconds at the end of a way, to align with a machine."""
 
 ANYWHERE_S: Final = 12.0
-"""Seconds to a place that nobody knows."""
+"""Seconds to an unknown place."""
 
 HANDLE_S: Final = 15.0
 """Seconds to take or to put a workpiece."""
@@ -41,8 +41,8 @@ class Robot:
     """A robot.
 
     :param number: from 1.
-    :param held: what is in its gripper.
-    :param put_at: the machine where it has put something last.
+    :param held: the workpiece in its gripper.
+    :param put_at: the machine of its last put.
     """
 
     name: str
@@ -137,7 +137,7 @@ class RobotExecutor(SkillExecutor):
         else:
             self._put(machine, target)
 
-    # -- what they do
+    # -- skills
 
     def _machine(self, name: str) -> Workplace:
         machine = self.world.machine(name)
@@ -205,10 +205,10 @@ def robot_executor(world: RobotWorld) -> type[RobotExecutor]:
 class RobotInterfaces(Component):
     """Writes what robots report over the blackboard besides their skills.
 
-    :param prefixes: what the ids of a robot's interfaces begin with, by its name: as Fawkes' bbsync mirrors
-        them on the blackboard of others, with its name; on its own blackboard with nothing.
+    :param prefixes: the prefixes of the ids of a robot's interfaces, by its name: as Fawkes' bbsync mirrors
+        them on another robot's blackboard, with its name; on its own blackboard empty.
     :param stations: gets the messages to the generator of the navigation graph; None: they change nothing.
-    :raises BlackBoardError: when somebody else writes an interface.
+    :raises BlackBoardError: when an interface has another writer.
     """
 
     hooks = (Hook.SENSOR_PROCESS,)

@@ -27,7 +27,7 @@ def states_of(referee: Referee) -> dict[str, str]:
 
 
 def category_of(reason: str) -> str:
-    """Return a reason without what it has of this machine, robot or order: ``Retrieved cap``."""
+    """Return a reason without the names of machine, robot or order: ``Retrieved cap``."""
     words = _DETAILS.split(reason, maxsplit=1)[0].strip()
     return f"{words} late" if _LATE in reason else words
 

@@ -1,4 +1,4 @@
-"""What a game of the league is played with."""
+"""The settings of a game of the league."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MINUTES: Final = 20.0
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class LeagueSettings:
-    """What a game of the league is played with.
+    """The settings of a game of the league.
 
     :param run: the agent: its checkouts, spec and recordings.
     :param refbox_dir: a checkout of the referee box, whose rules decide; None: ``referee`` does.

@@ -42,7 +42,7 @@ def turn_on(config: Configuration, spec: str, testbed: str, checkouts: Iterable[
 
 
 def _testbeds(files: Iterable[Path]) -> list[str]:
-    """Return the names in the first of the files that is there; none where they are chosen in another way."""
+    """Return the names in the first existing file; none where they are chosen in another way."""
     file = next((file for file in files if file.is_file()), None)
     if file is None:
         return []
@@ -54,7 +54,7 @@ class Verdict:
 
     def __init__(self) -> None:
         self.text = ""
-        """``SUCCEEDED`` or ``FAILED``; empty while nobody has said it."""
+        """``SUCCEEDED`` or ``FAILED``; empty without a verdict so far."""
 
     def __call__(self, event: Event) -> None:
         """Take a log line."""

@@ -12,7 +12,7 @@ from cxbridge_rcll.field import Field, Pose
 _SIDES: Final = ("I", "O")
 _COLUMNS, _ROWS = 7, 8
 _INSERTION_ROW: Final = 1
-"""Where robots come in: nobody waits there."""
+"""The robots' entrance: no robot waits there."""
 
 _FREE_M: Final = 1.5
 """Metres from a place to wait to the next machine, at least."""
@@ -95,5 +95,5 @@ def _zones(places: Field, half: str) -> Iterator[tuple[str, Pose]]:
 
 
 def _distance(pose: Pose, others: list[Pose]) -> float:
-    """Return how far it is to the nearest of the others."""
+    """Return the distance to the nearest other station."""
     return min((pose.distance(other) for other in others), default=math.inf)

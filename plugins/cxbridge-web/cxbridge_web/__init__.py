@@ -1,5 +1,5 @@
 """Fawkes' REST API, a stream of events and a page over HTTP; see docs/rest.md.
 
-The server works in a thread of its own. What it asks of the executive and the blackboard is done by the main
-loop, which :class:`~cxbridge_web.queue.RequestQueue` takes the questions to.
+The server works in a thread. Its requests to the executive and the blackboard are carried out by the main
+loop, which :class:`~cxbridge_web.queue.RequestQueue` hands the questions to.
 """

@@ -44,7 +44,7 @@ _NO_CACHE: Final = {"Cache-Control": "no-cache, no-store, must-revalidate, max-a
 
 
 class Api:
-    """Answers what is asked below ``/api``.
+    """Answers requests below ``/api``.
 
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
@@ -91,7 +91,7 @@ class Api:
                 answer = await self._wait_for(handler, call)
             else:
                 answer = await self._ask(endpoint, partial(endpoint.handler, call), call, ANSWER_S)
-            # a long text is made where it does not keep others waiting
+            # a long text is made where it does not delay other clients
             return await asyncio.to_thread(_finish, endpoint, call, answer, pretty)
         except RefusedError as error:
             raise ApiError(403, f"{error.message} ({error.hint})") from error
@@ -118,7 +118,7 @@ class Api:
             raise ApiError(403, f"Clients may not {what}: {rights.why_not(right)}")
 
     def _in_thread(self, endpoint: Endpoint) -> Handler | None:
-        """Return what is to be called in a thread; None: the main loop answers."""
+        """Return the function to call in a thread; None: the main loop answers."""
         if endpoint.where is Where.THREAD:
             return endpoint.handler
         return endpoint.stalled if self._host.stall else None
@@ -146,7 +146,7 @@ class Api:
         try:
             answer = asyncio.wrap_future(self._queue.ask(look, key))
             answer.add_done_callback(_take_note)
-            # several may wait for the same answer: the one who gives up must not cancel it
+            # several clients may wait for the same answer: one that gives up must not cancel it
             return await asyncio.wait_for(asyncio.shield(answer), limit_s)
         except RequestQueueFullError as error:
             raise ApiError(503, "Too many questions wait for the main loop") from error
@@ -159,7 +159,7 @@ class Api:
 
 
 def _take_note(answer: asyncio.Future[Any]) -> None:
-    """Look at an error for which nobody may wait any more: asyncio would print it."""
+    """Retrieve an error for which no client may wait any more: asyncio would print it."""
     if not answer.cancelled():
         answer.exception()
 
@@ -195,7 +195,7 @@ async def read_object(request: Request) -> dict[str, Any]:
 
 
 def _finish(endpoint: Endpoint, call: ApiCall, answer: Any, pretty: bool) -> Response:
-    """Make the reply of what a handler has returned."""
+    """Make the reply of a handler's return value."""
     answer = endpoint.finish(call, answer)
     if not endpoint.paged:
         return _reply(answer, 200, pretty=pretty)

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class DaemonWeb(ProcessWebHost):
-    """What the web server gets to see of a daemon.
+    """The parts of a daemon that the web server sees.
 
     :param command: carries out a command.
     :param executive: None: there will be none.
@@ -46,11 +46,11 @@ class DaemonWeb(ProcessWebHost):
 
     @property
     def debugger(self) -> Debugger | None:
-        """The executive's debugger; None while it is not there."""
+        """The executive's debugger; None while the executive does not run."""
         return None if self._executive is None else self._executive.debugger
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
-        """Return the CLIPS environments by name; empty while the executive is not there."""
+        """Return the CLIPS environments by name; empty while the executive does not run."""
         return {} if self._executive is None else self._executive.environments
 
     def status(self) -> dict[str, Any]:

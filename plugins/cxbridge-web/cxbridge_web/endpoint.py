@@ -23,7 +23,7 @@ class ApiError(Exception):
     """A request that cannot be answered as wished.
 
     :param status: of HTTP.
-    :param text: what is wrong, for people.
+    :param text: the mistake, for people.
     :param model: the reply as a model; None: the text is the reply.
     """
 
@@ -71,14 +71,14 @@ class ApiCall:
     def window(self) -> Window:
         """Which part of a list is wanted.
 
-        :raises PagingError: when the query makes no sense.
+        :raises PagingError: when the query is invalid.
         """
         return Window.of(self.query)
 
     def text(self, name: str) -> str:
         """Return a member of the body that must be a text.
 
-        :raises ApiError: when it is not there.
+        :raises ApiError: when it does not exist.
         """
         value = self.body.get(name)
         if not isinstance(value, str) or not value:
@@ -114,7 +114,7 @@ class Endpoint:
 
     :param path: below ``/api``; ``{x}`` is one segment, ``{x+}`` one or more characters, slashes included;
         ``/?`` at the end: with or without a slash.
-    :param about: one line on what it is for.
+    :param about: one line on its purpose.
     :param reply: name of the model that it replies with; empty: a text.
     :param many: it replies with a list of them.
     :param paged: parts of the list can be asked for. What ``finish`` returns is cut, unless it is a
@@ -126,7 +126,7 @@ class Endpoint:
     :param stalled: answers in the handler's place, in the server's thread, while the main loop is stuck.
     :param copy: copies the facts that the handler needs, in pieces, in the main loop. Then the handler is
         called in the server's thread.
-    :param finish: makes the reply of what the handler has returned, in the server's thread.
+    :param finish: makes the reply of the handler's return value, in the server's thread.
     """
 
     method: str

@@ -1,4 +1,4 @@
-"""The newest events as text, kept in bounded room, for those who follow them at their own pace."""
+"""The newest events as text, kept in bounded room, for clients that follow them at their own pace."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ GROUPS: Final = (
     frozenset({"goal", "plan-action", "skill", "planner"}),
     frozenset({"log", "message"}),
 )
-"""Kinds that are kept apart from each other and from the rest: what a run has done, and its log. The many
-others, facts and values of interfaces above all, do not crowd them out, so that late clients have them."""
+"""Kinds that are kept apart from each other and from the rest: transitions of a run, and its log. So late
+clients have them, though facts and values of interfaces are far more frequent."""
 
 _OTHERS: Final = len(GROUPS)
 
 
 def group_of(kind: str) -> int:
-    """Return the number of the group that a kind belongs to; that of all others is the last one."""
+    """Return the number of the group of a kind; kinds without a group belong to the last one."""
     return next((number for number, kinds in enumerate(GROUPS) if kind in kinds), _OTHERS)
 
 
 @dataclass(frozen=True, slots=True)
 class EventSelection:
-    """Which events somebody wants.
+    """The events that a client wants.
 
     :param kinds: by their names in :data:`~cxbridge.event_kinds.EVENT_TYPES`.
     :param env: of this environment, and those that belong to none; empty: of all.
@@ -60,8 +60,8 @@ class EventSelection:
 class StreamPosition(NamedTuple):
     """How far a client has come.
 
-    :param counts: how many events of each group there were up to there; of the others at the end.
-    :param lost: how many were gone before they came here.
+    :param counts: the number of events of each group up to the position; the last is the rest.
+    :param lost: the number of events that were lost before the buffer.
     """
 
     counts: tuple[int, ...] = (0,) * (_OTHERS + 1)
@@ -109,14 +109,14 @@ class _Group:
             self.gone += 1
 
     def after(self, count: int) -> list[_BufferedEvent]:
-        """Return what came after so many; quick for those who are up to date."""
+        """Return the events after a number; quick for clients that are up to date."""
         later = list(islice(reversed(self.entries), max(0, self.gone + len(self.entries) - count)))
         later.reverse()
         return later
 
 
 class EventBuffer:
-    """Events in their order, each group (:data:`GROUPS`) in bounds of its own.
+    """Events in their order, each group (:data:`GROUPS`) within its bounds.
 
     For one thread.
     """
@@ -148,11 +148,11 @@ class EventBuffer:
         return sum(len(group.entries) for group in self._groups)
 
     def skip(self, count: int) -> None:
-        """Note that so many events are gone before they came here."""
+        """Note events that were lost before the buffer."""
         self.end = self.end._replace(lost=self.end.lost + count)
 
     def add(self, events: Iterable[Event]) -> None:
-        """Keep events; of each interface what is new, and of what comes together the last."""
+        """Keep events; of each interface the changes, and of simultaneous ones the last."""
         events = list(events)
         last = {event.uid: event for event in events if isinstance(event, InterfaceWrite)}
         for event in events:
@@ -176,10 +176,10 @@ class EventBuffer:
     def after(
         self, position: StreamPosition, selection: EventSelection
     ) -> tuple[list[tuple[StreamPosition, bytes]], StreamPosition, int]:
-        """Return what came after a position: a bunch of about :data:`BUNCH_BYTES`.
+        """Return the events after a position: a bunch of about :data:`BUNCH_BYTES`.
 
-        :returns: the events with the positions after them; the position to go on after; how many events are
-            gone in between, of the groups that are wanted.
+        :returns: the events with the positions after them; the position to continue after; the number of
+            missing events in between, of the wanted groups.
         """
         groups = selection.groups
         later = merge(*(self._groups[each].after(position.counts[each]) for each in groups), key=_order)

@@ -1,4 +1,4 @@
-"""The source of a stream of events: the bus, and of that only what somebody wants."""
+"""The source of a stream of events: the bus, restricted to the events that clients want."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ MOST_PENDING: Final = 10_000
 
 
 def default_kinds() -> frozenset[str]:
-    """Return what is sent to those who do not say what they want: the kinds that every recording has."""
+    """Return the default selection of a client: the kinds that every recording has."""
     return frozenset(event_type.KIND.name for event_type in RecordLevel.TRANSITIONS.event_types)
 
 
 class EventCollector:
     """Takes events from the bus to the server's thread.
 
-    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's the others.
+    The main loop's thread calls :meth:`poll` and :meth:`close`, the server's thread the other methods.
     """
 
     def __init__(self, host: WebHost) -> None:
@@ -48,7 +48,7 @@ class EventCollector:
         self._watched: list[tuple[ClipsEnvironment, str]] = []
         self._environments: list[ClipsEnvironment] = []
         self.firings: Counter[tuple[str, str]] = Counter()
-        """How often which rule of which environment has fired while somebody wanted to know."""
+        """The number of firings by environment and rule, while a client wanted them."""
         self._on_demand = {name: kind for name, kind in EVENT_TYPES.items() if kind.KIND.on_demand}
         host.bus.subscribe(self._take, *(kind for kind in EVENT_TYPES.values() if not kind.KIND.on_demand))
 
@@ -57,7 +57,7 @@ class EventCollector:
         """Whether :attr:`firings` are counted now."""
         return "rule" in self._open
 
-    # -- in the threads of those who emit
+    # -- in the threads of the emitters
 
     def _take(self, event: Event) -> None:
         pending = self._pending[group_of(event.KIND.name)]
@@ -73,7 +73,7 @@ class EventCollector:
     # -- in the server's thread
 
     def want(self, kinds: Iterable[str], *, more: bool) -> None:
-        """Note that somebody wants these kinds, or wants them no more; used at the start of a loop."""
+        """Note that a client wants these kinds, or stops to want them; used at the start of a loop."""
         for kind in self._on_demand.keys() & set(kinds):
             self._wanted[kind] += 1 if more else -1
 
@@ -86,7 +86,7 @@ class EventCollector:
     # -- in the main loop's thread
 
     def poll(self) -> None:
-        """Listen to what is wanted, and to nothing else. Called once a loop."""
+        """Subscribe to the wanted kinds, and to no other. Called once a loop."""
         wanted = {kind for kind in self._on_demand if self._wanted[kind] > 0}
         environments = list(self._host.environments().values())
         if wanted == self._open.keys() and environments == self._environments:
@@ -107,7 +107,7 @@ class EventCollector:
         self._watched.clear()
         for sink in self._open.values():
             bus.unsubscribe(sink)
-        # where others listen already it is for them to say what is watched
+        # other listeners decide themselves what facts and rules are watched
         alone = [kind for kind in wanted if not bus.wants(self._on_demand[kind])]
         self._open = {kind: self._sink(kind) for kind in wanted}
         for kind, sink in self._open.items():

@@ -104,7 +104,7 @@ class EventStreams:
                 self._buffer.forget_interfaces()
 
     def _position(self, request: Request) -> StreamPosition:
-        """Return after what the client wants to go on.
+        """Return the position after which the client wants to continue.
 
         :raises ValueError: when it is not an id.
         """
@@ -153,7 +153,7 @@ class EventStreams:
     def _bunch(
         self, position: StreamPosition, selection: EventSelection, *, together: bool
     ) -> tuple[bytes, StreamPosition]:
-        """Return what came after a position as text, and the position after it; made once for all.
+        """Return the events after a position as text, and the position after them; made once for all clients.
 
         :param together: as one message, whose lines are the events: browsers take a tenth of a millisecond
             for each message.
@@ -190,7 +190,7 @@ class EventStreams:
         self._ticker = None
 
     def _collect(self) -> bool:
-        """Take over what came; return whether there is anything new."""
+        """Take over new events; return whether there are any."""
         before = self._buffer.end
         events, lost = self._collector.drain()
         if lost:
@@ -217,7 +217,7 @@ async def _disconnected(receive: Receive) -> None:
 
 
 def _selection(request: Request) -> EventSelection:
-    """Return what the client wants.
+    """Return the client's selection.
 
     :raises ValueError: when there is no such kind.
     """

@@ -31,10 +31,10 @@ _LONGEST_NAME: Final = 250
 
 
 class Figures:
-    """What the server knows about itself.
+    """The web server's state.
 
-    :param streams: who follows.
-    :param collector: counts the firings of rules while somebody follows them.
+    :param streams: the clients that follow events.
+    :param collector: counts the firings of rules while a client follows them.
     :param navgraphs: the navigation graphs that were read.
     """
 
@@ -122,7 +122,7 @@ def _rules(call: ApiCall) -> tuple[str, list[RuleRow], tuple[str, ...]]:
 
 
 def _constructs(call: ApiCall) -> tuple[tuple[str, ...], str, str, bool]:
-    """Return the loaded files, and what is wanted of them: kinds, names, whether texts."""
+    """Return the loaded files as selected: kinds, names, with or without texts."""
     env, query = _environment(call), call.query
     with env.lock:
         files = tuple(map(str, env.loader.files))

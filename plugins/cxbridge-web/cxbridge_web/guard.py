@@ -30,9 +30,9 @@ _ALWAYS: Final = (
 
 
 class Guard:
-    """Lets requests through to an application that may come, and answers the others.
+    """Lets allowed requests through to an application, and answers the rest.
 
-    :param app: what is guarded.
+    :param app: the guarded application.
     """
 
     def __init__(self, app: ASGIApp, settings: WebSettings) -> None:
@@ -44,7 +44,7 @@ class Guard:
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Check one request."""
         if scope["type"] != "http":
-            return  # no WebSocket here: the server answers with an error of its own
+            return  # no WebSocket here: the server itself answers with an error
         headers = Headers(scope=scope)
         origin = headers.get("origin", "")
         shared = is_allowed(origin, self._origins)

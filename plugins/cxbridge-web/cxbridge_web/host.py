@@ -36,14 +36,14 @@ class WebHost(Protocol):
 
     @property
     def debugger(self) -> Debugger | None:
-        """The executive's debugger; None while it is not there."""
+        """The executive's debugger; None while the executive does not run."""
 
     @property
     def operations(self) -> OperationContext:
         """What operations work on."""
 
     def environments(self) -> Mapping[str, ClipsEnvironment]:
-        """Return the CLIPS environments by name; empty while the executive is not there."""
+        """Return the CLIPS environments by name; empty while the executive does not run."""
 
     def status(self) -> dict[str, Any]:
         """Return how the process and its components stand; docs/rest.md has the fields."""

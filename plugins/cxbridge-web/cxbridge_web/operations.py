@@ -86,7 +86,7 @@ def _given(operation: Operation[Any], route: Route[Any], call: ApiCall) -> dict[
 
 
 def _wrong(operation: Operation[Any], route: Route[Any], name: str) -> str:
-    """Return what is wrong with a parameter, for people."""
+    """Return the description of a parameter's mistake, for people."""
     parameter = next(each for each in fields(operation.parameters) if each.name == name)
     member, kind = route.names.get(name, name), _type(parameter)
     if parameter.required and kind is str and name not in route.given:

@@ -25,7 +25,7 @@ _MOST_PORT: Final = 65_535
 
 
 def has_desktop(platform: str = sys.platform, environ: Mapping[str, str] = os.environ) -> bool:
-    """Return whether a browser has a window of its own; in the terminal it would be in the way."""
+    """Return whether a browser has a separate window; in the terminal it would be in the way."""
     return platform in {"darwin", "win32"} or bool(environ.get("DISPLAY") or environ.get("WAYLAND_DISPLAY"))
 
 

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
 
 FOLDER: Final = Path(__file__).resolve().parent / "static"
-"""What is served: ``index.html`` at ``/``."""
+"""The served folder: ``index.html`` is at ``/``."""
 
 POLICY: Final = (
     "default-src 'self'; img-src 'self' data: blob:; style-src 'self' 'unsafe-inline'; object-src 'none'; "
@@ -43,7 +43,7 @@ def views_module() -> str:
 
 
 def site_module(runs: Sequence[tuple[str, str]] | None) -> str:
-    """Return the module that says to the page what is behind it.
+    """Return the module that tells the page its source of data.
 
     :param runs: recorded runs, by path and name; None: a daemon or a run, with the API.
     """

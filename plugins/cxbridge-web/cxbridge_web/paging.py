@@ -20,7 +20,7 @@ PARAMETERS: Final[tuple[tuple[str, str, Mapping[str, Any]], ...]] = (
 
 
 class PagingError(ValueError):
-    """A parameter that makes no sense."""
+    """An invalid parameter."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,7 +48,7 @@ class Window:
 
     @classmethod
     def of(cls, query: Mapping[str, str]) -> Window:
-        """Return what a query asks for.
+        """Return the selection of a query.
 
         :raises PagingError: when a number is none.
         """

@@ -17,14 +17,14 @@ SHARE: Final = 0.1
 """The part of its time that the loop gives the web at most."""
 
 MOST_REST_S: Final = 1.0
-"""Seconds that nothing is answered at most: after a reset that took two, nobody waits for eighteen."""
+"""Seconds without an answer at most: after a reset of two seconds, no client waits for eighteen."""
 
 LONG_S: Final = 0.005
 """After which no further question is taken in the same loop."""
 
 
 class QueueClosedError(Exception):
-    """Nobody answers any more."""
+    """The queue is closed: requests get no answer."""
 
 
 class RequestQueueFullError(Exception):
@@ -56,8 +56,8 @@ class RequestQueue:
     def ask(self, look: Callable[[], Any], key: object = None) -> Future[Any]:
         """Have ``look`` called by the loop, and return where its answer will be.
 
-        What returns a generator is done in pieces: it goes on in the same loop or a later one after each
-        ``yield``, and its answer is what it returns.
+        A function that returns a generator is run in pieces: the generator continues in the same loop or a
+        later one after each ``yield``, and its return value is the answer.
 
         :param key: of questions with the same key that wait one is asked, for all. None: never.
         :raises QueueFullError: when too many wait.
@@ -97,7 +97,7 @@ class RequestQueue:
         self._rest_until = end + min((end - start) * (1 / SHARE - 1), MOST_REST_S)
 
     def _put_back(self, question: _QueuedRequest) -> None:
-        """Let a question that is not done wait behind the others: those that are short need not."""
+        """Let an unfinished question wait behind the rest: short questions need not wait for it."""
         with self._lock:
             if not self._closed:
                 self._waiting.append(question)
@@ -105,7 +105,7 @@ class RequestQueue:
         question.answer.set_exception(QueueClosedError())
 
     def close(self) -> None:
-        """Refuse what waits, and what comes. A second call does nothing."""
+        """Refuse waiting and later questions. A second call does nothing."""
         with self._lock:
             self._closed = True
             waiting = list(self._waiting)
@@ -126,10 +126,10 @@ class RequestQueue:
 
 
 def _answer(question: _QueuedRequest, is_late: Callable[[], bool]) -> bool:
-    """Answer a question; whether it is done. One in pieces is left as soon as it is late."""
+    """Answer a question; return whether it is done. A question in pieces is left when it becomes late."""
     answer = question.answer
     if question.pieces is None and not answer.set_running_or_notify_cancel():
-        return True  # nobody waits for it any more
+        return True  # the client has given up
     try:
         result = question.look() if question.pieces is None else question.pieces
         if isinstance(result, Generator):

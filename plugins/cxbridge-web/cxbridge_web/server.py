@@ -1,4 +1,4 @@
-"""The web server: a thread that serves, and what the main loop does for it."""
+"""The web server: a thread that serves, and its part in the main loop."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ COMPONENT: Final = "Web"
 
 
 class WebServer:
-    """Serves in a thread of its own, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
+    """Serves in a thread, from :meth:`start` to :meth:`stop`; keeps events from when it is made.
 
     :param host: the process around it.
     :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
@@ -72,7 +72,7 @@ class WebServer:
         thread.start(Guard(site, self._settings))
 
     def attend(self) -> None:
-        """Do what the server asks for. Called once a loop, by the main loop's thread."""
+        """Carry out the requests of the server's thread. Called once a loop, by the main loop's thread."""
         self._collector.poll()
         self._queue.poll()
 

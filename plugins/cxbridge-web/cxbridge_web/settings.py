@@ -24,9 +24,9 @@ class WebSettings(PluginSettings):
     """A web server's settings.
 
     :param port: 0: any free one.
-    :param token: empty: everybody on this machine may come.
+    :param token: empty: every user of this machine may connect.
     :param tls_cert: PEM file with the certificate; with ``tls_key``.
-    :param allow_origins: whose pages may use the API, beside our own; ``*``: all.
+    :param allow_origins: the origins whose pages may use the API, besides our own; ``*``: all.
     :param exact: answer as Fawkes does where Fawkes has a defect.
     """
 

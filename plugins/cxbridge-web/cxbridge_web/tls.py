@@ -1,4 +1,4 @@
-"""Certificate and key of a server: looked at before it starts, to report what is wrong with its file."""
+"""Certificate and key of a server: checked before it starts, to report mistakes in their files."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ class WrittenConstruct:
     :param file: as seen from the working directory, if it is below that.
     :param line: where it begins, from 1.
     :param core: whether its file is one of the CX core's, and not of the agent.
-    :param text: as it is written, comments included.
+    :param text: the source text, comments included.
     """
 
     kind: str

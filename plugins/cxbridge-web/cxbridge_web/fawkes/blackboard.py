@@ -42,7 +42,7 @@ def _info(call: ApiCall, info: InterfaceInfo) -> dict[str, Any]:
     try:
         schema = call.host.board.registry.get(info.type).SCHEMA
     except InterfaceError:
-        pass  # somebody else's, of whom there is no definition here
+        pass  # a foreign interface without a definition here
     else:
         fields = _fields(schema.fields)
         messages = [{"name": message.name, "fields": _fields(message.fields)} for message in schema.messages]

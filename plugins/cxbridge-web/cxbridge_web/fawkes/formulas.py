@@ -28,7 +28,7 @@ class Known:
     """All facts of formulas that exist.
 
     :param groundings: by id.
-    :param nodes: whether it is an atom, and its slots, by what they are part of.
+    :param nodes: whether it is an atom, and its slots, by the id of their parent.
     :param satisfied: whether it is, by grounding and id of the formula or predicate.
     """
 

@@ -32,7 +32,7 @@ _STATUS: Final = {"S_RUNNING": "RUNNING", "S_FINAL": "FINAL", "S_FAILED": "FAILE
 
 @dataclass(slots=True)
 class _ShownGraph:
-    """What a Skiller shows to all clients.
+    """The state of a Skiller that all clients see.
 
     :ivar lock: held while a client has the Skiller show something.
     :ivar last: the state machine that the Skiller showed last. An idle Skiller has none: after a request for
@@ -49,7 +49,7 @@ _graphs: WeakKeyDictionary[WebHost, dict[str, _ShownGraph]] = WeakKeyDictionary(
 
 @contextmanager
 def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
-    """Open interfaces of the Skiller that is asked for, which must be there.
+    """Open interfaces of the requested Skiller, which must be running.
 
     :raises ApiError: when it is not.
     """
@@ -67,7 +67,7 @@ def _opened(call: ApiCall, *types: str) -> Iterator[list[Any]]:
         if not all(instance.has_writer for instance in instances):
             raise ApiError(503, "Behavior Engine plugin is not loaded")
         yield instances
-    except NoWriterError as error:  # it has gone meanwhile
+    except NoWriterError as error:  # it has stopped during the request
         raise ApiError(503, "Behavior Engine plugin is not loaded") from error
     finally:
         for instance in instances:
@@ -92,7 +92,7 @@ def _show(debug: Any, what: str) -> None:
 
 @contextmanager
 def _alone_with(call: ApiCall, debug: Any) -> Iterator[_ShownGraph]:
-    """Let no other client have the Skiller show something meanwhile."""
+    """Reserve the Skiller's debug interface for one client."""
     shown = _graphs.setdefault(call.host, {}).setdefault(debug.id, _ShownGraph())
     with shown.lock:
         debug.read()

@@ -45,7 +45,7 @@ def copy(
     """Copy facts of an environment, piece by piece.
 
     :param wanted: whether those of a deftemplate are, by its name.
-    :param status: when there is no such environment, or it ends meanwhile.
+    :param status: when there is no such environment, or it ends during the request.
     :param window: which of them; those that are searched for a text are all copied.
     :raises ApiError: when there is none of that name.
     """
@@ -101,7 +101,7 @@ def number(slots: Slots, name: str) -> Any:
 
 
 def integer(slots: Slots, name: str) -> int:
-    """Return an integer; what is behind the point is left out.
+    """Return an integer; the digits after the point are dropped.
 
     :raises SlotError: when it is none.
     """
@@ -125,7 +125,7 @@ def flag(slots: Slots, name: str) -> bool:
 def texts(slots: Slots, name: str, other: str = "CANNOT-REPRESENT") -> list[str]:
     """Return all values as texts.
 
-    :param other: stands for what has none.
+    :param other: stands for items without one.
     """
     value = slots.get(name, ())
     return [_text(item, other) for item in (value if isinstance(value, tuple) else (value,))]

@@ -35,7 +35,7 @@ def _plain(value: ConfigValue) -> Any:
 
 
 def config_tree(config: Configuration, query: str) -> dict[str, Any]:
-    """Return what is below a path, nested from the root; secrets are left out."""
+    """Return the values below a path, nested from the root; secrets are left out."""
     tree: dict[str, Any] = {}
     for value in config.search(query):
         names = [name for name in value.path.split("/") if name]

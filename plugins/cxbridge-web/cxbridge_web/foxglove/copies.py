@@ -1,4 +1,4 @@
-"""Writes a run as mcap with the messages that Foxglove's panels show beside the events."""
+"""Writes a run as mcap, with additional messages that Foxglove's panels show."""
 
 from __future__ import annotations
 

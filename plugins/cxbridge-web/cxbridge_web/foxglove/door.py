@@ -33,7 +33,8 @@ _END: Final = b"\r\n\r\n"
 def hidden_host() -> str:
     """Return an address of this machine for the server behind the door.
 
-    Linux and Windows have 16 million of them: no page of a browser tries so many with all their ports.
+    Linux and Windows have 16 million of them: no page of a browser can try so large a number with all their
+    ports.
     """
     if sys.platform == "darwin":  # which has only the first one
         return LOOPBACK
@@ -42,9 +43,9 @@ def hidden_host() -> str:
 
 
 class FoxgloveDoor(Closing):
-    """Listens where Foxglove connects, in a thread of its own.
+    """Listens where Foxglove connects, in a thread.
 
-    :param warn: gets what goes wrong.
+    :param warn: gets errors.
     :raises OSError: when the address or the port cannot be had.
     """
 

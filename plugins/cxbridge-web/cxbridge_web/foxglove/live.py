@@ -47,9 +47,9 @@ class FoxgloveServer:
         self._server: Any = None
         self._door: FoxgloveDoor | None = None
         self.url = ""
-        """Where it serves, once it does."""
+        """The server's address, once it serves."""
         kinds: tuple[type[Event], ...] = (*RecordLevel.TRANSITIONS.event_types, LoopTime)
-        # Before a client is there: the SDK advertises a channel a moment before it accepts subscriptions.
+        # Before the first client: the SDK advertises a channel a moment before it accepts subscriptions.
         for kind in kinds:
             if not kind.KIND.topic_field:
                 self._add_event(kind.KIND.topic, kind)
@@ -92,7 +92,7 @@ class FoxgloveServer:
             door.close()
 
     def attend(self) -> None:
-        """Send what holds to those who have subscribed since the last call. Called once a loop."""
+        """Send lasting messages to new subscribers. Called once a loop."""
         if not self._asked:
             return
         with self._lock:
@@ -127,9 +127,9 @@ class FoxgloveServer:
         self._log(message.topic, message.lasting, time_us, partial(_encoded, message))
 
     def _log(self, topic: str, subject: str, time_us: int, encoded: _Encoded) -> None:
-        """Send a message to those who have subscribed, and keep it if it reports a state.
+        """Send a message to subscribers, and keep it if it reports a state.
 
-        :param subject: what has the state that it reports; empty: it reports none.
+        :param subject: the subject of the reported state; empty: the message reports no state.
         """
         channel, time_us = self._channels[topic], max(time_us, 0)
         if subject:

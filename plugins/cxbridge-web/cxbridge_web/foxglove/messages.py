@@ -10,7 +10,7 @@ from cxbridge.events import Event, InterfaceWrite, Level, LogLine, NavGraphRead
 from cxbridge_web.foxglove.scenes import is_number, navgraph_scene, pose, quaternion, stamp, vector
 
 LOG_TOPIC: Final = "/foxglove/log"
-"""The topic of the log. Readers of runs pass over what is below ``/foxglove``: they go by the schema."""
+"""The topic of the log. Readers of runs skip topics below ``/foxglove``: they select by the schema."""
 
 TRANSFORM_TOPIC: Final = "/foxglove/tf"
 
@@ -29,9 +29,9 @@ class FoxgloveMessage:
     """A message.
 
     :param schema: its name, without ``foxglove.``.
-    :param data: what JSON can have.
-    :param lasting: what it says holds until another message with this text says otherwise; empty: it is
-        about one moment.
+    :param data: JSON data.
+    :param lasting: the subject of a state, which holds until the next message with this subject; empty: the
+        message is about one moment.
     """
 
     topic: str
@@ -118,7 +118,7 @@ def _frame(event: InterfaceWrite, name: str) -> str:
 
 
 def _numbers(event: InterfaceWrite, name: str, count: int) -> tuple[float, ...] | None:
-    """Return so many numbers of a field; None when it has others: JSON knows no NaN."""
+    """Return this many numbers of a field; None when it has other values: JSON knows no NaN."""
     value = event.values.get(name)
     if not isinstance(value, list | tuple) or len(value) != count or not all(map(is_number, value)):
         return None

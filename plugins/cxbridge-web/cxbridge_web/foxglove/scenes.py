@@ -35,7 +35,7 @@ def vector(values: Sequence[float]) -> dict[str, float]:
 
 
 def quaternion(values: Sequence[float]) -> dict[str, float]:
-    """Return a rotation; of all zeros, as an interface has that nobody has set, none."""
+    """Return a rotation; of all zeros, the value of an unset interface, none."""
     return dict(zip("xyzw", values if any(values) else (0.0, 0.0, 0.0, 1.0), strict=True))
 
 
@@ -74,7 +74,7 @@ def navgraph_scene(event: NavGraphRead) -> dict[str, Any]:
 
 
 def _places(event: NavGraphRead) -> Iterator[tuple[str, _Place]]:
-    """Yield the nodes that have a place; a recording of somebody else may hold anything."""
+    """Yield the nodes that have a place; a foreign recording may hold any value."""
     for name, node in event.nodes.items():
         x, y = node.get("x"), node.get("y")
         if is_number(x) and is_number(y):

@@ -55,7 +55,7 @@ class Connection(H11Protocol):
 
 
 class Door(PatientListener):
-    """A listening socket that takes at most :data:`MOST_SOCKETS` connections at a time, and ends the others.
+    """A listening socket that keeps at most :data:`MOST_SOCKETS` connections, and ends further ones.
 
     Without it strangers could use up the files that the process may open.
     """

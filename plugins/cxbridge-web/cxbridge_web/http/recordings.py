@@ -89,7 +89,7 @@ class RecordingsApp:
 
 
 def _name(path: Path) -> str:
-    """Return a recording's name in addresses: the page decides by its content what it is."""
+    """Return a recording's name in addresses: the page detects its format by its content."""
     return path.name or "run"
 
 

@@ -1,4 +1,4 @@
-"""An HTTP server in a thread of its own, from its start to its stop."""
+"""An HTTP server in a thread, from its start to its stop."""
 
 from __future__ import annotations
 
@@ -63,9 +63,9 @@ class _LogHandler(logging.Handler):
 class HttpThread:
     """Serves an application.
 
-    :param log: gets what goes wrong.
+    :param log: gets errors.
     :param most_sockets: connections at a time, at most :data:`~cxbridge_web.http.connections.MOST_SOCKETS`.
-    :raises CxbridgeError: when it cannot be where the settings say, or they make no sense.
+    :raises CxbridgeError: when the address cannot be bound, or the settings are invalid.
     """
 
     def __init__(self, settings: WebSettings, log: Logger, most_sockets: int = MOST_SOCKETS) -> None:
@@ -141,7 +141,7 @@ class HttpThread:
     def stop(self, closing: Callable[[], None] = lambda: None) -> None:
         """Serve no more. A second call does nothing.
 
-        :param closing: called in the server's thread; ends answers that would go on.
+        :param closing: called in the server's thread; ends answers without an end.
         """
         thread, self._thread = self._thread, None
         if thread is not None and self._server is not None:

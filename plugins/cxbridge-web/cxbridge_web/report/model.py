@@ -1,4 +1,4 @@
-"""The data of a page about a run beside its history: rules, log and interfaces, each over time.
+"""The data of a page about a run, except its history: rules, log and interfaces, each over time.
 
 Times and ``seq`` are those of the run's history, see :mod:`cxbridge.history.model`.
 """
@@ -14,7 +14,7 @@ from cxbridge.history.keeping import Kept
 
 @dataclass(frozen=True, slots=True)
 class ReportLimits(HistoryLimits):
-    """How much of a run a page keeps; what is beyond is counted and reported.
+    """The limits of the data of a page; data beyond them is counted and reported.
 
     :param log: lines of each level: the first and the last ones.
     :param writes: writes that changed an interface, the first and the last ones.
@@ -57,9 +57,9 @@ class RunModel:
     :param firings: seq, time, and number of the rule in ``rules``.
     :param log: seq, time, number of the component in ``components``, text; by level.
     :param changes: seq, time, number of the interface in ``interfaces``, the fields that changed as texts.
-    :param messages: seq, time, number of the interface, what was sent.
-    :param facts: seq, time, and how many more facts than at the start there were then; empty without facts.
-    :param notes: what the reader must know, in whole sentences.
+    :param messages: seq, time, number of the interface, the message.
+    :param facts: seq, time, and the difference from the number of facts at the start; empty without facts.
+    :param notes: warnings for the reader, in whole sentences.
     """
 
     history: RunHistory

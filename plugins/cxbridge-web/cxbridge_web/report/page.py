@@ -34,7 +34,7 @@ ATTACHED_ALL = 2 * 1024 * 1024
 def report(run: Run, title: str = "", limits: ReportLimits | None = None) -> str:
     """Return a page about a run.
 
-    :param title: what is above it; the name of the run for none.
+    :param title: its heading; empty: the name of the run.
     :raises TraceError: when the run cannot be read.
     """
     model = read(run, limits)
@@ -70,7 +70,7 @@ def _shared_style(name: str) -> str:
 
 
 def _remarks(model: RunModel) -> list[str]:
-    """Return what the reader must know, with what is missing."""
+    """Return the warnings for the reader, with the missing data."""
     missing = []
     if not model.history.events:
         missing = ["The recording has no events."]
@@ -154,7 +154,7 @@ def _text_of(file: Attachment) -> str | None:
 
 
 def page_data(model: RunModel) -> dict[str, Any]:
-    """Return what the scripts get; data.js knows the places of the values."""
+    """Return the data for the scripts; data.js knows the places of the values."""
     history = model.history
     numbers = {id(call): number for number, call in enumerate(history.calls)}
     return {

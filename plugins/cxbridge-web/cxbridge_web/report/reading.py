@@ -1,4 +1,4 @@
-"""Reads a run once, and keeps of it what a page shows."""
+"""Reads a run once, and keeps the data that a page shows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LONGEST_VALUE = 400
 
 
 def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
-    """Read a run, and return what a page shows of it.
+    """Read a run, and return the data that a page shows.
 
     :raises TraceError: when it cannot be read.
     """
@@ -40,7 +40,7 @@ def read(run: Run, limits: ReportLimits | None = None) -> RunModel:
 def read_events(
     events: Iterable[Event], limits: ReportLimits | None = None, start_us: int | None = None
 ) -> RunModel:
-    """Return what a page shows of events."""
+    """Return the data of events that a page shows."""
     reader = _ReportReader(limits or ReportLimits(), start_us)
     for event in events:
         reader.take(event)
@@ -85,7 +85,7 @@ class _ReportReader:
             taker(event)
 
     def finish(self) -> RunModel:
-        """Return what was kept."""
+        """Return the kept data."""
         model = self._model
         model.facts = self._curve.points()
         model.notes = [*self._history.clock.notes(), *self._left_out()]
@@ -146,7 +146,7 @@ class _ReportReader:
         return number
 
     def _left_out(self) -> list[str]:
-        """Return what is not on the page."""
+        """Return the data that the page leaves out."""
         model, notes = self._model, []
         for level, lines in self._log.items():
             if lines.lost:

@@ -26,7 +26,7 @@ class FoxgloveComponent(Component):
         self._daemon.add_endpoints([self._server.url], "Foxglove")
 
     def loop(self) -> None:
-        """Serve those who have just subscribed."""
+        """Serve new subscribers."""
         self._server.attend()
 
     def close(self) -> None:

@@ -98,7 +98,7 @@ class RunWeb(ProcessWebHost):
 
     @property
     def stall(self) -> str:
-        """Nothing: nobody watches the loops of a run that has a page."""
+        """Nothing: the loops of a run with a page have no watcher."""
         return ""
 
     def interrupt(self) -> None:
@@ -119,7 +119,7 @@ class RunWeb(ProcessWebHost):
         raise CxbridgeError(f"{name} cannot be {what}: a run has the same parts from its start to its end")
 
     def attend(self) -> None:
-        """Do what was asked for between two loops."""
+        """Answer requests between two loops."""
         self.service.run()
         self._agent.attend()
 

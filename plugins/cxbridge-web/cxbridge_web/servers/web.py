@@ -1,4 +1,4 @@
-"""The web server of a daemon. It receives events from its configuration on: others begin before it serves."""
+"""The web server of a daemon. It collects events from its configuration on, before it serves."""
 
 from __future__ import annotations
 

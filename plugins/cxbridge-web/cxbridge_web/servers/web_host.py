@@ -1,4 +1,4 @@
-"""What a daemon and a single run have in common as their web server sees them."""
+"""The common interface of a daemon and a single run for their web server."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class HostedProcess(Protocol):
 class ProcessWebHost(ABC):
     """The common part of :class:`cxbridge_web.host.WebHost`.
 
-    :param hosted: what the web server shows.
+    :param hosted: the source of the web server's data.
     """
 
     def __init__(self, hosted: HostedProcess) -> None:

@@ -2,7 +2,7 @@
 
 A viewer puts a slice below the one that is open on its thread: within a thread slices must nest, and events
 of the same time must come in the right order. That order is (seq, rank): the number of the event of the run,
-and what is written about it first.
+and the rank of the message about it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ def label(text: str) -> str:
 
 
 class Rank(IntEnum):
-    """The order of what belongs to one event of the run."""
+    """The order of the messages about one event of the run."""
 
     END_INNER = 0
     END = 1
@@ -110,7 +110,7 @@ class Events:
     def instant(self, track: Track, name: str, at: Moment, args: Mapping[str, Any], *, category: str) -> None:
         """Add something that takes no time; those of a track come in order.
 
-        Viewers stack what has the same time. A nanosecond between them keeps them on one line.
+        Viewers stack slices with the same time. A nanosecond between them keeps them on one line.
         """
         time, count = self._last.get(track, (-1, 0))
         count = count + 1 if time == at[1] else 0

@@ -39,7 +39,7 @@ _LEVELS = {"D": "debug", "I": "info", "W": "warning", "E": "error"}
 def write_timeline(run: Run, output: Path) -> tuple[int, list[str]]:
     """Write a run as trace events.
 
-    :returns: how many events were written, and what the user should know about them.
+    :returns: the number of written events, and warnings for the user.
     :raises CxbridgeError: when the run cannot be read, or the file not written.
     """
     model = read(run, LIMITS)

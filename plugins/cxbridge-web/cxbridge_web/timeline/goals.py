@@ -113,7 +113,7 @@ def _add_plan(
 ) -> None:
     """Add a plan: a slice for it, within it its actions, within them their states.
 
-    Actions that overlap each other get tracks of their own.
+    Actions that overlap each other get separate tracks.
     """
     name, actions, depth = plan
     title = f"{_indent(depth)}plan {name}"
@@ -161,7 +161,7 @@ def _add_action(
 ) -> None:
     """Add a slice for an action, and within it one for each state.
 
-    :param remark: what is said of it when it is not over.
+    :param remark: the remark for an unfinished one.
     """
     begin, end = span
     last = action.state

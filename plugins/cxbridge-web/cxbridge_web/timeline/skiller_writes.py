@@ -24,7 +24,7 @@ class SkillerWrites:
     def of(self, call: SkillExecution, ordered: int) -> tuple[int | None, int | None]:
         """Return the positions of the writes that showed that a skill runs, and how it ended.
 
-        The executive reads what was written before: the writes come before what it says about the skill.
+        The executive reads earlier writes: the writes come before the executive's events about the skill.
         """
         begin = call.begin[0]
         began = [
