@@ -18,7 +18,7 @@ def why(run: Run, name: str) -> Sequence[str]:
 
 
 def broken_agent(error: BrokenAgentError, options: RunOptions) -> BrokenAgentError:
-    """Return the error with the findings of the check: the word that is wrong, and what was meant."""
+    """Return the error with the findings of the check: the wrong word, and the nearest known one."""
     from cxbridge_studio.check.broken import with_findings  # noqa: PLC0415 - as above
 
     return with_findings(error, options)

@@ -1,4 +1,4 @@
-"""`cxbridge coverage`: what a set of recorded runs has used of an agent."""
+"""`cxbridge coverage`: the parts of an agent that a set of recorded runs has used."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ class _Scenario:
 
 @dataclass(frozen=True, kw_only=True)
 class _CoverageOutputs:
-    """Where the result goes, and what it has to be."""
+    """The place of the result, and the limits that it has to meet."""
 
     lcov: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write a tracefile of lcov.", show_default=False)
@@ -82,7 +82,7 @@ def coverage(
 ) -> int:
     """Show which rules, goal classes and modes, actions and skills a set of recorded runs used.
 
-    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks what is asked for.
+    Exit status: 0 reported; 1 less than --fail-under; 2 a run cannot be read, or lacks the needed data.
 
     Example: cxbridge coverage out/a.mcap out/b.mcap --html out/coverage.html
     """
@@ -109,9 +109,9 @@ def coverage(
 
 
 def _read(runs: list[Path], named: _Scenario, env: str, *, core: bool) -> tuple[AgentSources, RecordedUse]:
-    """Return what there is to cover, and what the runs have used of it.
+    """Return the constructs to cover, and the ones that the runs have used.
 
-    :raises TraceError: when a run cannot be read, or it is not known what there is to cover.
+    :raises TraceError: when a run cannot be read, or its constructs to cover are unknown.
     """
     from cxbridge.trace.formats.registry import open_run
     from cxbridge_studio.explain.coverage.model import AgentSources, RecordedUse, add_recorded_agent

@@ -1,4 +1,4 @@
-"""The prompt of ``cxbridge run --break``: what is typed while the rules are stopped."""
+"""The prompt of ``cxbridge run --break``: commands while the rules are stopped."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ class DebugPrompt(RunServer):
     """Reports where the run has stopped, and carries out commands.
 
     :param specs: breakpoints.
-    :param commands: the commands. When no more come, breakpoints are removed and the run goes on.
+    :param commands: the commands. After the last one, breakpoints are removed and the run continues.
     :param out: where it prints.
     :raises ExecutiveError: when one of the texts is not a breakpoint.
     """
@@ -87,7 +87,7 @@ class DebugPrompt(RunServer):
         agent.debugger.names.on_mistakes = lambda mistakes: self._take_mistakes(agent, mistakes)
 
     def _take_mistakes(self, agent: _Agent, mistakes: Mistakes) -> None:
-        """Take what is wrong with the breakpoints of an agent that is initialised.
+        """Take the mistakes in the breakpoints of an initialised agent.
 
         :raises ExecutiveError: when no agent has anything that one of them could mean.
         """
@@ -117,7 +117,7 @@ class DebugPrompt(RunServer):
         """
         agent.print_stop(stop, with_name=len(self._agents) > 1)
         env = agent.assembly.executive.env
-        self._is_quit = True  # unless it goes on
+        self._is_quit = True  # unless it continues
         while agent.debugger.stopped is not None:
             if self._commands.on_terminal:
                 self._out.write("(cxbridge) ")
@@ -136,7 +136,7 @@ class DebugPrompt(RunServer):
         self._out.flush()
 
     def _detach(self, agent: _Agent) -> None:
-        """Go on and never stop again: nobody is there to tell to."""
+        """Continue and never stop again: no user is left to type commands."""
         for each in self._agents:
             each.debugger.clear()
         agent.debugger.go_on()
@@ -207,7 +207,7 @@ class _Agent:
     def _ask(self, name: str, **given: Any) -> Any:
         """Carry out an operation; one on facts has those of this agent.
 
-        :raises CxbridgeError: when it makes no sense, or cannot be done.
+        :raises CxbridgeError: when it is invalid, or cannot be done.
         """
         return carry_out(self._context, name, **{"env": self.assembly.executive.env.name, **given})
 

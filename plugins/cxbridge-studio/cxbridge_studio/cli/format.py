@@ -22,7 +22,7 @@ def format(  # noqa: A001 - the name of the command
 ) -> int:
     """Indent CLIPS files by their parentheses. White space changes, and nothing else.
 
-    A file whose parentheses do not match stays as it is.
+    A file whose parentheses do not match is not changed.
 
     Exit status: 0 done, or nothing to do; 1 --check found files that would change; 2 a file cannot be read.
 
@@ -49,7 +49,7 @@ def format(  # noqa: A001 - the name of the command
 def _clips_files(named: list[Path]) -> list[Path]:
     """Return the files, and those in the folders, that are named.
 
-    :raises CxbridgeError: when one is not there.
+    :raises CxbridgeError: when a file does not exist.
     """
     found: list[Path] = []
     for path in named:

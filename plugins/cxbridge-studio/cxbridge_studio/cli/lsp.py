@@ -68,7 +68,7 @@ def _check(agent: _AgentOptions) -> None:
     try:
         config, file = source_of(options).load_configuration()
     except CxbridgeError as error:
-        if error.line is None:  # there is no such file; what is wrong in one, the editor shows
+        if error.line is None:  # there is no such file; mistakes within a file are shown by the editor
             raise
         return
     names = [options.agent] if options.agent else agent_names(config)

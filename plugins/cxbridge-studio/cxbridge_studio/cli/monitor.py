@@ -26,7 +26,7 @@ def monitor(
     """Watch a daemon in the terminal and drive it, or scrub through a recorded run.
 
     Goals, plan-actions, skills, interfaces with their values, facts, agenda, breakpoints and log; '?' lists
-    the keys. See docs/monitor.md. Exit status: 0 left; 2 nobody there, or no
+    the keys. See docs/monitor.md. Exit status: 0 left; 2 no server, or no
     recording; 130 ended by a signal.
 
     Example: cxbridge monitor out/run.mcap
@@ -44,7 +44,7 @@ def monitor(
 
 
 def _source(run: Path | None, url: str, interface_dir: list[Path] | None) -> MonitorSource:
-    """Return what is to be shown; mistakes are reported now, not on the screen."""
+    """Return the source of the display; mistakes are reported now, not on the screen."""
     from cxbridge_studio.monitor.snapshot import ViewQuery
 
     if run is not None:

@@ -17,7 +17,7 @@ def planning(
     ] = "",
     of: Annotated[str, typer.Option(metavar="ID", help="of this call or goal; by default the last")] = "",
 ) -> None:
-    """Print what a planner was asked and what it answered, in the form of PlanSys2's terminal.
+    """Print the requests to a planner and its answers, in the form of PlanSys2's terminal.
 
     Example: cxbridge trace planning out/run.mcap plan
     """

@@ -51,7 +51,7 @@ class _AgentOptions:
     skiller: Annotated[str, typer.Option(metavar="lua|simulator|none", help="Who executes skills.")] = "lua"
 
     def check_unused(self) -> None:
-        """See that none of them is there, where there is no scenario to run: it would not count.
+        """Check that none of them is given without a scenario to run: they would have no effect.
 
         :raises CxbridgeError: when one is.
         """
@@ -148,7 +148,7 @@ def _show(lines: Sequence[str], data: object, *, as_json: bool) -> None:
 def _evidence(
     options: RunOptions, run: Path | None, at_s: float | None, env: str | None
 ) -> Iterator[Evidence]:
-    """Yield what the options name."""
+    """Yield the subjects of the options."""
     from cxbridge_studio.explain.scenario import scenario_evidence
 
     has_scenario = options.scenario is not None or options.fawkes_dir is not None

@@ -1,5 +1,5 @@
 """The debug adapter: `cxbridge dap` on stdin and stdout; docs/debug-adapter.md.
 
-What it debugs is a :class:`~cxbridge_studio.dap.target.Target`: a run (:mod:`.live`), or a recording
+It debugs a :class:`~cxbridge_studio.dap.target.Target`: a run (:mod:`.live`), or a recording
 (:mod:`.recorded`), which goes backwards, too.
 """

@@ -104,7 +104,7 @@ class Adapter:
         return SessionPhase.READY if self._is_known else SessionPhase.NEW
 
     def serve(self) -> None:
-        """Serve until the client has gone, or :attr:`problem` says what is wrong with what it sends."""
+        """Serve until the client has gone, or :attr:`problem` describes its protocol error."""
         threading.Thread(target=self._read, name="dap", daemon=True).start()
         while not self._is_over:
             self._take(self._inbox.get())
@@ -112,7 +112,7 @@ class Adapter:
                 self._run()
 
     def _read(self) -> None:
-        """Take what the client sends, in a thread of its own."""
+        """Take the client's messages, in a thread."""
         try:
             while (request := self._wire.read()) is not None:
                 if request.command in _ENDING and self._target is not None:
@@ -179,7 +179,7 @@ class Adapter:
     # -- what targets ask for
 
     def pump(self) -> None:
-        """Carry out the requests that are there."""
+        """Carry out the waiting requests."""
         while not self._inbox.empty():
             self._take(self._inbox.get())
         if not self._checked and self._there.is_loaded:
@@ -188,7 +188,7 @@ class Adapter:
                 self.send_event("breakpoint", {"reason": "changed", "breakpoint": each})
 
     def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one goes on."""
+        """Carry out requests until one continues the run."""
         self._stop = StopView(stopped, self._sources.of)
         reason = "exception" if self._breakpoints.is_filter(stopped.breakpoint) else stopped.reason
         numbers = [stopped.breakpoint] if stopped.breakpoint else []

@@ -98,7 +98,7 @@ class Breakpoints:
         return found
 
     def _checked(self, item: _OnLine) -> protocol.Breakpoint:
-        """Return how a breakpoint stands, as far as it is known which rules there are."""
+        """Return the state of a breakpoint, as far as the rules are known."""
         if self._target is None or not self._target.is_loaded:
             return item.shown
         reason = self._target.why_not(item.rule, item.file)
@@ -149,7 +149,7 @@ class Breakpoints:
         return list(self._functions.values())
 
     def _reachable(self, number: int, item: Breakpoint) -> protocol.Breakpoint:
-        """Return how a breakpoint with a name stands, as far as it is known which names there are."""
+        """Return the state of a breakpoint with a name, as far as the names are known."""
         reason = ""
         if self._target is not None and self._target.is_loaded:
             reason = self._target.why_never(item)

@@ -1,4 +1,4 @@
-"""What is typed while a target is stopped: expressions with a rule's variables, and patterns."""
+"""Input while a target is stopped: expressions with a rule's variables, and patterns."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _BINDERS = ("bind", "foreach")
 
 @dataclass(frozen=True, slots=True)
 class ExpressionResult:
-    """What came of it.
+    """The result.
 
     :param text: the value; of a pattern how many facts match.
     :param output: lines that were printed.

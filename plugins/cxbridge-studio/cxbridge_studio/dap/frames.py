@@ -24,7 +24,7 @@ class CallFrame:
     """A frame of a stack.
 
     :param kind: ``rule``, ``plan-action``, ``goal`` or ``event``.
-    :param place: where it is written; None for what is in no file.
+    :param place: its source place; None without a file.
     :param fact: the fact of the goal or plan-action.
     """
 
@@ -59,7 +59,7 @@ def _rule(moment: StoppedEnvironment) -> Iterator[CallFrame]:
 
 
 def _works_for(moment: StoppedEnvironment) -> Iterator[CallFrame]:
-    """Yield the frames of the plan-action, the goal and those above, as far as it is clear which."""
+    """Yield the frames of the plan-action, the goal and its parents, as far as they are unambiguous."""
     goals = {slots_of(fact).get("id", ""): fact for fact in moment.facts(GOAL)}
     action, goal = _about(moment)
     if action is not None:

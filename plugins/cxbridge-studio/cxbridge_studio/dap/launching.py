@@ -23,11 +23,11 @@ _FORBIDDEN: Final = ("replay",)
 
 
 def make_target(arguments: Mapping[str, Any]) -> Target:
-    """Return what is to be debugged.
+    """Return the target.
 
     :param arguments: ``scenario``, and the options of `cxbridge run` as ``skillDirs`` or ``skill-dirs``; or
         ``recording`` and ``env``; ``stopOnEntry``, ``stopInRules`` and ``cwd`` besides.
-    :raises CxbridgeError: when an argument makes no sense.
+    :raises CxbridgeError: when an argument is invalid.
     """
     given = {
         name: value

@@ -102,7 +102,7 @@ class LiveRun(Target):
             agent.debugger.go_on()
 
     def _end_steps(self) -> None:
-        """One agent has stopped: a step of the others is over, too."""
+        """One agent has stopped: a step of the other agents is over, too."""
         if self._step:
             for agent in self._agents:
                 if agent.debugger.stopped is None:
@@ -123,12 +123,12 @@ class LiveRun(Target):
             agent.set_breakpoints(group, wanted)
 
     def go_on(self) -> None:
-        """Go on to the next breakpoint."""
+        """Continue to the next breakpoint."""
         for agent in self._agents:
             agent.debugger.go_on()
 
     def step(self, what: str) -> None:
-        """Go on for a ``rule``, a ``loop``, a ``transition`` or a ``line`` of any agent."""
+        """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line`` of any agent."""
         self._step = what
         for agent in self._agents:
             agent.debugger.step(what)

@@ -1,4 +1,4 @@
-"""What is shown of a moment as trees: variables, goals, the agenda, facts by template."""
+"""A moment as trees: variables, goals, the agenda, facts by template."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _TYPES: Final[Mapping[type, str]] = {int: "INTEGER", float: "FLOAT", str: "STRIN
 class VariableNode:
     """Something with a name and a value.
 
-    :param children: makes what is below it; None: there is nothing.
+    :param children: makes the nodes below it; None: there are none.
     :param change: gives it another value, from text of CLIPS, and returns that; None: it cannot be changed.
     """
 
@@ -78,7 +78,7 @@ class _Fact:
 
 
 def groups_of(moment: StoppedEnvironment, frame: CallFrame) -> list[NodeGroup]:
-    """Return what is shown of a frame."""
+    """Return the nodes of a frame."""
     found: list[NodeGroup] = []
     if frame.kind == "rule":
         found.append(NodeGroup("Variables", lambda: _variables(moment), hint="locals"))

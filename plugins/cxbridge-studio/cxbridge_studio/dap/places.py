@@ -14,7 +14,7 @@ from cxbridge_studio.dap.actions import FileRule, rules_of
 class LinePlace:
     """Where a breakpoint on a line stops.
 
-    :param line: the line it is on, moved if nothing was there to stop at.
+    :param line: its line, moved if it has no place to stop at.
     :param action: whether it stops at an action of the rule, and not before the rule.
     """
 
@@ -41,7 +41,7 @@ class FileLines:
         self._actions = actions
 
     def at(self, line: int) -> LinePlace | None:
-        """Return what a line stands for; of a line in no rule the next rule, None when none follows."""
+        """Return the place of a line; of a line in no rule the next rule, None when none follows."""
         number = bisect_right(self._firsts, line) - 1
         if number < 0 or line > self._rules[number].last:
             number += 1

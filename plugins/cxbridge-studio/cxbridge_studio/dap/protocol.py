@@ -19,7 +19,7 @@ _T = TypeVar("_T")
 
 
 class Request(msgspec.Struct):
-    """What a client asks for."""
+    """A request of a client."""
 
     command: str
     seq: int = 0
@@ -46,15 +46,15 @@ class Event(msgspec.Struct, tag_field="type", tag="event", omit_defaults=True):
 
 
 class ProtocolObject(msgspec.Struct, rename="camel", omit_defaults=True):
-    """An object of the protocol; what has its default is left out."""
+    """An object of the protocol; default values are left out."""
 
 
 class Nothing(ProtocolObject):
-    """Arguments that nobody looks at."""
+    """Arguments that are ignored."""
 
 
 def arguments_of(request: Request, kind: type[_T]) -> _T:
-    """Return the arguments of a request. What is null counts as left out: some clients write it so.
+    """Return the arguments of a request. A null counts as left out: some clients write it so.
 
     :raises msgspec.DecodeError: when they are not of that kind.
     """
@@ -206,7 +206,7 @@ class PauseArguments(ProtocolObject):
 
 
 class ThreadArguments(ProtocolObject):
-    """Of requests that go on."""
+    """The arguments of requests that continue the run."""
 
     thread_id: int
     single_thread: bool = False
@@ -326,7 +326,7 @@ class Scope(ProtocolObject):
 
 
 class Variable(ProtocolObject):
-    """A variable, or what has some."""
+    """A variable, or a value that has variables."""
 
     name: str
     value: str

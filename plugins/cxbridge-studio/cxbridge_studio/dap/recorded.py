@@ -38,7 +38,7 @@ _TEXTS: Final = ("clips", "construct")
 
 @dataclass(frozen=True, slots=True)
 class _Sources:
-    """What the environment was built of.
+    """The sources of the environment.
 
     :param texts: the files, by the names they were loaded by.
     """
@@ -48,7 +48,7 @@ class _Sources:
 
     @classmethod
     def of(cls, run: Run, env: str) -> _Sources:
-        """Read what a recording has."""
+        """Read the sources of a recording."""
         steps = (step for step in building_steps(run, env) if step.role in _TEXTS)
         texts = {step.name: (step.data or b"").decode("utf-8", "surrogateescape") for step in steps}
         return cls(Constructs(TextFile(name, text) for name, text in texts.items()), texts)
@@ -116,7 +116,7 @@ class RecordedMoment(StoppedEnvironment):
         return self._known.get(index) or self._gone.get(index)
 
     def is_function(self, name: str) -> bool:
-        """Whether the run's files define a function of this name; the others are not in a recording."""
+        """Whether the run's files define a function of this name; a recording has no other functions."""
         return self._sources.constructs.has_function(name)
 
     def written(self, fact: int) -> str:
@@ -124,7 +124,7 @@ class RecordedMoment(StoppedEnvironment):
         return f"({FACT_FUNCTION} {fact})"
 
     def evaluate(self, expression: str) -> Evaluation:
-        """Evaluate an expression with the facts of the moment, in an environment of its own."""
+        """Evaluate an expression with the facts of the moment, in a separate environment."""
         if len(self._known) > MAX_FACTS:
             raise ClipsError(f"there are more than {MAX_FACTS} facts")
         templates, rows = rows_of(self._known.values(), self._sources.constructs.templates)
@@ -191,11 +191,11 @@ class RecordedRun(Target):
         self._groups[group] = wanted
 
     def go_on(self) -> None:
-        """Go on to the next breakpoint."""
+        """Continue to the next breakpoint."""
         self._wanted, self._back = "continue", False
 
     def step(self, what: str) -> None:
-        """Go on for a ``rule``, a ``loop`` or a ``transition``; what happens in a rule is not recorded."""
+        """Continue for a ``rule``, a ``loop`` or a ``transition``; the steps within a rule are not recorded."""
         self._wanted, self._back = "rule" if what == "line" else what, False
 
     def pause(self) -> None:

@@ -1,4 +1,4 @@
-"""What a client is shown of a stop: frames, scopes and variables, by numbers that last as long as it."""
+"""The client's view of a stop: frames, scopes and variables, by numbers that are valid until the next stop."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class StopView:
             raise CxbridgeError(f"there is no frame {frame} now")
 
     def scopes(self, frame: int) -> list[protocol.Scope]:
-        """Return what is shown of a frame.
+        """Return the scopes of a frame.
 
         :raises CxbridgeError: when there is no such frame.
         """
@@ -84,7 +84,7 @@ class StopView:
         return self._made[reference]
 
     def variables(self, reference: int, start: int, count: int) -> list[protocol.Variable]:
-        """Return what is below a number.
+        """Return the variables below a number.
 
         :raises CxbridgeError: when there is no such number.
         """
@@ -93,7 +93,7 @@ class StopView:
 
     def _variable(self, node: VariableNode) -> protocol.Variable:
         below = 0 if node.children is None else self._number(node.children)
-        # what has parts is looked at, its parts can be changed
+        # a value with parts is read-only, its parts can be changed
         hint = {} if node.change is not None else {"attributes": ["readOnly"]}
         return protocol.Variable(
             node.name,

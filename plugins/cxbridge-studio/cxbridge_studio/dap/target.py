@@ -1,4 +1,4 @@
-"""What is debugged: a run or a recording, and how it stands when it is stopped."""
+"""The debugged target: a run or a recording, and its state while it is stopped."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ class FileLine:
 
     :param file: its path.
     :param line: from 1.
-    :param text: the file, when it is not what is on the disk; else None.
+    :param text: the text, when it differs from the file on the disk; else None.
     """
 
     file: Path
@@ -65,7 +65,7 @@ class StoppedEnvironment(ABC):
 
     @abstractmethod
     def place(self, rule: str) -> FileLine | None:
-        """Return where a rule is written; None when nobody knows."""
+        """Return the source place of a rule; None when unknown."""
 
     @abstractmethod
     def bare(self, rule: str) -> Snapshot:
@@ -141,10 +141,10 @@ class DebugClient(Protocol):
     """The other side, as targets see it."""
 
     def pump(self) -> None:
-        """Carry out the requests that are there."""
+        """Carry out the waiting requests."""
 
     def stay(self, stopped: Stopped, is_over: Callable[[], bool]) -> None:
-        """Carry out requests until one goes on.
+        """Carry out requests until one continues the run.
 
         :param is_over: whether there is nothing to wait for any more.
         """
@@ -154,7 +154,7 @@ class DebugClient(Protocol):
 
 
 class Target(ABC):
-    """What is debugged. All but :meth:`interrupt` is called by the thread that serves requests."""
+    """The debugged target. All methods but :meth:`interrupt` are called by the thread that serves requests."""
 
     can_go_back = False
     """Whether it can be stepped backwards."""
@@ -184,11 +184,11 @@ class Target(ABC):
 
     @abstractmethod
     def go_on(self) -> None:
-        """Go on to the next breakpoint."""
+        """Continue to the next breakpoint."""
 
     @abstractmethod
     def step(self, what: str) -> None:
-        """Go on for a ``rule``, a ``loop``, a ``transition`` or a ``line``."""
+        """Continue for a ``rule``, a ``loop``, a ``transition`` or a ``line``."""
 
     @abstractmethod
     def pause(self) -> None:
@@ -208,11 +208,11 @@ class Target(ABC):
 
     @abstractmethod
     def why_not(self, rule: str, file: Path) -> str:
-        """Return why a rule of a file cannot stop, of what is loaded; empty when it can."""
+        """Return why a rule of a file cannot stop, among the loaded ones; empty when it can."""
 
     @abstractmethod
     def why_never(self, item: Breakpoint) -> str:
-        """Return why nothing of what is loaded ever reaches a breakpoint; empty when something may."""
+        """Return why no loaded rule ever reaches a breakpoint; empty when one may."""
 
     @abstractmethod
     def files(self) -> Iterator[Path]:

@@ -20,7 +20,7 @@ _LENGTH: Final = b"content-length"
 
 
 class WireError(CxbridgeError):
-    """What was read is not a message of the protocol."""
+    """The received bytes are no message of the protocol."""
 
 
 class Wire:
@@ -54,7 +54,7 @@ class Wire:
             raise WireError(f"this is not a request of the debug adapter protocol: {error}") from error
 
     def _exactly(self, length: int) -> bytes | None:
-        """Read so many bytes; None when the stream ends before."""
+        """Read this many bytes; None when the stream ends before."""
         parts: list[bytes] = []
         while length > 0:
             part = self._source.read(length)
@@ -84,7 +84,7 @@ class Wire:
         raise WireError("a message with too many headers")
 
     def write(self, message: Response | Event) -> None:
-        """Send a message, with the next number. When nobody reads any more, nothing happens."""
+        """Send a message, with the next number. Without a reader nothing happens."""
         with self._lock:
             self._last += 1
             message.seq = self._last

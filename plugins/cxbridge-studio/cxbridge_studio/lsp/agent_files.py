@@ -51,7 +51,7 @@ class AgentFiles(Struct, frozen=True):
             yield from files_below(folder, (".clp",))
 
     def others(self) -> Iterator[Path]:
-        """Yield the files beside CLIPS that the agent can name: interfaces, skills and protobuf messages."""
+        """Yield the files besides CLIPS that the agent can name: interfaces, skills and protobuf messages."""
         for folder in self.paths.interface_dirs:
             yield from sorted(folder.glob("*.xml"))
         for folder in self.paths.skill_dirs:
@@ -61,7 +61,7 @@ class AgentFiles(Struct, frozen=True):
                 yield from files_below(folder, (".proto",))
 
     def loaded(self, session: Session) -> set[str]:
-        """Return what the spec loads; files that the session does not have yet are read."""
+        """Return the files that the spec loads; files that are new to the session are read."""
         paths = self.paths
         loading = SpecLoading(
             (*paths.before, paths.cx, *paths.clips_dirs, paths.library),

@@ -17,7 +17,7 @@ from cxbridge_studio.lsp.session import Session
 class Proposal(NamedTuple):
     """A word that fits.
 
-    :param detail: what it is, in a few words.
+    :param detail: a description in a few words.
     """
 
     text: str
@@ -166,7 +166,8 @@ def _yaml(session: Session, file: SourceFile, offset: int) -> Iterator[Proposal]
 def _mapping(session: Session, file: SourceFile, row: str, action: str) -> Iterator[Proposal]:
     """Yield what fits in a line of an action mapping.
 
-    :param action: whose skill string begins in a line above; empty when it is in this one, or not there yet.
+    :param action: whose skill string begins in a line above; empty when the string is in this line, or
+        missing.
     """
     key = re.match(r"\s*([\w-]+):\s", row)
     if not action and key is None:

@@ -1,4 +1,4 @@
-"""Where in CLIPS text somebody types: in which list, at its head or behind it, and in which fact."""
+"""The position of the cursor in CLIPS text: in which list, at its head or behind it, and in which fact."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ _CHANGED = re.compile(r"\(\s*\w+\s+(\?[\w-]+)")
 
 
 class Context(Struct, frozen=True):
-    """Where somebody types.
+    """The position of the cursor.
 
-    :param word: what is there of the word already.
+    :param word: the typed part of the word.
     :param heads: the heads of the lists around it, the innermost first; of the list at whose head the word
         is, there is none.
     :param at_head: whether the word is the first of its list.
@@ -101,7 +101,7 @@ def _of_variable(text: str, start: int) -> str:
 
 
 def template_of_fact(text: str, variable: str) -> str:
-    """Return the template of the fact in a variable, by what is written before; empty when unknown."""
+    """Return the template of the fact in a variable, by the text before; empty when unknown."""
     name = re.escape(variable)
     ways = (
         rf"{name}\s*<-\s*\(\s*([^\s()]+)",

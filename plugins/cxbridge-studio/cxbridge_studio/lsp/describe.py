@@ -23,7 +23,7 @@ _FIELD: Final = re.compile(r"<(?:field|message)\b[^>]*>([^<]*)")
 
 
 def describe(session: Session, file: SourceFile, mention: Mention) -> str:
-    """Return what there is to say about a name in a file, as Markdown; empty when there is nothing."""
+    """Return the description of a name in a file, as Markdown; empty without one."""
     name = mention.name
     found = session.preferred(session.model.definitions(name), file.path)
     parts: list[str] = []

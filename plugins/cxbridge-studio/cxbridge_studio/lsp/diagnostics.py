@@ -1,4 +1,4 @@
-"""What is wrong with a file as its text shows it, while somebody types."""
+"""The mistakes that the text of a file shows, live."""
 
 from __future__ import annotations
 
@@ -67,13 +67,13 @@ def _unclosed(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
 
 
 def _unknown_names(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
-    """Yield names that nobody defines. Before all files are read, nobody can say."""
+    """Yield undefined names; none before all files are read."""
     if not session.is_indexed or not session.knowledge.is_complete:
         return
     known = session.definitions(file.path)
     for placed in file.pieces:
         if not placed.piece.closed:
-            continue  # what is in which list is anybody's guess
+            continue  # the nesting of lists is ambiguous
         for number, mention in enumerate(placed.piece.mentions):
             found = None
             if mention.name.kind is NameKind.SLOT:

@@ -1,4 +1,4 @@
-"""Examines the agent in a process of its own, one at a time, and again when something was saved meanwhile."""
+"""Examines the agent in a child process, one at a time, and again when a file was saved in between."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class Examinations:
     """Examines on demand.
 
     :param options: gives the options, as JSON has them, when an examination begins.
-    :param done: gets what was found.
+    :param done: gets the result.
     """
 
     def __init__(
@@ -58,7 +58,7 @@ class Examinations:
             return AgentKnowledge(error=f"the check ended with status {process.returncode}: {words}")
 
     async def close(self) -> None:
-        """End what goes on."""
+        """End the running examination."""
         if self._task is not None:
             self._task.cancel()
         if self._process is not None and self._process.returncode is None:

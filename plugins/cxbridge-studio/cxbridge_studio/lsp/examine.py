@@ -2,7 +2,7 @@
 
 ``python -m cxbridge_studio.lsp.examine`` reads options as JSON from its input and writes a
 :class:`~cxbridge_studio.lsp.knowledge.AgentKnowledge` as JSON. CLIPS is not loaded into the server itself: it
-answers while this goes on, and a file that crashes CLIPS ends this process only.
+stays responsive during the examination, and a file that crashes CLIPS ends this process only.
 """
 
 from __future__ import annotations
@@ -30,13 +30,13 @@ from cxbridge_studio.lsp.knowledge import AgentKnowledge, FunctionInfo
 
 _LISTS = ("(get-function-list)", "(get-deffunction-list *)", "(get-defgeneric-list *)")
 REWRITTEN_MODIFY = "cx-modify-goal"
-"""What the built-in core says for a modify of goals; the loader rewrites it."""
+"""The built-in core's name of a modify of goals; the loader rewrites it."""
 
 
 def run_options(plain: Mapping[str, Any]) -> RunOptions:
     """Return options that came as JSON, by the names that those of a run have; empty ones do not count.
 
-    :raises CxbridgeError: when there is no such option, or its value makes no sense.
+    :raises CxbridgeError: when there is no such option, or its value is invalid.
     """
     options = plain_options({name: value for name, value in plain.items() if value not in ("", [])})
     options.check()
@@ -44,7 +44,7 @@ def run_options(plain: Mapping[str, Any]) -> RunOptions:
 
 
 def examine(options: RunOptions) -> AgentKnowledge:
-    """Return what there is to know about an agent."""
+    """Return the knowledge about an agent."""
     try:
         findings = [finding.plain() for finding in check(options)]
         name = agents(options)[0]
@@ -84,7 +84,7 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
                 yield without_module(str(name)), FunctionInfo()
     yield REWRITTEN_MODIFY, FunctionInfo()
     for feature in agent.manager.features:
-        with suppress(CxbridgeError):  # what it needs is not there; its functions stay unknown
+        with suppress(CxbridgeError):  # without its dependencies its functions stay unknown
             agent.manager.request(agent.env.name, feature)
     given = agent.manager.feature_functions(agent.env.name)
     owners = {name: feature for feature, names in given.items() for name in names}
@@ -93,7 +93,7 @@ def _functions(agent: Agent) -> Iterator[tuple[str, FunctionInfo]]:
 
 
 def main() -> None:
-    """Read options, write what was found."""
+    """Read options, write the knowledge."""
     out = os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # what checks and CLIPS print is not an answer
     asked = msgspec.json.decode(sys.stdin.buffer.read())

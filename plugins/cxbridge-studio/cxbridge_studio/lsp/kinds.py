@@ -1,4 +1,4 @@
-"""What the protocol calls the sorts of names."""
+"""The protocol's names for the sorts of names."""
 
 from __future__ import annotations
 

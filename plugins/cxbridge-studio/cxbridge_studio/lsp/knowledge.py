@@ -26,7 +26,7 @@ class FunctionInfo(Struct, frozen=True):
 
     @property
     def arguments(self) -> str:
-        """How many arguments it takes, in words; empty where nobody knows."""
+        """The number of its arguments, in words; empty when unknown."""
         if not self.is_python:
             return ""
         if self.maximum == UNBOUNDED:
@@ -63,7 +63,7 @@ NOTHING: Final = AgentKnowledge()
 
 
 def decode(data: bytes) -> AgentKnowledge:
-    """Return what the process of an examination wrote.
+    """Return the output of an examination's process.
 
     :raises msgspec.DecodeError: when it is something else.
     """

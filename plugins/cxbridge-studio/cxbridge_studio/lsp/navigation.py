@@ -24,7 +24,7 @@ _FIXED: Final = frozenset(
         NameKind.PROTO_FIELD,
     }
 )
-"""What a rename would not get everywhere: code in other languages has these names, too."""
+"""Names that a rename would miss at some places: code in other languages has these names, too."""
 
 
 def definitions(session: Session, file: SourceFile, mention: Mention) -> list[Found]:

@@ -41,7 +41,7 @@ class FindingsOfFiles:
         return set(self._checked)
 
     def begin(self) -> None:
-        """Take note that a check begins: it sees what is on the disk."""
+        """Note the begin of a check: it sees the files on the disk."""
         self._began = set()
 
     def change(self, path: str) -> None:
@@ -59,7 +59,7 @@ class FindingsOfFiles:
                 self._checked.setdefault(path, []).append(finding)
 
     def diagnostics(self, file: SourceFile, positions: Positions) -> list[Diagnostic]:
-        """Return what a file shows."""
+        """Return the diagnostics of a file."""
         is_changed = file.path in self.changed
         found: dict[tuple[str, int], Diagnostic] = {}
         for finding in self._checked.get(file.path, ()):

@@ -1,4 +1,4 @@
-"""The server and its life: what it reads when it starts, what changes, what it publishes."""
+"""The server and its life: reading at the start, changes, and published diagnostics."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ class AgentServer(LanguageServer):
     # ---- start and end
 
     def begin(self, parameters: lsp.InitializeParams) -> None:
-        """Take what the client says at the start."""
+        """Take the client's parameters at the start."""
         given = parameters.initialization_options
         if isinstance(given, Mapping):
             self._given.update(given)
@@ -95,7 +95,7 @@ class AgentServer(LanguageServer):
         self._index_task = asyncio.get_running_loop().create_task(self._read_all())
 
     async def end(self) -> None:
-        """Stop what goes on."""
+        """Stop all work."""
         if self._index_task is not None:
             self._index_task.cancel()
         await self.examinations.close()
@@ -103,7 +103,7 @@ class AgentServer(LanguageServer):
     async def _read_all(self) -> None:
         """Read all files, without collections of garbage: each would hold up answers for 0.1 s.
 
-        What has been read stays, and no later collection looks through it.
+        Objects made so far stay, and no later collection looks through them.
         """
         gc.disable()
         try:
@@ -193,7 +193,7 @@ class AgentServer(LanguageServer):
             self.session.read(Path(path))
 
     def changed_on_disk(self, changes: Iterable[lsp.FileEvent]) -> None:
-        """Read files again that others have changed; documents that are open are the client's."""
+        """Read files again that other programs have changed; open documents are the client's."""
         for change in changes:
             path = path_of(change.uri)
             if path in self._opened:

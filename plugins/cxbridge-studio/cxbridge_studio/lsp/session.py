@@ -1,4 +1,4 @@
-"""What the server knows: the agent's model, which files the spec loads, and what CLIPS knows."""
+"""The state of the server: the agent's model, the files that the spec loads, and CLIPS' knowledge."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Session:
 
     :ivar loaded: the files that the spec loads; empty when there is no spec.
     :ivar library: files of the host that every agent has.
-    :ivar knowledge: what the last examination has found.
+    :ivar knowledge: the result of the last examination.
     :ivar root: the folder that the editor has open; None without one.
     :ivar is_indexed: whether all files have been read once.
     """
@@ -59,7 +59,7 @@ class Session:
         return path in self.loaded or path in self.library
 
     def definitions(self, path: str) -> AgentDefinitions:
-        """Return what is defined for a file: for one that the spec loads, by all that it loads."""
+        """Return the definitions for a file: for a loaded file, all definitions of loaded files."""
         narrow = path in self.loaded
         cached = self._cached.get(narrow)
         if cached is None or cached[0] != self._revision:
@@ -72,7 +72,7 @@ class Session:
         return not path.endswith(".clp") or self.is_of_agent(path)
 
     def preferred(self, found: Iterable[Found], near: str) -> list[Found]:
-        """Return what belongs to the agent, when the file that asks does and anything is left; else all."""
+        """Return the agent's places, when the requesting file belongs to the agent and any are left; else all."""
         every = list(found)
         if near in self.loaded:
             return [each for each in every if self._counts(each.file.path)] or every

@@ -23,7 +23,7 @@ class OutlineSymbol(Struct, frozen=True):
     """An entry of an outline.
 
     :param mention: the name, where it is defined.
-    :param start: where what is defined begins; ``end``: where it ends.
+    :param start: the begin of the definition; ``end``: its end.
     """
 
     mention: Mention
@@ -33,7 +33,7 @@ class OutlineSymbol(Struct, frozen=True):
 
 
 def outline(file: SourceFile) -> list[OutlineSymbol]:
-    """Return what a file defines."""
+    """Return the definitions of a file."""
     return [symbol for placed in file.pieces for symbol in _symbols(placed)]
 
 

@@ -25,7 +25,7 @@ def duration_text(seconds: float) -> str:
 
 
 def has_words(words: str, cells: Iterable[str]) -> bool:
-    """Whether a text is in one of the cells, or goes on from one to the next.
+    """Whether a text is in one of the cells, or spans from one to the next.
 
     :param words: in small letters; empty is in all.
     """
@@ -55,7 +55,7 @@ def goal_forest(goals: Iterable[GoalRow]) -> Forest[tuple[str, str]]:
 def page(rows: Iterable[tuple[str, ...]], words: str, what: str) -> Table:
     """Return the first rows that have a text in them, and how many more there are.
 
-    :param what: what the rows are, for the note.
+    :param what: the noun for the rows, for the note.
     """
     shown: list[tuple[str, ...]] = []
     more = 0

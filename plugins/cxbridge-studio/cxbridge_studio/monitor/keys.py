@@ -1,4 +1,4 @@
-"""The keys of the monitor, and what they do."""
+"""The keys of the monitor, and their actions."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ class KeyBinding(NamedTuple):
 
     :param keys: as textual calls them, with commas between.
     :param action: as textual calls it.
-    :param label: for the last line of the screen; empty: it is not there.
+    :param label: for the last line of the screen; empty: the key is not shown there.
     :param about: for the list of keys.
     :param shown: how the key is written.
     :param where: ``live``, ``recorded`` or ``both``.

@@ -13,10 +13,10 @@ from textual.widgets import Static
 from cxbridge_studio.monitor.keys import KEYS, SCRUBBING
 
 NARROW: Final = 118
-"""Columns below which goals are above the panes, not beside them."""
+"""Columns below which goals are above the panes, not next to them."""
 
 WIDE: Final = 180
-"""Columns from which skills and the log have a place of their own."""
+"""Columns from which skills and the log have separate panes."""
 
 LOW: Final = 30
 """Rows below which the legend has one line."""

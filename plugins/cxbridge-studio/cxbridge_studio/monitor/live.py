@@ -102,7 +102,7 @@ class DaemonSource:
             with suppress(CxbridgeError):
                 board.shutdown()
 
-    # -- what is seen
+    # -- reading
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how it stands.
@@ -167,7 +167,7 @@ class DaemonSource:
         )
 
     def _times(self, status: Mapping[str, Any], state: Mapping[str, Any]) -> Iterator[str]:
-        """Yield what the daemon's clock shows, and how its main loop goes."""
+        """Yield the daemon's clock, and the state of its main loop."""
         if "time_us" not in state:
             return
         kind = status["clock"]
@@ -183,7 +183,7 @@ class DaemonSource:
         return request(self._reach(), verb, ANSWER_S, **arguments)
 
     def _state(self, words: str) -> Mapping[str, Any]:
-        """Return what a daemon reports at once; of fewer goals when it is too much for an answer."""
+        """Return a daemon's reports; of fewer goals when the answer would be too long."""
         while True:
             try:
                 state: Mapping[str, Any] = self._ask(
@@ -303,7 +303,7 @@ class _FactSearch:
         self._is_over = False
 
     def look(self, query: ViewQuery, ask: Callable[..., Mapping[str, Any]]) -> Table:
-        """Return what is known now."""
+        """Return the present snapshot."""
         begun = time.monotonic()
         if (query.env, query.words) != self._query:
             self._query, self._last = (query.env, query.words), Table()

@@ -123,7 +123,7 @@ class RecordedSource:
             self._since = self._now(), self._scrubber.now_us
         return f"speed {self._speed:g}"
 
-    # -- what is seen
+    # -- reading
 
     def look(self, query: ViewQuery) -> MonitorSnapshot:
         """Return how the run is at its moment; reads on when there is more."""
@@ -243,7 +243,7 @@ class RecordedSource:
 
 
 def event_text(event: Event) -> str:
-    """Return what happened, beside its kind, in a few words."""
+    """Return the content of an event, without its kind, in a few words."""
     if isinstance(event, GoalTransition):
         outcome = "" if event.outcome in {"", "UNKNOWN"} else f" {event.outcome}"
         error = f": {event.error}" if _bare(event.error) else ""

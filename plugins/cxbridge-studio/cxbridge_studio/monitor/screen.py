@@ -50,7 +50,7 @@ _Widget = TypeVar("_Widget", bound=Widget)
 class MonitorApp(App[None]):
     """Shows the state of a daemon or a recording, and sends it commands.
 
-    :param source: used by a thread of its own.
+    :param source: used by a second thread.
     """
 
     CSS = STYLE
@@ -75,7 +75,7 @@ class MonitorApp(App[None]):
         self._trouble = ""
         self._seen_s = time.monotonic()
         self.is_end_requested: Callable[[], bool] = lambda: False
-        """Asked at each look whether somebody else wants the end: a signal."""
+        """Returns whether a signal has requested the end; called at each look."""
 
     def compose(self) -> ComposeResult:
         """Make the screen."""
@@ -115,7 +115,7 @@ class MonitorApp(App[None]):
         self._thread.start()
 
     def on_resize(self, event: events.Resize) -> None:
-        """Put goals above or beside the panes, and more beside them when there is room."""
+        """Put goals above the panes or next to them, and further panes next to them when there is room."""
         self.screen.set_class(event.size.width < NARROW, "narrow")
         self.screen.set_class(event.size.width >= WIDE, "wide")
         self.screen.set_class(event.size.height < LOW, "low")
@@ -150,10 +150,10 @@ class MonitorApp(App[None]):
         except CxbridgeError as error:
             return f"{error.message}: {error.hint}" if error.hint else error.message
 
-    # -- what is shown
+    # -- display
 
     def _deliver(self) -> None:
-        """Show what the thread has seen."""
+        """Show the snapshot of the thread."""
         if self.is_end_requested():
             self.exit()
         elif self.screen_stack:  # else the screen has been taken down,
@@ -203,7 +203,7 @@ class MonitorApp(App[None]):
         self._show_note(pane)
 
     def _write(self, name: str, text: str) -> None:
-        """Let a line have this text; what is there already costs no new layout."""
+        """Set the text of a line; an equal text costs no new layout."""
         if self._texts.get(name) != text:
             self._texts[name] = text
             self._find(f"#{name}", Static).update(visible(text))
@@ -216,7 +216,7 @@ class MonitorApp(App[None]):
         self._write("status", f"{self._source.name}: {text}")
 
     def _show_note(self, pane: str) -> None:
-        """Show below a pane what is to be known, and all of a fact that is chosen."""
+        """Show the note below a pane, and the whole text of a chosen fact."""
         table = getattr(self.snapshot, pane)
         notes = [table.note, self.snapshot.fields.note if pane == "interfaces" else ""]
         chosen = self._find("#fields" if pane == "interfaces" else f"#{pane}", Rows).chosen
@@ -239,7 +239,7 @@ class MonitorApp(App[None]):
     def _pane_shown(self) -> str:
         return self._find("#panes", TabbedContent).active.removeprefix("pane-")
 
-    # -- what is chosen; widgets send events still while the screen is taken down: there is nothing to show
+    # -- selection; widgets send events still while the screen is taken down: there is nothing to show
 
     def _want(self, **changes: str) -> None:
         """Look for something else."""
@@ -253,7 +253,7 @@ class MonitorApp(App[None]):
         self._wake.set()
 
     def on_tabbed_content_tab_activated(self, _event: TabbedContent.TabActivated) -> None:
-        """Look for what the pane shows."""
+        """Look for the content of the pane."""
         if self.is_running:
             self._want(pane=self._pane_shown)
             self.show(self.snapshot)
@@ -315,7 +315,7 @@ class MonitorApp(App[None]):
             self._want(env=names[(at + 1) % len(names)])
 
     def action_breakpoint(self) -> None:
-        """Ask for a breakpoint, at what is chosen."""
+        """Ask for a breakpoint, at the selection."""
         spec, pane, goals = "", self._pane_shown, self._find("#goals", GoalTree)
         if goals.has_focus:
             spec = "" if goals.chosen is None else f"goal:{goals.chosen.goal_class}:"
@@ -373,7 +373,7 @@ class MonitorApp(App[None]):
             self._want(words=event.value.strip().lower())
 
     def on_input_submitted(self, event: Input.Submitted) -> None:
-        """Do what was typed, or keep the filter."""
+        """Carry out the typed text, or keep the filter."""
         if not event.input.has_class("filter") and event.value.strip():
             self.action_do(event.value.strip())
         self._leave_prompt()

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Final, NamedTuple, Protocol
 
 MOST_ROWS: Final = 400
-"""Facts, activations, plan-actions or events that are shown; a filter finds the others."""
+"""Facts, activations, plan-actions or events that are shown; a filter finds further ones."""
 
 MOST_LINES: Final = 1000
 """Log lines that are shown."""
@@ -45,8 +45,8 @@ class Table:
     """Rows of text.
 
     :param rows: all of them have the same length.
-    :param note: what is to be known about them, e.g. how many more there are.
-    :param at: the row that is meant, None when none is.
+    :param note: a note about them, e.g. how many more there are.
+    :param at: the selected row, None without one.
     """
 
     rows: Sequence[tuple[str, ...]] = ()
@@ -56,7 +56,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class ViewQuery:
-    """Selects what a snapshot has of that which would be too much to be always in it.
+    """Selects the parts of a snapshot that would be too large to be always in it.
 
     :param pane: the name of the pane that is shown.
     :param interface: ``Type::id`` of the interface whose values are shown; empty for none.
@@ -72,7 +72,7 @@ class ViewQuery:
 
 @dataclass(frozen=True, slots=True)
 class MonitorSnapshot:
-    """The state of what is watched.
+    """The state of the watched run or daemon.
 
     :param head: in a few words.
     :param stop: where rules are stopped, and why; or what happened last. Empty for nothing.
@@ -105,7 +105,7 @@ class MonitorSource(Protocol):
 
     @property
     def name(self) -> str:
-        """What it is called, a URL or a file."""
+        """Its name, a URL or a file."""
 
     @property
     def is_live(self) -> bool:
@@ -124,7 +124,7 @@ class MonitorSource(Protocol):
     def do(self, command: str, query: ViewQuery) -> str:
         """Carry out a command; returns the message to show, nothing when the result is visible.
 
-        :raises CxbridgeError: when it makes no sense, cannot be done, or is refused.
+        :raises CxbridgeError: when it is invalid, cannot be done, or is refused.
         """
 
     def close(self) -> None:

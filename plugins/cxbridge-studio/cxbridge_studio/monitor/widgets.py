@@ -111,7 +111,7 @@ class GoalTree(Tree[GoalKey]):
         self._widths = {key: width if key in forest.children else -width for key, width in widths.items()}
 
     def _goal_label(self, key: GoalKey, goal: GoalRow) -> Text:
-        """Return what the tree shows of a goal."""
+        """Return the text of a goal in the tree."""
         line = goal_line("", goal.id, goal)
         width = self._widths[key]
         title = one_line(line.title)
@@ -200,7 +200,7 @@ class LogLines(RichLog):
         self._last: LogRow | None = None
 
     def show(self, rows: Sequence[LogRow]) -> None:
-        """Show these lines: adds what is new, begins again when it goes back."""
+        """Show these lines: append new ones, start again when the sequence goes back."""
         last = rows[-1] if rows else None
         if last == self._last:
             return
@@ -213,7 +213,7 @@ class LogLines(RichLog):
 
 
 class KeyLine(Footer):
-    """The keys that work. Made again only when these are others: the cursor goes from pane to pane often."""
+    """The active keys. Made again only when they change: the cursor goes from pane to pane often."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -228,7 +228,7 @@ class KeyLine(Footer):
 
 
 class Aside(Vertical):
-    """What a wide screen always shows: skills and the log."""
+    """The panes that a wide screen always shows: skills and the log."""
 
     def __init__(self) -> None:
         super().__init__(id="aside")
@@ -248,7 +248,7 @@ class Aside(Vertical):
 
 
 def _place(rows: Sequence[LogRow], row: LogRow) -> int:
-    """Return where a row is, -1 when it is not there."""
+    """Return the index of a row, -1 when it is missing."""
     return next((at for at in range(len(rows) - 1, -1, -1) if rows[at] == row), -1)
 
 
