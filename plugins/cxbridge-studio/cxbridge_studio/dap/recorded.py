@@ -195,7 +195,7 @@ class RecordedRun(Target):
         self._wanted, self._back = "continue", False
 
     def step(self, what: str) -> None:
-        """Continue for a ``rule``, a ``loop`` or a ``transition``; the steps within a rule are not recorded."""
+        """Continue for a ``rule``, a ``loop`` or a ``transition``; steps within a rule are not recorded."""
         self._wanted, self._back = "rule" if what == "line" else what, False
 
     def pause(self) -> None:

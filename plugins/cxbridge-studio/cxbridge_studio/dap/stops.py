@@ -1,4 +1,4 @@
-"""The client's view of a stop: frames, scopes and variables, by numbers that are valid until the next stop."""
+"""The client's view of a stop: frames, scopes and variables, by numbers that are valid for the stop."""
 
 from __future__ import annotations
 

@@ -154,7 +154,7 @@ class DebugClient(Protocol):
 
 
 class Target(ABC):
-    """The debugged target. All methods but :meth:`interrupt` are called by the thread that serves requests."""
+    """The debugged target. The serving thread calls all methods but :meth:`interrupt`."""
 
     can_go_back = False
     """Whether it can be stepped backwards."""

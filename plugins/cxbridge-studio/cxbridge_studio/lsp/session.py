@@ -72,7 +72,7 @@ class Session:
         return not path.endswith(".clp") or self.is_of_agent(path)
 
     def preferred(self, found: Iterable[Found], near: str) -> list[Found]:
-        """Return the agent's places, when the requesting file belongs to the agent and any are left; else all."""
+        """Return the agent's places, if the requesting file is the agent's and any are left; else all."""
         every = list(found)
         if near in self.loaded:
             return [each for each in every if self._counts(each.file.path)] or every
