@@ -15,7 +15,7 @@ RUN    := $(VENV)/.ready-run
 DEV    := $(VENV)/.ready-dev
 # the plug-ins: each folder is a distribution
 PLUGINS := $(wildcard plugins/*)
-RUN_PLUGINS := plugins/cxbridge-studio plugins/cxbridge-web
+RUN_PLUGINS := plugins/cxbridge-planning plugins/cxbridge-studio plugins/cxbridge-web
 # with the extras that the tests need
 DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/cxbridge-ros2,%/cxbridge-ros2[zenoh],$(PLUGINS)))
 CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web

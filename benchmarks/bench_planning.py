@@ -103,7 +103,7 @@ def main() -> None:
         if find_spec("up_fast_downward"):
             compare(service, "fast-downward", bare_fast_downward, folder)
         else:
-            print("  fast-downward: not installed (pip install 'cxbridge[planners]')")
+            print("  fast-downward: not installed (pip install 'cxbridge-planning[engines]')")
 
 
 if __name__ == "__main__":

@@ -1,16 +1,18 @@
 """Plans public pairs of domain and problem with `auto`, and what `auto` does not plan with each engine.
 
-``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--engines] [--validate PROGRAM]``
+``python -m benchmarks.planner_pairs FOLDER... [--most 1] [--draw 80] [--engines] [--validate PROGRAM]``
 
 A pair is a problem and the domain beside it: ``domain.pddl``, or the domain of that name in the folder, the
 folder above or ``domains``. PROGRAM is VAL's ``Validate``. A line of JSON for each pair, then the table of
 docs/planning.md: pairs by what they need, how many are read and planned, by which engine, in which time.
+With ``--draw`` the pairs are drawn at random, each time the same ones of the same folders.
 """
 
 from __future__ import annotations
 
 import argparse
 import json
+import random
 import re
 import statistics
 import subprocess
@@ -24,9 +26,10 @@ from typing import Any
 from cxbridge.errors import CxbridgeError
 from cxbridge.executive.pddl import load_domain, load_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.engines.needs import Need, needs_of
-from cxbridge.executive.planning.engines.registry import AUTO, choose_planners
+from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.registry import AUTO, choose_planners
 
+_SEED = 33
 _DIGITS = re.compile(r"\d+")
 _NAME = re.compile(r"\(\s*(domain|problem|:domain)\s+([^\s()]+)", re.IGNORECASE)
 
@@ -145,13 +148,17 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("folders", nargs="+", type=Path)
     parser.add_argument("--most", type=int, default=1, help="pairs of a folder")
+    parser.add_argument("--draw", type=int, default=0, help="draw so many of the pairs; 0: all")
     parser.add_argument("--timeout", type=float, default=30.0)
     parser.add_argument("--engines", action="store_true", help="try each engine when auto has no plan")
     parser.add_argument("--validate", default="", help="VAL's program Validate")
     parser.add_argument("-o", "--output", type=Path)
     asked = parser.parse_args()
     rows = []
-    for domain, problem in pairs(asked.folders, asked.most):
+    chosen = list(pairs(asked.folders, asked.most))
+    if 0 < asked.draw < len(chosen):
+        chosen = random.Random(_SEED).sample(chosen, asked.draw)
+    for domain, problem in chosen:
         rows.append(measure(domain, problem, asked.timeout, asked.validate, engines=asked.engines))
         print(json.dumps(rows[-1]), flush=True)
         if asked.output:

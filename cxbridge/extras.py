@@ -24,6 +24,7 @@ PURPOSES: Final[Mapping[str, str]] = {
 """What each extra is for, as docs/installing.md and `cxbridge doctor` say it; not of plug-ins."""
 _EXTRA = re.compile(r"""\bextra\s*==\s*["']([\w.-]+)["']""")
 _NAME = re.compile(r"[\w.-]+")
+_PLUGIN_EXTRA = re.compile(rf"({CORE}-[\w-]+)\[([\w-]+)\]")
 _MODULES = {"eclipse-zenoh": "zenoh"}
 """The modules of packages that have other names."""
 _CHECKOUT = Path(__file__).resolve().parent.parent
@@ -116,12 +117,12 @@ def _module(package: str) -> str:
 def _installed(requirement: str) -> bool:
     from importlib import metadata  # noqa: PLC0415 - slow to import, and seldom needed
 
-    name = _NAME.match(requirement)
+    name, of_plugin = _NAME.match(requirement), _PLUGIN_EXTRA.match(requirement)
     try:
         metadata.version(name[0] if name else requirement)
     except metadata.PackageNotFoundError:
         return False
-    return True
+    return of_plugin is None or not missing(of_plugin[2], of_plugin[1])
 
 
 def _pip(*arguments: str) -> str:

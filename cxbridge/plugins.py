@@ -44,6 +44,7 @@ HOOKS: Final = frozenset(
         "MEMBERS",
         "OPERATIONS",
         "OPTIONS",
+        "PLANNERS",
         "SETTINGS",
         "SOURCES",
         "TRANSPORTS",

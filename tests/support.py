@@ -51,7 +51,7 @@ _ROBOTINO = os.environ.get("ROBOTINO_DIR", "")
 ROBOTINO_DIR = Path(_ROBOTINO) if _ROBOTINO else None
 """A checkout of the RCLL agent (fawkes-robotino), named by ROBOTINO_DIR; may be absent."""
 
-PLUGIN_NAMES = ("explore", "mcp", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web")
+PLUGIN_NAMES = ("explore", "mcp", "planning", "protobuf", "rcll", "ros2", "ros2cx", "studio", "web")
 """The plug-ins of the repository."""
 
 _FOUND = (find_spec("cxbridge"), *(find_spec(f"cxbridge_{name}") for name in PLUGIN_NAMES))

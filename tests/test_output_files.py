@@ -20,9 +20,9 @@ from tests.trace.runs import MemoryRun, family
 
 WITHOUT_HELPER = {
     "executive/pddl/generate.py": "a developer's command: the tables of the grammar",
-    "executive/planning/engines/command.py": "temporary files",
     "executive/planning/plugins.py": "files for a planner that the agent names, beside each other",
     "cxbridge_explore/game/scenario.py": "a temporary file",
+    "cxbridge_planning/command.py": "temporary files",
     "cxbridge_ros2cx/cx/log_files.py": "logs of environments, whole as far as they go",
     "skiller/speech_file.py": "sound that is written while it is spoken",
     "testing/new_project.py": "refuses files that are there",

@@ -141,6 +141,7 @@ SMOKE = {
     "cxbridge": "run -q test-scenario",
     "cxbridge-explore": "explore test-scenario --faults 0",
     "cxbridge-mcp": "mcp --help",
+    "cxbridge-planning": "plan --list",
     "cxbridge-protobuf": "run -q {protobuf}",
     "cxbridge-rcll": "game test-scenario --refbox-dir {here}",
     "cxbridge-ros2": "doctor",

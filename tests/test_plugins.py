@@ -22,6 +22,9 @@ from cxbridge.config import Configuration
 from cxbridge.daemon.settings import DaemonSettings
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import Event, Level, LogLine
+from cxbridge.executive.pddl import parse_domain, parse_problem
+from cxbridge.executive.planning import PlanningService, PlanRequest
+from cxbridge.executive.planning.registry import choose_planners
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module, known_packages
 from cxbridge.run import Assembly, RunOptions, run_scenario
 from cxbridge.run.agent_context import clock_of
@@ -176,6 +179,20 @@ def test_its_decider(greeter, tmp_path):
         reader = assembly.board.open_for_reading("SkillerInterface", skiller.id, owner="test")
         reader.read()
         assert reader.as_dict()["error"] == "my back"
+
+
+def test_its_planner(greeter, tmp_path, monkeypatch):
+    monkeypatch.setenv("PYTHONPATH", str(tmp_path / "site"))  # of the planner's process
+    domain = parse_domain(
+        "(define (domain d) (:predicates (met ?x)) (:action greet :parameters (?x) :effect (met ?x)))"
+    )
+    problem = parse_problem("(define (problem p) (:domain d) (:objects ann bo) (:goal (met bo)))", domain)
+    with PlanningService() as service:
+        found = service.plan(PlanRequest(domain, problem, "polite"))
+        wrong = service.plan(PlanRequest(domain, problem, "polite", {"action": "bow"}))
+    assert [str(step) for step in found.actions] == ["(greet ann)", "(greet bo)"], found.message
+    assert "step 1, (bow ann): there is no such action" in wrong.message
+    assert choose_planners("auto", domain, problem).planners[-1].name == "polite"
 
 
 def test_its_member(greeter, tmp_path, cx):

@@ -158,10 +158,10 @@ def _shipped() -> str:
 
 
 def _planners() -> Iterator[HealthCheck]:
-    """Yield the planners, in the order in which `auto` tries them for a problem without numbers and times."""
-    from cxbridge.executive.planning.engines.registry import NAMES, make_planner
+    """Yield the known planners."""
+    from cxbridge.executive.planning.registry import make_planner, planner_names
 
-    for name in NAMES:
+    for name in planner_names():
         planner = make_planner(name)
         missing = planner.not_installed
         can = ", ".join(sorted(need.value for need in planner.understands))

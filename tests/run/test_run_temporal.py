@@ -6,18 +6,18 @@ from typing import Any
 
 import pytest
 
-from cxbridge.executive.planning.engines.needs import Need
-from cxbridge.executive.planning.engines.registry import NAMES, make_planner
+from cxbridge.executive.planning.needs import Need
+from cxbridge.executive.planning.registry import make_planner, planner_names
 from cxbridge.run import RunOptions, run_scenario
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "temporal"
 INSTALLED = [
     name
-    for name in NAMES
+    for name in planner_names()
     if Need.TIME in make_planner(name).understands and not make_planner(name).not_installed
 ]
-pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install '.[planners]'")
+pytestmark = pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge-planning[engines]'")
 
 
 def run(tmp_path, config="", **options):

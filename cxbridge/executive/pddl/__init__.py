@@ -2,18 +2,31 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl.ast import Domain, Formula, Problem, names_of, pairs_of
-from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
-from cxbridge.executive.pddl.facts import FactToAssert, domain_facts, formula_facts
-from cxbridge.executive.pddl.parser import (
-    load_domain,
-    load_problem,
-    parse_domain,
-    parse_formula,
-    parse_problem,
-)
-from cxbridge.executive.pddl.printer import format_domain, format_formula
-from cxbridge.executive.pddl.problems import format_problem, problem_of_facts
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from cxbridge.executive.pddl.ast import Domain, Formula, Problem, names_of, pairs_of
+    from cxbridge.executive.pddl.errors import PddlSemanticError, PddlSyntaxError
+    from cxbridge.executive.pddl.facts import FactToAssert, domain_facts, formula_facts
+    from cxbridge.executive.pddl.parser import (
+        load_domain,
+        load_problem,
+        parse_domain,
+        parse_formula,
+        parse_problem,
+    )
+    from cxbridge.executive.pddl.printer import format_domain, format_formula
+    from cxbridge.executive.pddl.problems import format_problem, problem_of_facts
+
+_MODULES = {
+    "ast": ("Domain", "Formula", "Problem", "names_of", "pairs_of"),
+    "errors": ("PddlSemanticError", "PddlSyntaxError"),
+    "facts": ("FactToAssert", "domain_facts", "formula_facts"),
+    "parser": ("load_domain", "load_problem", "parse_domain", "parse_formula", "parse_problem"),
+    "printer": ("format_domain", "format_formula"),
+    "problems": ("format_problem", "problem_of_facts"),
+}
 
 __all__ = [
     "Domain",
@@ -36,3 +49,11 @@ __all__ = [
     "parse_problem",
     "problem_of_facts",
 ]
+
+
+def __getattr__(name: str) -> Any:
+    """Import a name when it is first used: the process of a planner needs the tree, not its reader."""
+    for module, names in _MODULES.items():
+        if name in names:
+            return getattr(import_module(f"{__name__}.{module}"), name)
+    raise AttributeError(f"module '{__name__}' has no attribute '{name}'")

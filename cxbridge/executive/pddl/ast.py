@@ -58,6 +58,9 @@ class TypedNames(PddlNode, frozen=True):
 
 TypedList = tuple[TypedNames, ...]
 
+ROOT_TYPE: Final = "object"
+"""The type above all types."""
+
 
 def names_of(typed: TypedList) -> tuple[str, ...]:
     """Return the names of a typed list, each once for each time it is written."""

@@ -13,6 +13,7 @@ from msgspec import Struct
 from cxbridge.clipstext.terms import NO_CONSTANT
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     ActionSchema,
     And,
     Atom,
@@ -37,7 +38,6 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.errors import semantic_error
 from cxbridge.executive.pddl.printer import format_formula
-from cxbridge.executive.pddl.semantics import ROOT_TYPE
 
 SlotValue = str | tuple[str, ...]
 Warn = Callable[[PddlError], None]

@@ -104,3 +104,9 @@ def format_term(term: Term) -> str:
     if isinstance(term, FunctionTerm):
         return _list(term.function, *map(format_term, term.arguments))
     return f"?{term.name}" if isinstance(term, Variable) else term.name
+
+
+def format_number(value: float) -> str:
+    """Return a number as PDDL, which has no exponents."""
+    text = f"{value:g}"
+    return text if "e" not in text and float(text) == value else f"{value:f}"

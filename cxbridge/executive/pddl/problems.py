@@ -14,7 +14,7 @@ from cxbridge.executive.pddl.ast import (
     TypedNames,
     names_of,
 )
-from cxbridge.executive.pddl.printer import format_formula, format_term, format_typed
+from cxbridge.executive.pddl.printer import format_formula, format_number, format_term, format_typed
 from cxbridge.executive.pddl.semantics import check_problem
 
 
@@ -69,9 +69,3 @@ def format_problem(problem: Problem) -> str:
     if problem.metric is not None:
         lines.append(f"  (:metric {problem.metric[0]} {format_term(problem.metric[1])})")
     return "\n".join([*lines, ")"]) + "\n"
-
-
-def format_number(value: float) -> str:
-    """Return a number as PDDL, which has no exponents."""
-    text = f"{value:g}"
-    return text if "e" not in text and float(text) == value else f"{value:f}"

@@ -13,6 +13,7 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     TYPING,
     ActionSchema,
     Atom,
@@ -35,7 +36,7 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.errors import PddlSemanticError, semantic_error
-from cxbridge.executive.pddl.spelling import ARITHMETIC, ROOT_TYPE, TOTAL_TIME
+from cxbridge.executive.pddl.spelling import ARITHMETIC, TOTAL_TIME
 from cxbridge.executive.pddl.unsupported import CONTINUOUS, refusal, unsupported_head
 
 __all__ = ["ROOT_TYPE", "DomainChecker", "check_problem"]

@@ -12,6 +12,7 @@ from typing import Any, Final
 from msgspec.structs import replace
 
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     ActionSchema,
     Atom,
     Constant,
@@ -28,7 +29,6 @@ from cxbridge.executive.pddl.ast import (
     names_of,
 )
 
-ROOT_TYPE: Final = "object"
 ARITHMETIC: Final = frozenset({"+", "-", "*", "/"})
 TOTAL_TIME: Final = "total-time"
 """The function of metrics that no domain declares."""

@@ -6,8 +6,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from typing import Final
 
-from cxbridge.executive.planning.engines.registry import AUTO, Choice
 from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
+from cxbridge.executive.planning.registry import AUTO, Choice, more_planners
 
 _SHARE: Final = 0.6
 """How much of the time that is left a planner may take that is not the last one."""
@@ -66,6 +66,8 @@ class Attempts:
         said = f" (tried: {', '.join((*tried, *fitting[len(tried) : len(tried) + 1]))})" if fitting else ""
         absent = self._choice.absent
         more = f", or install one of {', '.join(absent)}" if absent else ""
+        if command := more_planners():
+            more = f", or install more planners: {command}"
         if self._asked != AUTO:
             more = f", or try the planner {AUTO}"
         return f"{said}: give more time{more}"

@@ -5,11 +5,11 @@ from __future__ import annotations
 import logging
 from typing import Final
 
-from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.compile.grounding import ground
 from cxbridge.executive.planning.compile.strips import Operator, StripsTask
-from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
 from cxbridge.executive.planning.errors import UnknownPlannerError
+from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.executive.planning.planner import PlannedAction, Planner
 
 SEARCHES: Final = ("gbf", "astar", "wastar", "ehs", "bfs", "ids")

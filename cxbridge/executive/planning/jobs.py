@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import pickle
 import struct
-from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import IO, Final
 
-from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.pddl.ast import Domain, Problem
+from cxbridge.executive.planning.planner import Planner
 
 _LENGTH: Final = struct.Struct("!Q")
 
@@ -18,15 +18,13 @@ _LENGTH: Final = struct.Struct("!Q")
 class Job:
     """What to plan.
 
-    :param planner: a name of :mod:`.registry`.
     :param seconds: how long the planner may take.
     :param memory: bytes of address space that the process may have; 0: no limit.
     """
 
-    planner: str
+    planner: Planner
     domain: Domain
     problem: Problem
-    options: Mapping[str, str]
     memory: int = 0
     seconds: float = inf
 

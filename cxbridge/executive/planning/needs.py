@@ -5,15 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator
 from enum import Enum
 
-from cxbridge.executive.pddl import Domain, Formula, Problem
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     And,
     Constant,
+    Domain,
+    Formula,
     FunctionTerm,
     Imply,
     Not,
     NumericChange,
     Or,
+    Problem,
     Quantified,
     Term,
     TermComparison,
@@ -22,7 +25,6 @@ from cxbridge.executive.pddl.ast import (
     number_of,
     pairs_of,
 )
-from cxbridge.executive.pddl.semantics import ROOT_TYPE
 
 
 class Need(Enum):

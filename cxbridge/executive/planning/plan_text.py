@@ -4,12 +4,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from pathlib import Path
 from typing import Final
 
-from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.planning.engines.names import PlanNames
-from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
 
 _ACTION: Final = re.compile(
@@ -28,25 +24,6 @@ def parse_plan_text(text: str) -> tuple[PlannedAction, ...]:
     :raises ValueError: when it is none.
     """
     return tuple(map(_action, text.splitlines()))
-
-
-def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
-    """Read a plan from a file as planners write them, with comments, in upper or lower case.
-
-    :param names: finds the actions and objects that are meant.
-    :raises PlanningError: when the file cannot be read, or a line has no step.
-    """
-    steps = []
-    for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
-        text = line.partition(";")[0]
-        if not text.strip():
-            continue
-        try:
-            steps.append(names.step(*_action(text)))
-        except (ValueError, PlanningError) as error:
-            hint = "write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]"
-            raise PlanningError(str(error), file=str(path), line=number, hint=hint) from None
-    return tuple(steps)
 
 
 def _line(action: PlannedAction) -> str:

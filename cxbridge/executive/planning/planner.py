@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.needs import Need, needs_of
+from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.errors import UnsupportedProblemError
+from cxbridge.executive.planning.needs import Need
 
 _DECIMALS: Final = 3
+
+RANK: Final = 10
+"""The rank of pyperplan, and of planners that say nothing about theirs."""
 
 
 class PlannedAction(NamedTuple):
@@ -98,9 +102,12 @@ class Planner(ABC):
         """Why the planner cannot be used on this machine; empty when it can."""
         return ""
 
-    def refuses(self, domain: Domain, problem: Problem) -> str:
-        """Return why the planner cannot take this problem; empty when it can."""
-        needs = needs_of(domain, problem)
+    def rank(self, needs: Collection[Need]) -> int:  # noqa: ARG002 - for subclasses
+        """Return the place among the planners that ``auto`` tries for such a problem: the lowest first."""
+        return RANK
+
+    def refuses(self, needs: Mapping[Need, str]) -> str:
+        """Return why the planner cannot take a problem with these needs; empty when it can."""
         for need, where in needs.items():
             if need not in self.understands | self.ignores:
                 return f"{self.name} knows nothing of {need.value} ({where})"
@@ -110,16 +117,12 @@ class Planner(ABC):
                 return f"{self.name} cannot take {texts}"
         return ""
 
-    def left_out(self, domain: Domain, problem: Problem) -> list[Need]:
-        """Return what the problem needs and the planner ignores."""
-        return [need for need in needs_of(domain, problem) if need in self.ignores]
-
-    def check(self, domain: Domain, problem: Problem) -> None:
-        """Check that the planner can be used for this problem.
+    def check(self, needs: Mapping[Need, str]) -> None:
+        """Check that the planner can be used for a problem with these needs.
 
         :raises UnsupportedProblemError: with the reason when it cannot.
         """
-        reason = self.not_installed or self.refuses(domain, problem)
+        reason = self.not_installed or self.refuses(needs)
         if reason:
             raise UnsupportedProblemError(reason)
 

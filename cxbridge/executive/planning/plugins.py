@@ -20,8 +20,8 @@ from cxbridge.events import EventBus
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.planning.call_events import PlannerCallReporter
-from cxbridge.executive.planning.engines.registry import AUTO, NAMES, make_planner
 from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.registry import AUTO, make_planner, planner_names
 from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.executive.planning.templates import PlannerTemplate
@@ -192,7 +192,8 @@ class PddlPlanner:
         """Return the configured planner, or ``auto`` when it is not there."""
         if name == AUTO:
             return name
-        reason = f"planner '{name}' is unknown" if name not in NAMES else make_planner(name).not_installed
+        known = name in planner_names()
+        reason = make_planner(name).not_installed if known else f"planner '{name}' is unknown"
         if reason:
             self._log.warn(f"{reason}: the first planner that understands the problem is used")
             return AUTO

@@ -54,7 +54,7 @@ class PlannerProcess:
             send(self._process.stdin, job)
             result = receive(self._process.stdout)
         except (EOFError, OSError, ValueError):
-            return PlanResult(PlanStatus.FAILED, job.planner, message=self._last_words(job.planner))
+            return PlanResult(PlanStatus.FAILED, job.planner.name, message=self._last_words(job.planner.name))
         assert isinstance(result, PlanResult)
         return result
 

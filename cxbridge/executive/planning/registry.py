@@ -1,49 +1,52 @@
-"""Planners by name."""
+"""Planners by name: pyperplan, and the rows of plug-ins."""
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Callable, Mapping
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.command import CommandPlanner
-from cxbridge.executive.planning.engines.embedded import PyperplanPlanner
-from cxbridge.executive.planning.engines.needs import Need, needs_of
-from cxbridge.executive.planning.engines.programs import PROGRAMS
-from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner
+from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.errors import UnknownPlannerError, UnsupportedProblemError
+from cxbridge.executive.planning.needs import needs_of
 from cxbridge.executive.planning.planner import Planner
+from cxbridge.extras import plugin_command
+from cxbridge.plugins import PluginError, Row, Table, package_with
 
 AUTO: Final = "auto"
 """All planners that are installed and can take the problem, one after the other until there is a plan."""
 
-_CLASSICAL: Final = ("fast-downward", "pyperplan", "lpg", "enhsp", "fd", "ff", "aries", "tamer")
-_NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
-_TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
+PLANNERS: Final[Table[Callable[..., Planner]]] = Table(
+    "PLANNERS",
+    callable,
+    "a function that returns a Planner, or a class of planners",
+    Row("pyperplan", "cxbridge.executive.planning.embedded:PyperplanPlanner"),
+)
+"""The planners; an object is called with the options of its planner, which are texts."""
 
-NAMES: Final = ("pyperplan", *ENGINES, *PROGRAMS)
+
+def planner_names() -> list[str]:
+    """Return the names of the known planners, installed or not."""
+    return [row.name for row in PLANNERS.rows]
 
 
 def make_planner(name: str, options: Mapping[str, str] | None = None) -> Planner:
     """Return the planner of a name.
 
-    :param options: pyperplan: ``search`` and ``heuristic``; programs: ``options``, as on a command line,
-        and ``program``.
-    :raises UnknownPlannerError: when there is none of that name, or it has no such option.
+    :raises UnknownPlannerError: when no planner has the name, or the planner has no such option.
     """
     given = dict(options or {})
     try:
-        if name == "pyperplan":
-            return PyperplanPlanner(**given)
-        if name in ENGINES:
-            return UnifiedPlanner(name, **given)
-        if name in PROGRAMS:
-            return CommandPlanner(name, **given)
+        return PLANNERS.load(PLANNERS.find(name))(**given)
+    except PluginError as error:
+        raise UnknownPlannerError(error.message, hint=error.hint) from None
     except TypeError:
         raise UnknownPlannerError(f"planner {name} has no options {', '.join(sorted(given))}") from None
-    raise UnknownPlannerError(
-        f"there is no planner '{name}'", hint=f"take one of {', '.join((AUTO, *NAMES))}"
-    )
+
+
+def more_planners() -> str:
+    """Return the command that installs more planners; empty when a plug-in with planners is installed."""
+    package = package_with(PLANNERS.hook)
+    return plugin_command(package) if package and not any(row.origin for row in PLANNERS.rows) else ""
 
 
 class Choice(NamedTuple):
@@ -64,42 +67,33 @@ def choose_planners(
 ) -> Choice:
     """Return the planner of a name, or for :data:`AUTO` all that can take the problem.
 
-    :raises UnknownPlannerError: when there is none of that name.
-    :raises UnsupportedProblemError: when none can take this problem, with the reasons.
+    :raises UnknownPlannerError: when no planner has the name.
+    :raises UnsupportedProblemError: when no planner can take this problem, with the reasons.
     """
+    needs = needs_of(domain, problem)
     if name != AUTO:
         planner = make_planner(name, options)
-        planner.check(domain, problem)
+        planner.check(needs)
         return Choice((planner,), ())
+    known = [(make_planner(each), each) for each in planner_names()]
+    known.sort(key=lambda pair: pair[0].rank(needs))
     fitting: list[tuple[int, Planner]] = []
-    reasons, absent, names = [], [], []
-    for each in _order(needs_of(domain, problem)):
-        planner = make_planner(each)
+    reasons, missing, absent = [], [], []
+    for planner, each in known:
+        reason = planner.refuses(needs)
         if planner.not_installed:
-            absent.append(planner.not_installed)
-        reason = planner.refuses(domain, problem)
-        if planner.not_installed:
-            names += [] if reason else [each]
+            missing.append(planner.not_installed)
+            absent += [] if reason else [each]
             continue
         if reason:
             reasons.append(reason)
             continue
-        left_out = planner.left_out(domain, problem)
+        left_out = [need for need in needs if need in planner.ignores]
         reasons += [f"{each} ignores {need.value}" for need in left_out]
         fitting.append((len(left_out), planner))
     if not fitting:
-        raise UnsupportedProblemError(f"no planner can take this problem: {'; '.join(reasons + absent)}")
-    fitting.sort(key=lambda pair: pair[0])  # it is stable: the order among equals stays
-    return Choice(tuple(planner for _, planner in fitting), tuple(reasons), tuple(names))
-
-
-def _order(needs: Collection[Need]) -> tuple[str, ...]:
-    """Return the planners in the order of measured success (docs/planning.md)."""
-    first: tuple[str, ...]
-    if Need.TIME in needs:
-        first = _TEMPORAL
-    elif Need.NUMBERS in needs:
-        first = _NUMERIC
-    else:
-        first = _CLASSICAL
-    return (*first, *(name for name in NAMES if name not in first))
+        hint = f"more planners: {more}" if (more := more_planners()) else None
+        message = f"no planner can take this problem: {'; '.join(reasons + missing)}"
+        raise UnsupportedProblemError(message, hint=hint)
+    fitting.sort(key=lambda pair: pair[0])  # the sort is stable: the order among equals stays
+    return Choice(tuple(planner for _, planner in fitting), tuple(reasons), tuple(absent))

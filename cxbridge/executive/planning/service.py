@@ -10,12 +10,12 @@ from typing import Final
 
 from cxbridge.closing import Closing
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.pddl.ast import Domain, Problem
 from cxbridge.executive.planning.attempts import Attempts
-from cxbridge.executive.planning.engines.registry import AUTO, choose_planners
 from cxbridge.executive.planning.jobs import Job
-from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.planner import Planner, PlanResult, PlanStatus
 from cxbridge.executive.planning.process import PlannerProcess
+from cxbridge.executive.planning.registry import AUTO, choose_planners
 
 DEFAULT_TIMEOUT: Final = 60.0
 """Seconds that planning may take."""
@@ -103,17 +103,17 @@ class PlanCall:
         attempts.begin(choice)
         for planner, share in attempts.shares():
             left = deadline - time.monotonic()
-            result = self._attempt(planner.name, left * share, alone=share == 1.0)
+            result = self._attempt(planner, left * share, alone=share == 1.0)
             if self.ended or attempts.is_last_word(planner, result):
                 return attempts.explained(result)
         return attempts.summary()
 
-    def _attempt(self, name: str, seconds: float, *, alone: bool) -> PlanResult:
+    def _attempt(self, planner: Planner, seconds: float, *, alone: bool) -> PlanResult:
         """Let one planner try.
 
         :param alone: whether no other one comes after it; the timer of the call ends it, then.
         """
-        request = self.request
+        request, name = self.request, planner.name
         process = self._service.take(self)
         if process is None:
             return PlanResult(PlanStatus.CANCELLED, name)
@@ -127,7 +127,7 @@ class PlanCall:
         if not alone:
             over.daemon = True
             over.start()
-        job = Job(name, request.domain, request.problem, request.options, self._service.memory, seconds)
+        job = Job(planner, request.domain, request.problem, self._service.memory, seconds)
         result = process.run(job)
         over.cancel()
         with self._lock:

@@ -16,8 +16,6 @@ import time
 from pathlib import Path
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.executive.planning.compile.relaxed import why_none
-from cxbridge.executive.planning.engines.registry import make_planner
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.folder import PREFIX
 from cxbridge.executive.planning.jobs import Job, receive, send
@@ -30,12 +28,10 @@ _LOOK_S = 1.0
 def plan(job: Job) -> PlanResult:
     """Do a job. Whatever goes wrong is part of the result."""
     start = time.perf_counter()
-    name = job.planner
+    name = job.planner.name
     try:
-        planner = make_planner(name, job.options)
-        planner.check(job.domain, job.problem)
-        planner.seconds = job.seconds
-        actions = planner.solve(job.domain, job.problem)
+        job.planner.seconds = job.seconds
+        actions = job.planner.solve(job.domain, job.problem)
         if actions is not None:
             _check(name, job, actions)
     except CxbridgeError as error:
@@ -49,6 +45,8 @@ def plan(job: Job) -> PlanResult:
         result = PlanResult(PlanStatus.FAILED, name, message=text)
     else:
         if actions is None:
+            from cxbridge.executive.planning.compile.relaxed import why_none  # noqa: PLC0415 - seldom needed
+
             text = f"{name} says that there is no plan{why_none(job.domain, job.problem)}"
             result = PlanResult(PlanStatus.NO_PLAN, name, message=text)
         else:

@@ -9,6 +9,7 @@ from cxbridge.clipstext.terms import constants_of
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Value
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     ActionSchema,
     And,
     Atom,
@@ -25,7 +26,6 @@ from cxbridge.executive.pddl.ast import (
     names_of,
 )
 from cxbridge.executive.pddl.facts import EQUALITY
-from cxbridge.executive.pddl.semantics import ROOT_TYPE
 
 UNNAMED: Final = "domain"
 """What a domain is called that nobody has parsed."""

@@ -14,6 +14,7 @@ from typing import Final
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     And,
     Atom,
     Constant,
@@ -29,7 +30,7 @@ from cxbridge.executive.pddl.ast import (
 from cxbridge.executive.pddl.parser import parse_formula, parse_problem
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
-from cxbridge.executive.pddl.semantics import ROOT_TYPE, DomainChecker
+from cxbridge.executive.pddl.semantics import DomainChecker
 from cxbridge.executive.problem.truth import Ground, holds, words_of
 
 _NAME: Final = re.compile(r"\w[\w.:+-]*")

@@ -1,1 +1,1 @@
-"""The planners: the embedded one, programs on the PATH, and those of unified-planning."""
+"""More planners: engines by unified-planning and programs; and the command ``plan``."""

@@ -8,49 +8,41 @@ import tempfile
 import time
 from collections.abc import Iterator
 from contextlib import suppress
-from math import isfinite
+from functools import partial
 from pathlib import Path
 from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.names import PlanNames
-from cxbridge.executive.planning.engines.needs import Need, needs_of
-from cxbridge.executive.planning.engines.programs import PROGRAMS, PlannerProgram
-from cxbridge.executive.planning.engines.texts import PddlTexts, named, original_texts, plain_texts
-from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
-from cxbridge.executive.planning.plan_text import load_plan
-from cxbridge.executive.planning.planner import PlannedAction, Planner
+from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge_planning.engine import EnginePlanner
+from cxbridge_planning.plan_files import PlanNames, load_plan
+from cxbridge_planning.programs import PROGRAMS, PlannerProgram
+from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_texts
 
 _PLAN: Final = "plan"
 _TASK: Final = "task"
-_END_S: Final = 0.5
-"""How long before the end of its time a program that looks for better plans ends."""
 
 _REFUSAL_S: Final = 2.0
 """How long a program needs at most to refuse a text that it cannot read."""
 _WORDS: Final = 300
 
 
-class CommandPlanner(Planner):
+class CommandPlanner(EnginePlanner):
     """A planner that is a program.
 
     :param name: one of :data:`PROGRAMS`.
     :param options: further options, as on a command line.
     :param program: the program, when it is not the one of that name on the PATH.
     :param improve: seconds to look for better plans, when the problem has a metric and the program can do so.
-    :raises UnknownPlannerError: when ``improve`` is not a number.
     """
 
     def __init__(self, name: str, options: str = "", program: str = "", improve: str = "1.0") -> None:
-        self.name = name
         self._program: PlannerProgram = PROGRAMS[name]
+        super().__init__(name, self._program, improve)
         self._options = shlex.split(options or self._program.options)
         self._own = program
-        self._improve = seconds_of(improve)
-        self.understands = self._program.understands
-        self.ignores = self._program.ignores
-        self.fails_with = self._program.fails_with
-        self.proves = self._program.proves
 
     @property
     def not_installed(self) -> str:
@@ -75,7 +67,6 @@ class CommandPlanner(Planner):
             raise
 
     def _solve(self, pddl: PddlTexts, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
-        improve = min(self._improve, max(0.0, self.seconds - _END_S))
         names = PlanNames(domain, problem)
         with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
@@ -83,8 +74,8 @@ class CommandPlanner(Planner):
             # LPG takes no problem that is named problem
             files["problem"].write_text(named(pddl.problem, _TASK))
             texts = {**{key: str(path) for key, path in files.items()}, "plan": str(Path(folder, _PLAN))}
-            if self._program.improving and improve > 0 and Need.COSTS in needs_of(domain, problem):
-                texts["improve"] = str(max(1, round(improve)))
+            if self._program.improving and self.improve > 0 and Need.COSTS in needs_of(domain, problem):
+                texts["improve"] = str(max(1, round(self.improve)))
                 self._call(self._program.improving, texts, folder)
                 if plan := self._plan_in(folder, names):
                     return plan
@@ -151,15 +142,10 @@ def _untimed(steps: tuple[PlannedAction, ...]) -> tuple[PlannedAction, ...]:
     return tuple(PlannedAction(step.name, step.arguments) for step in steps)
 
 
-def seconds_of(improve: str) -> float:
-    """Return the value of the option ``improve``.
-
-    :raises UnknownPlannerError: when it is not a number.
-    """
-    try:
-        seconds = float(improve)
-    except ValueError:
-        seconds = float("nan")
-    if not isfinite(seconds):
-        raise UnknownPlannerError(f"improve={improve} is not a number of seconds")
-    return seconds
+fast_downward = partial(CommandPlanner, "fast-downward")
+enhsp = partial(CommandPlanner, "enhsp")
+lpg = partial(CommandPlanner, "lpg")
+ff = partial(CommandPlanner, "ff")
+fd = partial(CommandPlanner, "fd")
+popf = partial(CommandPlanner, "popf")
+optic = partial(CommandPlanner, "optic")

@@ -1,12 +1,15 @@
-"""Names as domain and problem have them: planners may answer in upper or lower case."""
+"""Plans as planners write them; names get the letters that domain and problem have."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
+from pathlib import Path
 
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.pddl.ast import names_of
+from cxbridge.executive.pddl.decoding import read_text
 from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.plan_text import parse_plan_text
 from cxbridge.executive.planning.planner import PlannedAction
 
 
@@ -34,6 +37,26 @@ class PlanNames:
         """
         found = tuple(_find(each, self._objects, "object") for each in arguments)
         return PlannedAction(_find(action, self._actions, "action"), found, start, duration)
+
+
+def load_plan(path: str | Path, names: PlanNames) -> tuple[PlannedAction, ...]:
+    """Read a plan from a file, with comments, in upper or lower case.
+
+    :param names: finds the actions and objects that are meant.
+    :raises PlanningError: when the file cannot be read, or a line has no step.
+    """
+    steps = []
+    for number, line in enumerate(read_text(path, "plan").splitlines(), start=1):
+        text = line.partition(";")[0]
+        if not text.strip():
+            continue
+        try:
+            (step,) = parse_plan_text(text)
+            steps.append(names.step(*step))
+        except (ValueError, PlanningError) as error:
+            hint = "write (NAME OBJECT ...), or START: (NAME OBJECT ...) [DURATION]"
+            raise PlanningError(str(error), file=str(path), line=number, hint=hint) from None
+    return tuple(steps)
 
 
 def _table(names: Iterable[str]) -> dict[str, str]:

@@ -6,10 +6,11 @@ import re
 import shutil
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Final, NamedTuple
+from typing import Final
 
-from cxbridge.executive.planning.engines.needs import CLASSICAL, Need
+from cxbridge.executive.planning.needs import CLASSICAL, Need
 from cxbridge.process.python import python_command
+from cxbridge_planning.engine import Engine
 
 _STEP: Final = re.compile(r"^\s*(?:step\s+)?\d+:\s+(?P<step>[^\s(].*?)\s*$", re.MULTILINE)
 _FD_STEP: Final = re.compile(r"^(?P<step>[a-z0-9][^\n]*?) \(\d+\)\s*$", re.MULTILINE)
@@ -23,14 +24,13 @@ _DRIVER: Final = "import sys; sys.path.insert(0, sys.argv.pop(1)); from driver.m
 _NEVER: Final = re.compile(r"(?!)")
 
 
-class PlannerProgram(NamedTuple):
+class PlannerProgram(Engine, frozen=True):
     """How to call a program and read its answer.
 
     :param words: its command, the program first; ``{folder}`` is the folder of its package, :data:`_PYTHON`
         this Python.
     :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` begins the names of
         files with plans.
-    :param understands: as of a planner; so are ``ignores`` and ``fails_with``.
     :param unsolvable: what it prints when it knows that there is no plan.
     :param step: a step of a plan that it prints: ``step``, perhaps ``start`` and ``duration``; None: it
         writes plans into files.
@@ -40,25 +40,20 @@ class PlannerProgram(NamedTuple):
     :param package: the package that holds it; empty: it is on the PATH.
     :param module: the module of that package.
     :param times: whether its plans have times, when actions are durative.
-    :param proves: whether it is right when it says that there is no plan.
     :param options: further options, unless the user gives others.
     """
 
     words: tuple[str, ...]
     arguments: tuple[str, ...]
-    understands: frozenset[Need]
     unsolvable: re.Pattern[str] = _NEVER
     step: re.Pattern[str] | None = None
     solved: str = ""
     no_plan: str = ""
     improving: tuple[str, ...] = ()
     times: bool = False
-    ignores: frozenset[Need] = frozenset()
-    fails_with: tuple[frozenset[Need], ...] = ()
     package: str = ""
     module: str = ""
     options: str = ""
-    proves: bool = True
 
     def missing(self, own: str) -> str:
         """Return what is missing to call it; empty: nothing.
@@ -94,8 +89,8 @@ PROGRAMS: Final = {
     "fast-downward": PlannerProgram(
         (_PYTHON, "-c", _DRIVER, "{folder}/downward"),
         ("--plan-file", "{plan}", "--alias", "lama-first", *_FD_TASK),
-        CLASSICAL | {Need.COSTS},
-        re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
+        understands=CLASSICAL | {Need.COSTS},
+        unsolvable=re.compile("without finding a solution|unsolvable|search exit code: 1[0-2]"),
         improving=(
             *("--plan-file", "{plan}", "--search-time-limit", "{improve}"),
             *("--alias", "seq-sat-lama-2011", *_FD_TASK),
@@ -106,8 +101,10 @@ PROGRAMS: Final = {
     "enhsp": PlannerProgram(
         ("java", "-jar", "{folder}/ENHSP/enhsp.jar"),
         (*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
-        CLASSICAL | _NUMERIC,
-        re.compile("Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE),
+        understands=CLASSICAL | _NUMERIC,
+        unsolvable=re.compile(
+            "Problem unsolvable|Problem Detected as Unsolvable|Unsolvable Problem", re.IGNORECASE
+        ),
         improving=(
             *(*_TASK, "-sp", "{plan}", "-npm", "-h", "hadd", "-s", "gbfs"),
             *("-anytime", "-timeout", "{improve}"),
@@ -120,9 +117,9 @@ PROGRAMS: Final = {
     "lpg": PlannerProgram(
         ("{folder}/lpg",),
         (*_TASK, "-n", "1", "-seed", "2004", "-out", "{plan}"),
-        (CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
+        understands=(CLASSICAL - {Need.CONDITIONAL_EFFECTS}) | _NUMERIC | {Need.TIME},
         # its search is local: it does not know that there is no plan, but for goals out of reach
-        re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
+        unsolvable=re.compile("goals of the problem are not reachable|Goals not reachable", re.IGNORECASE),
         no_plan="no solution",
         improving=(*_TASK, "-n", "100", "-cputime", "{improve}", "-seed", "2004", "-out", "{plan}"),
         times=True,
@@ -133,26 +130,38 @@ PROGRAMS: Final = {
     "ff": PlannerProgram(
         ("ff",),
         _TASK,
-        CLASSICAL,
-        re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
-        _STEP,
-        "found legal plan as follows",
+        understands=CLASSICAL,
+        unsolvable=re.compile("simplified to FALSE|unsolvable|No plan will solve it"),
+        step=_STEP,
+        solved="found legal plan as follows",
         ignores=frozenset({Need.COSTS}),
     ),
     "fd": PlannerProgram(
         ("fast-downward",),
         _FD_TASK,
-        CLASSICAL | {Need.COSTS},
-        re.compile("without finding a solution|unsolvable"),
-        _FD_STEP,
-        "Solution found",
+        understands=CLASSICAL | {Need.COSTS},
+        unsolvable=re.compile("without finding a solution|unsolvable"),
+        step=_FD_STEP,
+        solved="Solution found",
         options='--search "lazy_greedy([ff()], preferred=[ff()])"',
     ),
     "popf": PlannerProgram(
-        ("popf",), _FD_TASK, _POPF_NEEDS, re.compile("unsolvable"), _TIMED, "Solution Found", times=True
+        ("popf",),
+        _FD_TASK,
+        understands=_POPF_NEEDS,
+        unsolvable=re.compile("unsolvable"),
+        step=_TIMED,
+        solved="Solution Found",
+        times=True,
     ),
     "optic": PlannerProgram(
-        ("optic-clp",), _FD_TASK, _POPF_NEEDS, re.compile("unsolvable"), _TIMED, "Solution Found", times=True
+        ("optic-clp",),
+        _FD_TASK,
+        understands=_POPF_NEEDS,
+        unsolvable=re.compile("unsolvable"),
+        step=_TIMED,
+        solved="Solution Found",
+        times=True,
     ),
 }
 """The programs by name; `ff`, `fd` and `popf` are the names that Fawkes' configuration has for them."""

@@ -1,44 +1,39 @@
-"""Planners that the unified-planning library calls: Tamer and Aries (extra ``planners``)."""
+"""Planners that the unified-planning library calls: Tamer and Aries."""
 
 from __future__ import annotations
 
 import importlib
 import os
 import tempfile
+from functools import partial
 from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, Final, NamedTuple
+from typing import Any, Final
 
 from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.planning.engines.command import seconds_of
-from cxbridge.executive.planning.engines.names import PlanNames
-from cxbridge.executive.planning.engines.needs import Need
-from cxbridge.executive.planning.engines.texts import read_task
 from cxbridge.executive.planning.errors import PlanningError
-from cxbridge.executive.planning.planner import PlannedAction, Planner
+from cxbridge.executive.planning.needs import Need
+from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge_planning.engine import Engine, EnginePlanner
+from cxbridge_planning.plan_files import PlanNames
+from cxbridge_planning.texts import read_task
 
 _WORDS: Final = 300
-_END_S: Final = 0.5
-"""How long before the end of its time an engine that looks for better plans ends."""
 
 
-class UnifiedEngine(NamedTuple):
+class UnifiedEngine(Engine, frozen=True):
     """An engine of unified-planning.
 
     :param module: the Python module that it consists of.
     :param package: what to install for it.
-    :param understands: as of a planner; so are ``ignores`` and ``fails_with``.
     :param anytime: whether it can go on looking for better plans.
     :param integers: whether its numbers are integers only.
     """
 
     module: str
     package: str
-    understands: frozenset[Need]
     anytime: bool = False
     integers: bool = False
-    ignores: frozenset[Need] = frozenset()
-    fails_with: tuple[frozenset[Need], ...] = ()
 
 
 _EXPRESSIVE: Final = frozenset(
@@ -52,35 +47,33 @@ ENGINES: Final = {
     "aries": UnifiedEngine(
         "up_aries",
         "up-aries",
-        _EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
+        understands=_EXPRESSIVE | {Need.COSTS, Need.HIERARCHY},
         anytime=True,
         integers=True,
         # no formula of unified-planning has a quantifier at a moment of a durative action
         fails_with=(frozenset({Need.TIME, Need.QUANTIFIERS}),),
     ),
     "tamer": UnifiedEngine(
-        "up_tamer", "up-tamer", _EXPRESSIVE | {Need.FRACTIONS}, ignores=frozenset({Need.COSTS})
+        "up_tamer",
+        "up-tamer",
+        understands=_EXPRESSIVE | {Need.FRACTIONS},
+        ignores=frozenset({Need.COSTS}),
     ),
 }
-"""The engines that are known by name, in the order in which they are tried."""
+"""The engines that are known by name."""
 
 
-class UnifiedPlanner(Planner):
+class UnifiedPlanner(EnginePlanner):
     """An engine of unified-planning.
 
     :param name: one of :data:`ENGINES`.
     :param improve: seconds to look for better plans, when the problem has a metric and the engine can go on
         looking (aries); which of several plans comes first is left to chance, the best one seldom is.
-    :raises UnknownPlannerError: when ``improve`` is not a number.
     """
 
     def __init__(self, name: str, improve: str = "1.0") -> None:
-        self.name = name
-        self._improve = seconds_of(improve)
         self._engine = ENGINES[name]
-        self.understands = self._engine.understands
-        self.ignores = self._engine.ignores
-        self.fails_with = self._engine.fails_with
+        super().__init__(name, self._engine, improve)
 
     @property
     def not_installed(self) -> str:
@@ -115,11 +108,10 @@ class UnifiedPlanner(Planner):
 
     def _call(self, shortcuts: Any, task: Any, *, improve: bool) -> Any:
         """Return the engine's result, the last one when it may go on looking."""
-        if improve and self._improve > 0 and self._engine.anytime:
+        if improve and self.improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
-                seconds = min(self._improve, max(0.0, self.seconds - _END_S))
-                results = list(engine.get_solutions(task, timeout=seconds))
+                results = list(engine.get_solutions(task, timeout=self.improve))
             found = [each for each in results if each.plan is not None]
             if found:
                 return found[-1]
@@ -142,6 +134,10 @@ class UnifiedPlanner(Planner):
                 for start, each, duration in steps
             )
         return tuple(_step(each, names) for each in result.plan.actions)
+
+
+aries = partial(UnifiedPlanner, "aries")
+tamer = partial(UnifiedPlanner, "tamer")
 
 
 def _count_in_integers(task: Any) -> None:

@@ -1,12 +1,15 @@
-"""Why a step of a plan is there: the conditions and the goal that need its effects."""
+"""What a plan is worth: the value of its metric, and for each step the conditions that need its effects."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
+from cxbridge.executive.pddl import Problem
+from cxbridge.executive.planning.needs import TOTAL_TIME
+from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
-from cxbridge.executive.problem.truth import Ground
+from cxbridge.executive.problem.truth import Ground, Truth
 
 GOAL = 0
 """The number that stands for the goal among the steps."""
@@ -43,3 +46,17 @@ def _serve(
         maker = last.get(fact)
         if maker is not None and maker != step:
             found.setdefault(maker, []).append(Service(fact, step))
+
+
+def value_of_metric(problem: Problem, actions: Iterable[PlannedAction], check: PlanCheck) -> float | None:
+    """Return the value of a problem's metric after a plan; None when there is none, or no value.
+
+    A plan that is just an order takes as much time as it has steps.
+    """
+    if problem.metric is None:
+        return None
+    steps = tuple(actions)
+    ends = [step.start + (step.duration or 0.0) for step in steps if step.start is not None]
+    took = max(ends) if ends else float(len(steps))
+    numbers = {**check.end.numbers, (TOTAL_TIME, ()): took}
+    return Truth((), numbers, lambda _types: ()).number(problem.metric[1], {})

@@ -13,6 +13,7 @@ from cxbridge.events import Level
 from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.interfaces.registry import InterfaceRegistry
+from tests.support import needs_plugin
 
 DOMAIN = """(define (domain d) (:requirements :strips :typing) (:types name text) (:constants HI BYE - text)
   (:predicates (said ?n - name ?t - text))
@@ -219,6 +220,7 @@ BAD_PROGRAMS = {
 }
 
 
+@needs_plugin("planning")
 @pytest.mark.parametrize("what", BAD_PROGRAMS)
 def test_a_planner_that_does_not_plan(world, monkeypatch, tmp_path, what):
     script, message = BAD_PROGRAMS[what]
@@ -245,6 +247,7 @@ def test_an_empty_goal_is_the_one_before(world):
     assert [step["name"] for step in world.plans()[0]["actions"]] == ["greet"]
 
 
+@needs_plugin("planning")
 def test_a_planner_that_is_not_installed_is_replaced(world, monkeypatch, tmp_path):
     monkeypatch.setenv("PATH", str(tmp_path))
     world.start("ff")

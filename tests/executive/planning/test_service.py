@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import os
 import signal
-import stat
 import time
-from pathlib import Path
 
 import pytest
 
@@ -168,83 +166,10 @@ def test_memory_is_bounded():
 
 
 def test_unknown_planners_and_options_fail(service):
-    for name, options in (("gps", {}), ("pyperplan", {"depth": "3"}), ("fast-downward", {"x": "y"})):
+    for name, options in (("gps", {}), ("pyperplan", {"depth": "3"})):
         result = service.plan(request(EASY, planner=name, options=options))
         assert result.status is PlanStatus.FAILED
         assert result.message
-
-
-# ---- programs on the PATH
-
-
-@pytest.fixture
-def program(tmp_path, monkeypatch):
-    """Put a shell script on the PATH."""
-
-    def put(name, script):
-        path = tmp_path / name
-        path.write_text(f"#!/bin/sh\n{script}\n")
-        path.chmod(path.stat().st_mode | stat.S_IXUSR)
-        monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
-
-    return put
-
-
-FF = """cat <<END
-ff: found legal plan as follows
-
-step    0: LIGHT
-        1: SWAP O1 O2
-        2: REACH-GOAL
-
-time spent:    0.00 seconds instantiating 1 easy, 0 hard action templates
-END"""
-
-
-def test_ff_answers_in_upper_case(program, service):
-    program("ff", FF)
-    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "ff"))
-    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
-
-
-def test_fast_downward_as_a_program(program, service):
-    text = "Solution found!\nActual search time: 0.1s\nlight  (1)\nswap o1 o2 (1)\nPlan length: 2 step(s).\n"
-    program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
-    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "fd"))
-    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
-
-
-@pytest.mark.parametrize(
-    ("script", "status", "message"),
-    [
-        ("echo rubbish; exit 3", PlanStatus.FAILED, "exit status 3 and without a plan: rubbish"),
-        ("echo 'ff: goal can be simplified to FALSE'", PlanStatus.NO_PLAN, "no plan"),
-        (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that does not exist: MOON"),
-        (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that does not exist: FLY"),
-        ("kill -9 $$", PlanStatus.FAILED, "without a plan"),
-        (FF.replace("LIGHT", "SWAP O1 O2"), PlanStatus.FAILED, "step 2, (swap o1 o2): (p o1) is false"),
-        (
-            FF,
-            PlanStatus.FAILED,
-            "ff made a plan that does not hold: the goal is not reached: (p o1) is false",
-        ),
-    ],
-)
-def test_programs_that_do_not_plan(program, service, script, status, message):
-    program("ff", script)
-    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
-    assert result.status is status
-    assert message in result.message
-
-
-def test_a_program_that_hangs_is_killed(program, service, tmp_path):
-    program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
-    call = service.call(PlanRequest(DOMAIN, ENDLESS, "ff"))
-    eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
-    call._end(PlanStatus.TIMEOUT)  # as its timer does
-    assert status(call) is PlanStatus.TIMEOUT
-    pid = int((tmp_path / "pid").read_text())
-    eventually(lambda: not is_running(pid))
 
 
 def eventually(condition):
@@ -252,23 +177,3 @@ def eventually(condition):
     while not condition():
         assert time.monotonic() < deadline
         time.sleep(0.01)
-
-
-def is_running(pid):
-    try:
-        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
-    except FileNotFoundError:
-        return False
-    return state != "Z"
-
-
-def test_a_temporal_plan(program, service):
-    domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
-      (:durative-action work :parameters () :duration (= ?duration 4)
-        :condition () :effect (at end (done))))""")
-    problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
-    program("popf", "printf ';;;; Solution Found\\n; Cost: 4\\n0.000: (work)  [4.000]\\n'")
-    (step,) = service.plan(PlanRequest(domain, problem, "popf")).actions
-    assert (step.start, step.duration, str(step)) == (0.0, 4.0, "0.000: (work) [4.000]")
-    refused = service.plan(PlanRequest(domain, problem, "pyperplan"))
-    assert refused.message == "pyperplan knows nothing of durative actions (action work)"

@@ -181,7 +181,7 @@ def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float,
 )
 def test_a_run_repeats_loop_by_loop(name: str, tmp_path: Path) -> None:
     if name == "temporal" and not INSTALLED:
-        pytest.skip("pip install '.[planners]'")
+        pytest.skip("pip install 'cxbridge-planning[engines]'")
     trace, again = tmp_path / "run.mcap", tmp_path / "again.mcap"
     recorded = run_scenario(RunOptions(scenario=SCENARIOS / name, trace=trace, trace_level="facts"))
     result = replay(trace, trace=again, trace_level="facts")

@@ -10,10 +10,10 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from itertools import product
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Formula
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
+    Formula,
     FunctionTerm,
     Imply,
     Not,

@@ -6,8 +6,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Formula
-from cxbridge.executive.pddl.ast import And, Atom, Not, NumericChange, Quantified, When
+from cxbridge.executive.pddl.ast import And, Atom, Formula, Not, NumericChange, Quantified, When
 from cxbridge.executive.planning.compile.conditions import (
     FALSE,
     TRUE,

@@ -18,8 +18,7 @@ from collections import deque
 from collections.abc import Iterable, Iterator
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Domain, Formula, Problem
-from cxbridge.executive.pddl.ast import ActionSchema, And, Atom
+from cxbridge.executive.pddl.ast import ActionSchema, And, Atom, Domain, Formula, Problem
 from cxbridge.executive.planning.compile.conditions import Conjunction, Evaluator, Fact, fact_of
 from cxbridge.executive.planning.compile.effects import Case, cases, changed_predicates
 from cxbridge.executive.planning.compile.join import FactIndex, Schema

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.pddl.ast import TypedList, pairs_of
-from cxbridge.executive.pddl.semantics import ROOT_TYPE
+from cxbridge.executive.pddl.ast import ROOT_TYPE, Domain, Problem, TypedList, pairs_of
 
 
 class ObjectTable:

@@ -11,15 +11,17 @@ from typing import Final
 
 from msgspec.structs import replace
 
-from cxbridge.executive.pddl import Domain, Formula, Problem
 from cxbridge.executive.pddl.ast import (
     ActionSchema,
     And,
     Atom,
     Constant,
+    Domain,
+    Formula,
     FunctionTerm,
     Not,
     NumericChange,
+    Problem,
     TermComparison,
     Timed,
     Variable,

@@ -6,11 +6,11 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Final, NamedTuple
 
-from cxbridge.executive.pddl import Formula, format_formula
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
     Constant,
+    Formula,
     FunctionTerm,
     Imply,
     Not,
@@ -22,10 +22,9 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     When,
 )
-from cxbridge.executive.pddl.printer import format_term
-from cxbridge.executive.pddl.problems import format_number
-from cxbridge.executive.planning.engines.needs import TOTAL_COST
+from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
 from cxbridge.executive.planning.errors import PlanningError
+from cxbridge.executive.planning.needs import TOTAL_COST
 from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, Objects, WorldState
 from cxbridge.executive.problem.truth import Ground, Truth
 

@@ -12,8 +12,15 @@ from itertools import groupby
 from typing import Final, NamedTuple
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl import Domain, Formula, Problem
-from cxbridge.executive.pddl.ast import ActionSchema, TermComparison, Variable, names_of
+from cxbridge.executive.pddl.ast import (
+    ActionSchema,
+    Domain,
+    Formula,
+    Problem,
+    TermComparison,
+    Variable,
+    names_of,
+)
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.formulas import (

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from cxbridge.executive.pddl import Domain, Problem
-from cxbridge.executive.pddl.ast import Atom, Constant, FunctionTerm
+from cxbridge.executive.pddl.ast import Atom, Constant, Domain, FunctionTerm, Problem
 from cxbridge.executive.planning.compile.objects import ObjectTable
 from cxbridge.executive.problem.truth import Ground
 

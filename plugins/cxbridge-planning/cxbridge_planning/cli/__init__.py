@@ -1,1 +1,1 @@
-"""A plan as a page: a timeline, the state after each step, why each step is there."""
+"""The command ``plan``, and the page about a plan: a timeline, the states, why each step is there."""

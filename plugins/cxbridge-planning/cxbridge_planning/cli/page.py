@@ -5,17 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
-from cxbridge.cli.plan_page.serving import GOAL, Service, services
 from cxbridge.executive.pddl import Domain, Problem, format_formula
-from cxbridge.executive.pddl.problems import format_number
+from cxbridge.executive.pddl.printer import format_number
 from cxbridge.executive.planning import PlannedAction, PlanResult
-from cxbridge.executive.planning.validation.metric import value_of_metric
 from cxbridge.executive.planning.validation.plan import PlanCheck, PlanMoment, check_plan
 from cxbridge.executive.planning.validation.world import WorldState
 from cxbridge.executive.problem.truth import Ground
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import notes, pairs, table
 from cxbridge.trace.html.text import html
+from cxbridge_planning.worth import GOAL, Service, services, value_of_metric
 
 _WIDTH: Final = 1000
 _ROW: Final = 22

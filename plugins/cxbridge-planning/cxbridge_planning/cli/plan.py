@@ -75,7 +75,7 @@ def plan(
     domain, problem, result = _plan(domain_file, problem_file, asked)
     _give(result, given)
     if given.html is not None:
-        from cxbridge.cli.plan_page.page import plan_page
+        from cxbridge_planning.cli.page import plan_page
 
         plan_page(domain, problem, result).write(given.html)
     return EXIT[result.status.value]
@@ -113,7 +113,7 @@ def _plan(
 ) -> tuple[Domain, Problem, PlanResult]:
     """Read domain and problem while the planner's process starts, and plan."""
     from cxbridge.executive.planning import PlanningService, PlanRequest
-    from cxbridge.executive.planning.engines.registry import choose_planners
+    from cxbridge.executive.planning.registry import choose_planners
 
     options = _options(asked.option)
     with PlanningService(at_once=1) as service:
@@ -126,10 +126,9 @@ def _plan(
 
 def _validate(domain: Domain, problem: Problem, plan_file: Path, *, as_json: bool) -> int:
     """Say whether a plan holds; return the exit status."""
-    from cxbridge.executive.planning.engines.names import PlanNames
-    from cxbridge.executive.planning.plan_text import load_plan
-    from cxbridge.executive.planning.validation.metric import value_of_metric
     from cxbridge.executive.planning.validation.plan import check_plan
+    from cxbridge_planning.plan_files import PlanNames, load_plan
+    from cxbridge_planning.worth import value_of_metric
 
     actions = load_plan(plan_file, PlanNames(domain, problem))
     check = check_plan(domain, problem, actions)
@@ -158,9 +157,9 @@ def _options(texts: Iterable[str]) -> dict[str, str]:
 
 
 def _list(*, as_json: bool) -> None:
-    from cxbridge.executive.planning.engines.registry import NAMES, make_planner
+    from cxbridge.executive.planning.registry import make_planner, planner_names
 
-    rows = [(name, make_planner(name)) for name in NAMES]
+    rows = [(name, make_planner(name)) for name in planner_names()]
     if as_json:
         planners = [
             {

@@ -8,9 +8,9 @@ import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnsupportedProblemError
-from cxbridge.executive.planning.engines import unified
-from cxbridge.executive.planning.engines.needs import Need, needs_of
-from cxbridge.executive.planning.engines.registry import AUTO, NAMES, choose_planners, make_planner
+from cxbridge.executive.planning.needs import Need, needs_of
+from cxbridge.executive.planning.registry import AUTO, choose_planners, make_planner, planner_names
+from cxbridge_planning import unified
 
 DOMAIN = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
   (:durative-action work :parameters () :duration (= ?duration 3) :effect (at end (done))))""")
@@ -32,7 +32,7 @@ def programs(tmp_path, monkeypatch):
         monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
 
     monkeypatch.setattr(unified, "find_spec", lambda _name: None)
-    monkeypatch.setattr("cxbridge.executive.planning.engines.programs.find_spec", lambda _name: None)
+    monkeypatch.setattr("cxbridge_planning.programs.find_spec", lambda _name: None)
     return put
 
 
@@ -91,7 +91,7 @@ def test_without_a_fitting_planner_each_is_named_with_its_reason(programs, servi
     )
     with pytest.raises(UnsupportedProblemError) as raised:
         choose_planners(AUTO, odd, PROBLEM)
-    for name in NAMES:
+    for name in planner_names():
         assert name in raised.value.message
 
 
@@ -119,7 +119,7 @@ def test_without_a_metric_costs_are_no_need():
     assert "pyperplan ignores costs of actions" not in choice("").reasons
 
 
-@pytest.mark.skipif(bool(make_planner("aries").not_installed), reason="pip install '.[planners]'")
+@pytest.mark.skipif(bool(make_planner("aries").not_installed), reason="needs aries")
 def test_costs_count(service):
     domain = parse_domain(COSTS)
     problem = parse_problem(TASK.format(metric="(:metric minimize (total-cost))"), domain)
@@ -147,7 +147,7 @@ def test_needs_of_numbers(effect, condition, init, expected):
     assert needs_of(domain, problem).keys() == expected
 
 
-@pytest.mark.parametrize("name", NAMES)
+@pytest.mark.parametrize("name", planner_names())
 def test_what_a_planner_ignores_it_does_not_understand(name):
     planner = make_planner(name)
     assert not planner.understands & planner.ignores

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from cxbridge.cli.main import invoke
-from cxbridge.cli.plan_page.page import plan_page
-from cxbridge.cli.plan_page.serving import GOAL, Service, services
 from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlannedAction, PlanResult, PlanStatus
 from cxbridge.executive.planning.validation.plan import check_plan
+from cxbridge_planning.cli.page import plan_page
+from cxbridge_planning.worth import GOAL, Service, services
 
 DOMAIN = """(define (domain d) (:requirements :strips) (:predicates (at ?p) (link ?a ?b) (been ?p))
   (:action go :parameters (?a ?b) :precondition (and (at ?a) (link ?a ?b))

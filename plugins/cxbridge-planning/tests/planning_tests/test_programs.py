@@ -1,15 +1,20 @@
-"""Programs that plan and come in packages: each one that is installed plans."""
+"""Programs that plan: those in packages, when they are installed, and scripts on the PATH."""
 
 from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
 
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_problem
-from cxbridge.executive.planning import PlanningService, PlanRequest
-from cxbridge.executive.planning.engines.programs import PROGRAMS
-from cxbridge.executive.planning.engines.registry import make_planner
+from cxbridge.executive.planning import PlanningService, PlanRequest, PlanStatus, UnknownPlannerError
+from cxbridge.executive.planning.registry import make_planner
+from cxbridge_planning.programs import PROGRAMS
+from tests.executive.planning.test_service import DOMAIN, ENDLESS, TWO_STEPS, eventually, status
 
-DOMAIN = parse_domain("""(define (domain rooms) (:requirements :strips :typing :action-costs) (:types room)
+ROOMS = parse_domain("""(define (domain rooms) (:requirements :strips :typing :action-costs) (:types room)
   (:predicates (at ?r - room) (door ?a ?b - room)) (:functions (total-cost) - number)
   (:action go :parameters (?a ?b - room) :precondition (and (at ?a) (door ?a ?b))
     :effect (and (at ?b) (not (at ?a)) (increase (total-cost) 1))))""")
@@ -22,7 +27,111 @@ TASK = """(define (problem x) (:domain rooms) (:objects k1 k2 k3 - room)
 def test_a_plan(name, metric):
     if missing := make_planner(name).not_installed:
         pytest.skip(missing)
-    problem = parse_problem(TASK.format(goal="k3", metric=metric), DOMAIN)
+    problem = parse_problem(TASK.format(goal="k3", metric=metric), ROOMS)
     with PlanningService() as service:
-        result = service.plan(PlanRequest(DOMAIN, problem, name))
+        result = service.plan(PlanRequest(ROOMS, problem, name))
     assert [str(step) for step in result.actions] == ["(go k1 k2)", "(go k2 k3)"], result.message
+
+
+def test_an_option_that_a_program_has_not():
+    with pytest.raises(UnknownPlannerError, match="planner fast-downward has no options x"):
+        make_planner("fast-downward", {"x": "y"})
+
+
+# ---- programs on the PATH
+
+
+@pytest.fixture
+def service():
+    with PlanningService() as service:
+        yield service
+
+
+@pytest.fixture
+def program(tmp_path, monkeypatch):
+    """Put a shell script on the PATH."""
+
+    def put(name, script):
+        path = tmp_path / name
+        path.write_text(f"#!/bin/sh\n{script}\n")
+        path.chmod(path.stat().st_mode | stat.S_IXUSR)
+        monkeypatch.setenv("PATH", f"{tmp_path}:{os.environ['PATH']}")
+
+    return put
+
+
+FF = """cat <<END
+ff: found legal plan as follows
+
+step    0: LIGHT
+        1: SWAP O1 O2
+        2: REACH-GOAL
+
+time spent:    0.00 seconds instantiating 1 easy, 0 hard action templates
+END"""
+
+
+def test_ff_answers_in_upper_case(program, service):
+    program("ff", FF)
+    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "ff"))
+    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
+
+
+def test_fast_downward_as_a_program(program, service):
+    text = "Solution found!\nActual search time: 0.1s\nlight  (1)\nswap o1 o2 (1)\nPlan length: 2 step(s).\n"
+    program("fast-downward", f"printf '{text}'".replace("\n", "\\n"))
+    result = service.plan(PlanRequest(DOMAIN, TWO_STEPS, "fd"))
+    assert [str(step) for step in result.actions] == ["(light)", "(swap o1 o2)"]
+
+
+@pytest.mark.parametrize(
+    ("script", "status", "message"),
+    [
+        ("echo rubbish; exit 3", PlanStatus.FAILED, "exit status 3 and without a plan: rubbish"),
+        ("echo 'ff: goal can be simplified to FALSE'", PlanStatus.NO_PLAN, "no plan"),
+        (FF.replace("O2", "MOON"), PlanStatus.FAILED, "an object that does not exist: MOON"),
+        (FF.replace("SWAP", "FLY"), PlanStatus.FAILED, "an action that does not exist: FLY"),
+        ("kill -9 $$", PlanStatus.FAILED, "without a plan"),
+        (FF.replace("LIGHT", "SWAP O1 O2"), PlanStatus.FAILED, "step 2, (swap o1 o2): (p o1) is false"),
+        (
+            FF,
+            PlanStatus.FAILED,
+            "ff made a plan that does not hold: the goal is not reached: (p o1) is false",
+        ),
+    ],
+)
+def test_programs_that_do_not_plan(program, service, script, status, message):
+    program("ff", script)
+    result = service.plan(PlanRequest(DOMAIN, ENDLESS, "ff"))
+    assert result.status is status
+    assert message in result.message
+
+
+def test_a_program_that_hangs_is_killed(program, service, tmp_path):
+    program("ff", f"echo $$ > '{tmp_path}/pid'; exec sleep 1000")
+    call = service.call(PlanRequest(DOMAIN, ENDLESS, "ff"))
+    eventually(lambda: (tmp_path / "pid").exists() and (tmp_path / "pid").read_text().endswith("\n"))
+    call._end(PlanStatus.TIMEOUT)  # as its timer does
+    assert status(call) is PlanStatus.TIMEOUT
+    pid = int((tmp_path / "pid").read_text())
+    eventually(lambda: not is_running(pid))
+
+
+def is_running(pid):
+    try:
+        state = Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0]
+    except FileNotFoundError:
+        return False
+    return state != "Z"
+
+
+def test_a_temporal_plan(program, service):
+    domain = parse_domain("""(define (domain t) (:requirements :durative-actions) (:predicates (done))
+      (:durative-action work :parameters () :duration (= ?duration 4)
+        :condition () :effect (at end (done))))""")
+    problem = parse_problem("(define (problem x) (:domain t) (:init) (:goal (done)))", domain)
+    program("popf", "printf ';;;; Solution Found\\n; Cost: 4\\n0.000: (work)  [4.000]\\n'")
+    (step,) = service.plan(PlanRequest(domain, problem, "popf")).actions
+    assert (step.start, step.duration, str(step)) == (0.0, 4.0, "0.000: (work) [4.000]")
+    refused = service.plan(PlanRequest(domain, problem, "pyperplan"))
+    assert refused.message == "pyperplan knows nothing of durative actions (action work)"

@@ -11,17 +11,23 @@ from msgspec.structs import replace
 
 from cxbridge.executive.pddl import Domain, Problem, parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError, PlanningService, PlanRequest, PlanStatus
-from cxbridge.executive.planning.engines.texts import read_task
-from cxbridge.executive.planning.engines.unified import ENGINES, UnifiedPlanner, _avoid_spaces
+from cxbridge.executive.planning.needs import needs_of
 from cxbridge.executive.planning.planner import PlannedAction
+from cxbridge.executive.planning.registry import make_planner
+from cxbridge_planning.texts import read_task
+from cxbridge_planning.unified import ENGINES, UnifiedPlanner, _avoid_spaces
 from tests.executive.planning.compile.test_grounding import FETCH, START, problem
 from tests.executive.planning.interpreter import World
 
 INSTALLED = [name for name in ENGINES if not UnifiedPlanner(name).not_installed]
 pytestmark = [
-    pytest.mark.skipif(not INSTALLED, reason="pip install '.[planners]'"),
+    pytest.mark.skipif(not INSTALLED, reason="pip install 'cxbridge-planning[engines]'"),
     pytest.mark.filterwarnings("ignore::DeprecationWarning"),  # unified-planning's own
 ]
+
+needs_fast_downward = pytest.mark.skipif(
+    bool(make_planner("fast-downward").not_installed), reason="pip install up-fast-downward"
+)
 
 STRIPS = """(define (domain Rooms) (:requirements :strips :typing) (:types Room)
   (:predicates (At ?r - Room) (Door ?a ?b - Room))
@@ -62,22 +68,22 @@ def test_names_keep_their_case(service, name):
     assert [str(step) for step in plan] == ["(Go K1 k2)", "(Go k2 k3)"]
 
 
-@pytest.mark.skipif("fast-downward" not in INSTALLED, reason="pip install up-fast-downward")
+@needs_fast_downward
 def test_fast_downward_understands_what_pyperplan_does(service):
     domain = parse_domain(FETCH)
     task = parse_problem(problem("(and (full c1) (at c1 p) (not (full c2)))", START), domain)
-    assert UnifiedPlanner("fast-downward").refuses(domain, task) == ""
+    assert make_planner("fast-downward").refuses(needs_of(domain, task)) == ""
     assert World(domain, task).is_solution(solve(service, "fast-downward", domain, task))
 
 
-@pytest.mark.skipif("fast-downward" not in INSTALLED, reason="pip install up-fast-downward")
+@needs_fast_downward
 def test_no_plan(service):
     domain = parse_domain(STRIPS)
     task = parse_problem(ROOMS.replace("(Door k2 k3)", ""), domain)
     assert solve(service, "fast-downward", domain, task) is None
 
 
-@pytest.mark.parametrize("name", [name for name in INSTALLED if name != "fast-downward"])
+@pytest.mark.parametrize("name", INSTALLED)
 def test_a_temporal_plan(service, name):
     domain = parse_domain(TEMPORAL)
     task = parse_problem("(define (problem x) (:domain t) (:init (idle)) (:goal (done)))", domain)
@@ -94,7 +100,7 @@ def test_the_engine_refuses_a_problem_that_it_cannot_read(monkeypatch):
     """The place is that of the user's text, though the common forms were tried, too."""
     domain = parse_domain(STRIPS, "rooms.pddl")
     task = parse_problem(ROOMS, domain, "x.pddl")
-    monkeypatch.setattr("cxbridge.executive.planning.engines.texts.format_domain", lambda _: "(define")
+    monkeypatch.setattr("cxbridge_planning.texts.format_domain", lambda _: "(define")
     broken = replace(domain, text=STRIPS.replace(":action", ":acton"))
     with pytest.raises(PlanningError, match="cannot read the problem") as caught:
         UnifiedPlanner(INSTALLED[0]).solve(broken, task)

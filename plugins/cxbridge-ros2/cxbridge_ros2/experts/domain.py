@@ -8,6 +8,7 @@ from typing import Any, Final
 
 from cxbridge.errors import Ros2Error
 from cxbridge.executive.pddl.ast import (
+    ROOT_TYPE,
     ActionSchema,
     And,
     Domain,
@@ -20,7 +21,6 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.printer import format_domain
-from cxbridge.executive.pddl.semantics import ROOT_TYPE
 from cxbridge.executive.problem.knowledge import ProblemExpert, subtypes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import ExpertService

@@ -24,8 +24,7 @@ from cxbridge.executive.pddl.ast import (
     Variable,
     number_of,
 )
-from cxbridge.executive.pddl.printer import format_formula, format_term
-from cxbridge.executive.pddl.problems import format_number
+from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
 from cxbridge.executive.problem.truth import Ground
 from cxbridge_ros2.experts.names import BEFORE_JAZZY
 from cxbridge_ros2.messages import Message

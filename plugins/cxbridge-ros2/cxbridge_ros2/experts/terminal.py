@@ -9,7 +9,7 @@ from typing import Final
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl import format_formula, parse_formula
 from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison, number_of
-from cxbridge.executive.pddl.problems import format_number
+from cxbridge.executive.pddl.printer import format_number
 from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.rights import Right
 from cxbridge.suggestions import did_you_mean

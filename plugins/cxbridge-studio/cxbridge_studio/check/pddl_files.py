@@ -10,9 +10,9 @@ from typing import Final
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import Domain, load_domain, load_problem
 from cxbridge.executive.pddl.decoding import read_text
-from cxbridge.executive.pddl.doubts import Doubt, doubts, unachieved, untyped_objects
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS, NO_DOMAIN
 from cxbridge_studio.check.checks.domain_doubts import BY_KIND
+from cxbridge_studio.check.doubts import Doubt, doubts, unachieved, untyped_objects
 from cxbridge_studio.check.findings import Finding, SourcePlace, of_error
 
 SUFFIX: Final = ".pddl"

@@ -10,7 +10,7 @@ from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningError, UnknownPlannerError
 from cxbridge.executive.planning.compile import conditions, effects
 from cxbridge.executive.planning.compile.grounding import ground
-from cxbridge.executive.planning.engines.embedded import HEURISTICS, SEARCHES, PyperplanPlanner
+from cxbridge.executive.planning.embedded import HEURISTICS, SEARCHES, PyperplanPlanner
 from tests.executive.planning.interpreter import World
 
 HEAD = """(define (domain d) (:requirements :adl :typing)

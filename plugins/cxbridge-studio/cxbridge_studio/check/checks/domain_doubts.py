@@ -11,8 +11,8 @@ from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.features.pddl_parser import reads_as_fawkes
 from cxbridge.executive.pddl import Domain, load_domain, parse_formula
 from cxbridge.executive.pddl.ast import And
-from cxbridge.executive.pddl.doubts import DoubtKind, doubts, unachieved
 from cxbridge_studio.check.agent import Agent
+from cxbridge_studio.check.doubts import DoubtKind, doubts, unachieved
 from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
 
 PREDICATE: Final = Code(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.executive.pddl import parse_domain, parse_formula
-from cxbridge.executive.pddl.doubts import Doubt, DoubtKind, doubts, unachieved
+from cxbridge_studio.check.doubts import Doubt, DoubtKind, doubts, unachieved
 
 DOMAIN = """\
 (define (domain orchard) (:requirements :adl)
