@@ -56,11 +56,12 @@ def _names(path: Path) -> dict[str, str]:
 
 
 def _domain_of(problem: Path, name: str) -> Path | None:
-    number = "".join(_DIGITS.findall(problem.stem))
+    number = _DIGITS.findall(problem.stem)
     places = [problem.parent, problem.parent.parent, problem.parent.parent / "domains"]
     candidates = [path for place in places if place.is_dir() for path in sorted(place.glob("*.pddl"))]
     fitting = [path for path in candidates if _names(path).get("domain") == name and path != problem]
-    numbered = [path for path in fitting if number and "".join(_DIGITS.findall(path.stem)) == number]
+    # instance-5 of domain-5, p05-airport2-p1 of p05-domain
+    numbered = [path for path in fitting if (own := _DIGITS.findall(path.stem)) and number[: len(own)] == own]
     plain = [path for path in fitting if path.name == "domain.pddl"]
     return next(iter(numbered or plain or fitting), None)
 

@@ -73,7 +73,7 @@ def plan(
     if validate is not None:
         return _validate(*_read(domain_file, problem_file), validate, as_json=given.as_json)
     domain, problem, result = _plan(domain_file, problem_file, asked)
-    _give(result, given)
+    _give(result, asked.planner, given)
     if given.html is not None:
         from cxbridge_planning.cli.page import plan_page
 
@@ -81,13 +81,14 @@ def plan(
     return EXIT[result.status.value]
 
 
-def _give(result: PlanResult, given: _ResultOptions) -> None:
+def _give(result: PlanResult, planner: str, given: _ResultOptions) -> None:
     """Print a result, or write its plan to a file."""
     if result.message:
         say(f"cxbridge: {result.message}", err=True)
     if given.verbose:
-        why = result.why or "as asked"
-        say(f"cxbridge: {result.planner} planned in {result.seconds:.2f} s; {why}", err=True)
+        did = "planned" if result.status.value == "PLANNED" else "made no plan"
+        why = result.why or ("the first that takes the problem" if planner == "auto" else "as asked")
+        say(f"cxbridge: {result.planner} {did} in {result.seconds:.2f} s; {why}", err=True)
     steps = "".join(f"{action}\n" for action in result.actions)
     if given.output is not None and result.status.value == "PLANNED":
         write_file(given.output, steps)

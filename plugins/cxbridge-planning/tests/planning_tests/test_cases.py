@@ -1,0 +1,73 @@
+"""Each PDDL case of ../shared/cases/files: it is planned, or refused with the true reason."""
+
+from __future__ import annotations
+
+import pytest
+
+from cxbridge.cli.main import invoke
+from cxbridge.executive.planning.registry import make_planner
+from tests.support import SHARED, needs_shared
+
+FOLDER = SHARED / "cases" / "files"
+CASES = sorted(path.parent.name for path in FOLDER.glob("*/problem.pddl"))
+DROP = "(drop l1 b1)\n"
+PLANS = {
+    "costs-ignored": "(cheap1)\n(cheap2)\n",
+    "dash-type": DROP,
+    "either-empty-group": DROP,
+    "init-not": DROP,
+    "latin1": DROP,
+    "metric-total-time": "(go x y) [4.000]\n",
+    "nested-forall-effect": "(mop)\n",
+    "numeric-preconditions": "(burn r1)\n",
+    "one-typing-missing": DROP,
+    "type-name-is-object-name": "(bake oven bread) [5.000]\n",
+    "upper-case": "(put A B)\n",
+    "aries-crash-message": "(ask b h1 d1) [5.000]\n",
+}
+"""The plans, without the times at which steps begin."""
+
+REFUSALS = {
+    "derived": "domain.pddl:5:3: derived predicates are not supported",
+    "preference-message": "problem.pddl:1:78: preferences are not supported",
+    "wrong-hint-object": "declare it in (:objects ...) of the problem",
+}
+BEYOND_PYPERPLAN = {"costs-ignored", "metric-total-time", "numeric-preconditions", "type-name-is-object-name"}
+"""The cases that aries plans, too."""
+
+CRASH_ARIES = {"aries-crash-message", "nested-forall-effect"}
+"""The cases whose plan needs another engine (lpg): aries dies."""
+
+
+def is_installed(name: str) -> bool:
+    return not make_planner(name).not_installed
+
+
+@needs_shared
+def test_each_case_is_known():
+    assert {*PLANS, *REFUSALS} == {*CASES}
+
+
+@needs_shared
+@pytest.mark.parametrize("name", PLANS)
+def test_a_case_is_planned(name, capsys):
+    if name in BEYOND_PYPERPLAN and not (is_installed("aries") or is_installed("lpg")):
+        pytest.skip("no engine is installed")
+    status = invoke(["plan", str(FOLDER / name / "domain.pddl"), str(FOLDER / name / "problem.pddl"), "-v"])
+    out, said = capsys.readouterr()
+    if name in CRASH_ARIES and not is_installed("lpg"):
+        reason = "its server does not answer any more" if is_installed("aries") else "no planner can take"
+        assert status in (2, 4)
+        assert reason in said
+        return
+    assert (status, "".join(line.rpartition(": ")[2] for line in out.splitlines(keepends=True))) == (
+        0,
+        PLANS[name],
+    ), said
+
+
+@needs_shared
+@pytest.mark.parametrize("name", REFUSALS)
+def test_a_case_is_refused(name, capsys):
+    assert invoke(["plan", str(FOLDER / name / "domain.pddl"), str(FOLDER / name / "problem.pddl")]) == 2
+    assert REFUSALS[name] in capsys.readouterr().err
