@@ -38,6 +38,8 @@ HIDDEN: Final = re.compile(rf"{_STRING}|(?P<unclosed>{_UNCLOSED})|{_COMMENT}", r
 CONSTRUCT: Final = re.compile(r"\(\s*(def[a-z]+)\s+([^\s()\";]+)")
 """The start of a construct: its kind and its name. Of a text in which strings and comments are blank."""
 
+_DEFINITION: Final = re.compile(r"\(\s*def[a-z-]+\s")
+
 _DECLARATION: Final = re.compile(r"\(\s*deffunction\s[^()]*\([^()]*\)\s*\)")
 
 _NOT_A_LINE_END: Final = re.compile(r"[^\n]")
@@ -171,6 +173,12 @@ def top_level(code: str) -> Iterator[tuple[int, int | None]]:
                 yield start, match.end()
     if depth > 0:
         yield start, None
+
+
+def has_commands(text: str) -> bool:
+    """Whether lists at the top level of a file are calls: CLIPS executes the file with ``batch``."""
+    code = blank(text)
+    return any(not _DEFINITION.match(code, start) for start, _ in top_level(code))
 
 
 def literal(node: SyntaxNode) -> str:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import ctypes
 from collections.abc import Callable
+from pathlib import Path
 from typing import Final
 
 from clips import _clips
@@ -66,9 +67,13 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
 
 
 class LookEnvironment(ClipsEnvironment):
-    """An environment where the functions of :data:`LOOKING` work, all others are stubs, and no rule fires."""
+    """An environment where the functions of :data:`LOOKING` work, all others are stubs, and no rule fires.
+
+    :ivar folders: where ``load`` and ``batch`` look for files that the working directory does not have.
+    """
 
     def __init__(self, name: str, bus: EventBus, log_component: str | None = None) -> None:
+        self.folders: tuple[Path, ...] = ()
         self._stubs: dict[int, CData] = {}
         self._steps = 0
         self._is_made = False
@@ -100,11 +105,15 @@ class LookEnvironment(ClipsEnvironment):
 
     def _load(self, file: str) -> Value:
         """Load a file, but not for a value in a construct: CLIPS, which reads that, would lose its place."""
-        return FALSE if self.loader.is_parsing else super()._load(file)
+        return FALSE if self.loader.is_parsing else super()._load(self._found(file))
 
     def _batch(self, file: str) -> Value:
         """Execute a file's commands under the same condition."""
-        return FALSE if self.loader.is_parsing else super()._batch(file)
+        return FALSE if self.loader.is_parsing else super()._batch(self._found(file))
+
+    def _found(self, file: str) -> str:
+        paths = (str(folder / file) for folder in (Path.cwd(), *self.folders))
+        return next(filter(is_readable_file, paths), file)
 
     def fire(self, limit: int = -1, before: int = 0) -> int:  # noqa: ARG002 - no rule fires
         """Fire no rule."""

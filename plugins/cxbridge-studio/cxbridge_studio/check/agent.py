@@ -14,6 +14,7 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
+from cxbridge.clipstext import syntax
 from cxbridge.clipstext.names import NameKind, SourceFile
 from cxbridge.clipstext.syntax import Definition, Lines, SyntaxNode, definitions, without_module
 from cxbridge.clock import VirtualClock
@@ -30,7 +31,7 @@ from cxbridge.run.agent_context import agent_names, make_agent_context
 from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
-from cxbridge.run.source import source_of
+from cxbridge.run.source import CLIPS_SUFFIX, source_of
 from cxbridge.run.specs import STAGES
 from cxbridge_studio.agent.model import AgentModel, read_source
 from cxbridge_studio.check.findings import SourcePlace
@@ -48,6 +49,8 @@ _INTERFACES: Final = frozenset(
 _FIRST_FILES: Final = "BATCH|blackboard-init.clp"
 _FROM_CORE: Final = "the core"
 _MAIN: Final = Symbol("MAIN")
+MOST_FOLDERS: Final = 4
+"""How many folders around a file may have its scenario, and the files that it loads."""
 
 
 @dataclass(frozen=True)
@@ -150,6 +153,8 @@ class Agent(Closing):
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, LookEnvironment)
+            assert isinstance(self.env, LookEnvironment)
+            self.env.folders = self._around = folders_around(options.scenario)
             try:
                 self.executive.load_core()
                 for name in unasked_features(context):
@@ -281,9 +286,10 @@ class Agent(Closing):
         module = self._enter(_MAIN)  # a file may have entered another one
         found = self.env.call("path-resolve", name) if self.env.has_deffunction("path-resolve") else None
         self._enter(module)
-        if found is None:  # an agent without our library
-            return Path(name) if is_readable_file(name) else None
-        return Path(found) if isinstance(found, str) and found != "FALSE" else None
+        if isinstance(found, str) and found != "FALSE":
+            return Path(found)
+        paths = [*((Path(name),) if found is None else ()), *(folder / name for folder in self._around)]
+        return next(filter(is_readable_file, paths), None)  # None: an agent without our library
 
     def feature_with(self, function: str) -> str:
         """Return the feature that has a function and that the agent has not requested; empty when none has.
@@ -349,7 +355,8 @@ class Agent(Closing):
                 continue
             value = self.config.get(f"{path}/{key}")
             for file in value.items if value.is_list else (value.text,):
-                self._load(file, place_of(value))
+                is_batch = bool(self._around) and has_commands(self._around[0] / file)
+                self._load(f"BATCH|{file}" if is_batch else file, place_of(value))
                 self._enter(_MAIN)  # as in a run, where functions of MAIN load each file
 
     def _enter(self, module: Value) -> Value:
@@ -372,9 +379,21 @@ class Agent(Closing):
         """Load a file that is there, and those that it loads."""
         if any(file.path == found for file in self.files):
             return
-        loader, before = self.env.loader, len(self.env.loader.diagnostics)
+        loader = self.env.loader
+        before, loaded = len(loader.diagnostics), len(loader.files)
         (loader.batch if batch else loader.load)(str(found))
-        file = self._note(found, tuple(loader.diagnostics[before:]))
+        said = loader.diagnostics[before:]
+        paths = dict.fromkeys((found, *loader.files[loaded:]))  # a batch loads others, in its own order
+        files = [
+            self._note(path, tuple(each for each in said if each.file == str(path)))
+            for path in paths
+            if all(file.path != path for file in self.files)
+        ]
+        for file in files:
+            self._follow(file)
+
+    def _follow(self, file: ClipsFile) -> None:
+        """Do what a file that is loaded asks for: load other files, request features, open interfaces."""
         for call in file.calls("ff-feature-request"):
             self._request(_literal(call))
         for call in file.calls(*_INTERFACES):
@@ -425,6 +444,17 @@ class _VolatileMemory(RobotMemory):
 def place_of(value: ConfigValue) -> SourcePlace:
     """Return where a value of the configuration was read."""
     return SourcePlace(value.file, value.line, value.mark.column or 0)
+
+
+def folders_around(program: Path | None) -> tuple[Path, ...]:
+    """Return the folders where a program finds the files that its commands load; none for an agent."""
+    is_program = program is not None and program.suffix == CLIPS_SUFFIX and program.is_file()
+    return tuple(program.resolve().parents[:MOST_FOLDERS]) if program is not None and is_program else ()
+
+
+def has_commands(file: Path) -> bool:
+    """Whether a file is to be executed by CLIPS' ``batch``, since it has commands at its top level."""
+    return is_readable_file(file) and syntax.has_commands(file.read_text("utf-8", "surrogateescape"))
 
 
 def agents(options: RunOptions) -> list[str | None]:

@@ -5,7 +5,6 @@ from __future__ import annotations
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
-from typing import Final
 
 from cxbridge.clock import VirtualClock
 from cxbridge.errors import CxbridgeError
@@ -14,14 +13,11 @@ from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import SCENARIO_FILE
 from cxbridge.run.source import CLIPS_SUFFIX
-from cxbridge_studio.check.agent import Agent, agents
+from cxbridge_studio.check.agent import MOST_FOLDERS, Agent, agents, folders_around, has_commands
 from cxbridge_studio.check.findings import PROGRAM, Finding, Severity, SourcePlace, of_error
 from cxbridge_studio.check.pddl_files import SUFFIX, findings_of
 from cxbridge_studio.check.silence import without_silenced
 from cxbridge_studio.check.table import findings
-
-_MOST_FOLDERS: Final = 4
-"""How many folders around a file may have its scenario."""
 
 
 def check(options: RunOptions, *, errors_only: bool = False, portable: bool = False) -> list[Finding]:
@@ -54,7 +50,7 @@ def _found(options: RunOptions, *, errors_only: bool, portable: bool) -> list[Fi
 
 def _of_file(options: RunOptions, file: Path, *, errors_only: bool, portable: bool) -> list[Finding]:
     """Return what is wrong in one CLIPS file: as a part of the agent around it, or else as an agent alone."""
-    for folder in file.parents[:_MOST_FOLDERS]:
+    for folder in file.parents[:MOST_FOLDERS]:
         scenario = folder / SCENARIO_FILE
         if scenario.is_file():
             around = replace(options, scenario=folder)
@@ -75,7 +71,8 @@ def _is_program(file: Path) -> bool:
     """Whether CLIPS alone takes a file, without the executive's core."""
     env = LookEnvironment("program", EventBus(VirtualClock()))
     try:
-        env.loader.load(str(file))
+        env.folders = folders_around(file)
+        (env.loader.batch if has_commands(file) else env.loader.load)(str(file))
         return not env.loader.diagnostics
     finally:
         env.destroy()

@@ -24,7 +24,8 @@ FUNCTION: Final = "CX204"
 GLOBAL: Final = "CX205"
 SLOT_OF_VARIABLE: Final = "CX210"
 DOMAIN: Final = "CX301"
-LIVE: Final = frozenset({UNREADABLE, UNCLOSED, TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE, DOMAIN})
+UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE})
+LIVE: Final = UNKNOWN_NAMES | {UNREADABLE, UNCLOSED, DOMAIN}
 """The codes of ``cxbridge check`` that the text of the files is enough for."""
 
 _PROBLEM: Final = re.compile(r"^[^;\n]*\(\s*problem\b", re.MULTILINE)

@@ -10,7 +10,7 @@ from typing import Any, Final
 from lsprotocol.types import Diagnostic, DiagnosticSeverity
 
 from cxbridge.clipstext.names import SourceFile
-from cxbridge_studio.lsp.diagnostics import LIVE, live_findings
+from cxbridge_studio.lsp.diagnostics import LIVE, UNKNOWN_NAMES, live_findings
 from cxbridge_studio.lsp.positions import Positions
 from cxbridge_studio.lsp.session import Session
 
@@ -86,11 +86,13 @@ def _of_check(file: SourceFile, finding: Mapping[str, Any], positions: Positions
 
 
 def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterator[Diagnostic]:
+    """Yield the mistakes in a file's text; without an agent, an unknown name may be one of its host's."""
     for finding in live_findings(session, file):
+        is_sure = bool(session.loaded) or finding.code not in UNKNOWN_NAMES
         yield Diagnostic(
             range=positions.range(file, finding.start, finding.end),
             message=_message(finding.message, finding.hint),
-            severity=DiagnosticSeverity.Error,
+            severity=DiagnosticSeverity.Error if is_sure else DiagnosticSeverity.Warning,
             code=finding.code,
             source=SOURCE,
         )

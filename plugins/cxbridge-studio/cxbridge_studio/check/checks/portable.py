@@ -7,21 +7,24 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from contextlib import suppress
 from typing import Final
 
 from cxbridge.clipstext.names import Name, NameKind, Use
 from cxbridge.clipstext.syntax import Lines, SyntaxNode, literal
+from cxbridge.errors import CxbridgeError, PddlError
 from cxbridge.executive.host.shims import ADDED, OLD_NAMES
+from cxbridge.executive.pddl import load_domain
 from cxbridge.resources import shipped_dir
 from cxbridge_studio.check.agent import Agent, ClipsFile
-from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace
+from cxbridge_studio.check.findings import Code, Finding, Severity, SourcePlace, of_error
 
-CHANGED: Final = Code(
+REFUSED: Final = Code(
     "CX601",
     Severity.WARNING,
-    "not in Fawkes: a modify of an expression",
-    "CLIPS 6.30 takes a variable or an index as the first argument of modify and duplicate, and drops a "
-    "construct that has a call of a function there.",
+    "not in Fawkes: a call that CLIPS 6.30 refuses",
+    "CLIPS 6.30 takes a variable as the first argument of modify and duplicate, and two numbers or more for "
+    "max and min. It drops a construct with another call.",
 )
 FUNCTION: Final = Code(
     "CX602",
@@ -61,12 +64,20 @@ ARGUMENT: Final = Code(
     "not in Fawkes: a function as an argument of a skill",
     "Fawkes makes texts of a skill's arguments; a function has none.",
 )
+PDDL: Final = Code(
+    "CX608",
+    Severity.WARNING,
+    "not in Fawkes: a PDDL domain",
+    "Fawkes' parser refuses the domain: it knows fewer operators, and wants all sections, in one order. "
+    "docs/pddl.md lists the differences.",
+)
 
-CODES: Final = (CHANGED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT)
+CODES: Final = (REFUSED, FUNCTION, DEFINED, BOTH_WAYS, NOT_AN_INTERFACE, IN_SEC, ARGUMENT, PDDL)
 
 _OURS: Final = ("planner", "problem-expert", "skill-board")
 """Features that Fawkes lacks."""
 _CHANGES: Final = ("modify", "duplicate")
+_OF_SEVERAL: Final = ("max", "min")
 _READS: Final = ("blackboard-open", "blackboard-open-reading")
 _WRITES: Final = ("blackboard-open-writing",)
 _BY_UID: Final = ("blackboard-write", "blackboard-set", "blackboard-set-multifield")
@@ -90,6 +101,7 @@ def check(agent: Agent) -> Iterator[Finding]:
         yield from _names(file)
     yield from _functions(agent)
     yield from _both_ways(own)
+    yield from _domains(agent)
     fawkes = agent.options.fawkes_dir
     for folder in agent.context.paths.skill_dirs:
         is_own = folder != shipped_dir("luaskills") and not (
@@ -101,10 +113,16 @@ def check(agent: Agent) -> Iterator[Finding]:
 
 def _expressions(file: ClipsFile) -> Iterator[Finding]:
     for call in file.calls(*_CHANGES):
-        if call.arguments and call.arguments[0].items is not None:
-            message = f"CLIPS 6.30 refuses ({call.head} (...) ...)"
-            hint = f"bind the fact to a variable before: (bind ?fact (...)) ({call.head} ?fact ...)"
-            yield Finding(CHANGED, file.place(call.arguments[0]), message, hint)
+        fact = call.arguments[0] if call.arguments else None
+        if fact is not None and (fact.items is not None or fact.text.isdecimal()):
+            shown = fact.text if fact.items is None else "(...)"
+            message = f"CLIPS 6.30 refuses ({call.head} {shown} ...)"
+            hint = f"bind the fact to a variable before: (bind ?fact {shown}) ({call.head} ?fact ...)"
+            yield Finding(REFUSED, file.place(fact), message, hint)
+    for call in file.calls(*_OF_SEVERAL):
+        if len(call.arguments) == 1:
+            message = f"CLIPS 6.30 refuses ({call.head} ...) with one argument"
+            yield Finding(REFUSED, file.place(call), message, "give it two numbers or more")
 
 
 def _names(file: ClipsFile) -> Iterator[Finding]:
@@ -149,6 +167,17 @@ def _opened(file: ClipsFile, functions: tuple[str, ...]) -> Iterator[tuple[str, 
         name = literal(call.arguments[0]) if call.arguments else ""
         if name:
             yield name, call.arguments[0]
+
+
+def _domains(agent: Agent) -> Iterator[Finding]:
+    """Yield a finding for each domain that is right, and that Fawkes' parser refuses."""
+    for path in agent.domains:
+        with suppress(CxbridgeError):
+            load_domain(path)
+            try:
+                load_domain(path, fawkes_compat=True)
+            except PddlError as error:
+                yield of_error(error, PDDL)
 
 
 def _lua(path: str, text: str) -> Iterator[Finding]:

@@ -31,7 +31,8 @@ clips-executive:
 """
 DOMAIN_CLP = '(defrule load (executive-init) => (parse-pddl-domain (path-resolve "domain.pddl")))\n'
 DOMAIN = (
-    "(define (domain d) (:predicates (met ?who)) (:action greet :parameters (?who) :effect (met ?who)))\n"
+    "(define (domain d) (:requirements :strips :negative-preconditions) (:predicates (met ?who)) "
+    "(:action greet :parameters (?who) :precondition (not (met ?who)) :effect (met ?who)))\n"
 )
 AGENT = "(deftemplate thing (slot a) (slot b)) (deffacts things (thing (a 1))) (defrule look (thing) =>)\n"
 
@@ -377,6 +378,32 @@ def test_one_file_alone(tmp_path):
     assert found(file) == []
     file.write_text("(defrule begin => (foo))")
     assert [code for code, *_ in found(file)] == ["CX204"]
+
+
+PROGRAM = {
+    "main.clp": (
+        "(clear)\n(defmodule MAIN (export ?ALL))\n(load* parts/a.clp)\n"
+        "(if TRUE then (load parts/b.clp))\n(run)\n"
+    ),
+    "parts/a.clp": "(deftemplate MAIN::job (slot name))\n(defmodule WORK (import MAIN ?ALL))\n",
+    "parts/b.clp": (
+        "(deffacts WORK::jobs (job (name a)))\n(defrule WORK::do (job (name ?n)) => (printout t ?n))\n"
+    ),
+    "cases/one.clp": "(batch* main.clp)\nanswer\n",
+}
+"""A program that CLIPS executes with ``batch``: it loads files beside it, or in a folder around it."""
+
+
+@pytest.mark.parametrize("name", ["main.clp", "cases/one.clp"])
+def test_a_program_of_commands(tmp_path, name):
+    for each, text in PROGRAM.items():
+        (tmp_path / each).parent.mkdir(exist_ok=True)
+        (tmp_path / each).write_text(text)
+    assert found(tmp_path / name) == []
+    (tmp_path / "parts" / "b.clp").write_text(PROGRAM["parts/b.clp"].replace("(name a)", "(nam a)"))
+    assert found(tmp_path / name) == [("CX203", "b.clp", 1, 28)]
+    (tmp_path / "parts" / "b.clp").unlink()
+    assert {code for code, *_ in found(tmp_path / name)} == {"CX102"}
 
 
 def test_a_program_whose_facts_have_names_of_the_core(tmp_path):

@@ -40,6 +40,9 @@ def refuses(file: Path) -> bool:
         ("(defrule r ?t <- (thing) => (modify (nth$ 1 (create$ ?t)) (b 2)))", "CX601"),
         ("(deffunction last () 1)(defrule r (thing) => (modify (last) (b 2)))", "CX601"),
         ("(defrule r ?t <- (thing) => (duplicate (assert (thing)) (b 2)))", "CX601"),
+        ("(defrule r (thing) => (modify 1 (b 2)))", "CX601"),
+        ("(defrule r (thing (a ?x)) => (printout t (max ?x)))", "CX601"),
+        ("(defrule r (thing (a ?x)) => (printout t (min ?x 2)))", ""),
         ("(defrule r ?t <- (thing) => (retract (nth$ 1 (create$ ?t))))", ""),
         ('(defrule r (thing) => (printout t "a" crlf))', ""),
         ('(defrule r (thing) => (println "a"))', "CX602"),
@@ -64,6 +67,20 @@ def test_an_interface_that_is_only_read_or_only_written(tmp_path):
         ' (blackboard-open-writing "Position3DInterface" "b") (blackboard-write "Position3DInterface::b"))'
     )
     assert portable(RunOptions(scenario=agent(tmp_path, clips))) == []
+
+
+@pytest.mark.parametrize(
+    ("domain", "code"),
+    [
+        ("(:requirements :strips) (:predicates (met ?w))", ""),
+        ("(:predicates (met ?w)) (:constants me)", "CX608"),
+        ("(:requirements :strips) (:predicates (met ?w)) (:functions (n))", ""),
+    ],
+)
+def test_a_domain_that_the_parser_of_fawkes_refuses(tmp_path, domain, code):
+    action = "(:action greet :parameters (?who) :precondition (met ?who) :effect (met ?who))"
+    folder = agent(tmp_path, domain_pddl=f"(define (domain d) {domain} {action})\n")
+    assert portable(RunOptions(scenario=folder)) == ([code] if code else [])
 
 
 @pytest.mark.skipif(FAWKES_DIR is None, reason="FAWKES_DIR is not set")

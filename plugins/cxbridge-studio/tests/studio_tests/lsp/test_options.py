@@ -63,3 +63,17 @@ def test_settings_of_an_editor_that_make_no_sense(tmp_path, options, message):
         assert message in told.message
     finally:
         editor.close()
+
+
+def test_unknown_names_are_warnings_where_no_agent_is_known(tmp_path):
+    """A file may be for another host: for CLIPS with more functions, or for another executive."""
+    (tmp_path / "program.clp").write_text("(defrule r ?g <- (goal (color red)) => (fuzzify ?g))\n(defrule\n")
+    editor = Editor(tmp_path)
+    try:
+        editor.open("program.clp")
+        editor.wait(lambda: len(editor.shown("program.clp")) > 1)
+        severities = {each.code: each.severity for each in editor.diagnostics("program.clp")}
+        error, warning = lsp.DiagnosticSeverity.Error, lsp.DiagnosticSeverity.Warning
+        assert severities == {"CX201": error, "CX203": warning, "CX204": warning}
+    finally:
+        editor.close()
