@@ -22,7 +22,7 @@ PART = re.compile(
 )
 """A file to write or to add to, or commands with what they print."""
 
-AFTER = re.compile(r"goes on in the folder of \[.*?\]\((tutorial-[\w-]+\.md)\)")
+AFTER = re.compile(r"continues in the folder of \[.*?\]\((tutorial-[\w-]+\.md)\)")
 """How a page says that it begins where a tutorial ended."""
 
 ELSEWHERE = {
