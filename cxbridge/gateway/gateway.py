@@ -69,7 +69,7 @@ class _BoardWatch(Observer):
 class Gateway(Closing):
     """Mirrors interfaces between two blackboards. A context manager; closes neither board.
 
-    Either call :meth:`start`, which works in a thread of its own, or :meth:`loop` again and again.
+    Either call :meth:`start`, which works in a thread, or :meth:`loop` again and again.
 
     :param left: a blackboard.
     :param right: another blackboard.
@@ -112,7 +112,9 @@ class Gateway(Closing):
         self._next_sweep_s = 0.0
         self._watch = _BoardWatch(self)
         for board in self._boards:
-            board.on_connection(lambda _connected: self.look_again())  # nobody says what was missed
+            board.on_connection(
+                lambda _connected: self.look_again()
+            )  # events during the loss are not repeated
             for pattern in self._patterns:
                 board.register_observer(self._watch, pattern.type_glob, pattern.id_glob)
 
@@ -131,7 +133,7 @@ class Gateway(Closing):
             self._wake.clear()
 
     def close(self) -> None:
-        """Carry over what is under way, close everything that was opened on both boards. Twice is once."""
+        """Carry over messages under way, close all instances on both boards. A second call does nothing."""
         if self._stopping.is_set():
             return
         self._stopping.set()
@@ -154,7 +156,7 @@ class Gateway(Closing):
     # -- looking around
 
     def mirrors(self) -> Sequence[MirrorInfo]:
-        """Return what is mirrored now, in the order it began."""
+        """Return the present mirrors, in the order of their begin."""
         return [
             MirrorInfo(f"{kind}::{id_}", ("left", "right")[mirror.side], mirror.writes, mirror.sent)
             for (kind, id_), mirror in tuple(self._mirrors.items())
@@ -168,7 +170,7 @@ class Gateway(Closing):
     # -- work
 
     def loop(self) -> None:
-        """Carry over what came, and make the mirrors be as they should; returns soon."""
+        """Carry over new data, and make or end mirrors; returns soon."""
         self._carry()
         now_s = time.monotonic()
         if self._dirty.is_set() or now_s >= self._next_sweep_s:
@@ -223,7 +225,7 @@ class Gateway(Closing):
 
     @staticmethod
     def _loss(key: Key, mirror: InterfaceMirror, surveys: tuple[Survey | None, Survey | None]) -> str:
-        """Return why a mirror cannot go on; empty when it can."""
+        """Return why a mirror cannot continue; empty when it can."""
         for side, which in ((mirror.side, "its writer"), (1 - mirror.side, "the mirrored writer")):
             survey = surveys[side]
             if survey is None:

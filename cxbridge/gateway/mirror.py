@@ -34,11 +34,11 @@ MAX_PROXIES: Final = 64
 
 @dataclass(frozen=True, slots=True)
 class Hooks:
-    """What a mirror calls, from any thread.
+    """The callbacks of a mirror, from any thread.
 
-    :param carry: there is something to carry.
-    :param look: the mirror cannot go on.
-    :param warn: something went wrong; takes a text for people.
+    :param carry: there is data to carry.
+    :param look: the mirror cannot continue.
+    :param warn: takes a warning for people.
     """
 
     carry: Callable[[], None]
@@ -47,7 +47,7 @@ class Hooks:
 
 
 class _SourceWatch(Listener):
-    """Listens beside the writer."""
+    """Listens to the source board for the mirror."""
 
     def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
@@ -60,7 +60,7 @@ class _SourceWatch(Listener):
 
 
 class _TargetWatch(Listener):
-    """Listens beside the mirrored writer's readers."""
+    """Listens to the target board's readers of the mirror."""
 
     def __init__(self, mirror: InterfaceMirror) -> None:
         self._mirror = mirror
@@ -73,7 +73,7 @@ class _TargetWatch(Listener):
 
 
 class InterfaceMirror:
-    """Carries what the writer on one board writes to the other, and messages back to it.
+    """Carries the writes of one board to the other, and messages back.
 
     Listeners put into queues, in whatever thread; :meth:`carry` takes out, in one.
 
@@ -101,7 +101,7 @@ class InterfaceMirror:
     ) -> None:
         self.side: Final = side
         self.ended = ""
-        """Why it cannot go on; empty while it can."""
+        """Why it cannot continue; empty while it can."""
         self.writes = 0
         self.sent = 0
         self._source = source
@@ -122,7 +122,7 @@ class InterfaceMirror:
                 interface_type,
                 interface_id,
                 owner=OWNER,
-                queue_limit=0,  # no message is to wait there: nobody would take it out
+                queue_limit=0,  # no message may wait there: no code would take it out
                 listen=listening(_TargetWatch(self), *kinds),
             )
             stack.callback(self._writer.close)
@@ -134,15 +134,15 @@ class InterfaceMirror:
             self._stack = stack.pop_all()
 
     def close(self, reason: str) -> None:
-        """Close what was opened on both boards, whatever is left of them.
+        """Close the instances on both boards, whatever their state.
 
         :param reason: why the interface is not mirrored any more.
         """
-        with suppress(BlackBoardError):  # first: it is what others see, and the source may be slow to answer
+        with suppress(BlackBoardError):  # first: readers see it, and the source may be slow to answer
             write_farewell(self._writer, reason)
         with suppress(BlackBoardError):
             self._writer.close()
-        self._carry_requests()  # what was taken until then
+        self._carry_requests()  # the messages taken until then
         for proxy in self._proxies.values():
             if proxy.may_control:  # the writer may be away, and miss the end of it
                 self._orphans.append(str(proxy.serial))
@@ -154,7 +154,7 @@ class InterfaceMirror:
     # -- from listeners, in any thread
 
     def capture(self, reader: Interface) -> None:
-        """Note the block that is there now."""
+        """Note the present block."""
         with self._lock:
             reader.read()
             block = reader.to_bytes()
@@ -176,7 +176,7 @@ class InterfaceMirror:
         self._hooks.carry()
 
     def end(self, reason: str) -> None:
-        """Note that it cannot go on."""
+        """Note that it cannot continue."""
         if not self.ended:
             self.ended = reason
         self._hooks.look()
@@ -211,10 +211,10 @@ class InterfaceMirror:
             self._warn_of(controller)
         block = self._answers.translate(block)
         if block == self._last:
-            return  # nothing that a reader could tell from what it has
+            return  # a reader would see no difference
         changed = block[STAMP.size :] != self._last[STAMP.size :]
         if not changed and self._answers.hides:
-            return  # what others do is not for these readers, nor when
+            return  # work for other senders is hidden from these readers, and its times
         self._last = block
         self._writer.set_from_chunk(block)
         if changed:

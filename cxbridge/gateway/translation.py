@@ -1,4 +1,4 @@
-"""Translates what a writer says on its board for those who sent it messages from the other board."""
+"""Translates the states of a writer on its board for senders of messages on the other board."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class AnswerTranslator:
     instance of the gateway.
 
     :param interface_class: of the interface.
-    :param hide: show an idle writer, as if nobody had used it before, until it does something for a sender of
+    :param hide: show an idle writer in its initial state until it works for a sender of
         ours.
     :param sender_of: takes a serial as text; returns that of the sender that the gateway stands in for with
         this instance, None when it is not an instance of the gateway.
@@ -39,7 +39,7 @@ class AnswerTranslator:
         self._sender_of: Final = sender_of
         self._error: Final = schema.field("error") if schema.field("skill_string") is not None else None
         self._own_error = OwnError()
-        self._known: array[int] | None = None  # by id on the writer's board: what the sender knows it as
+        self._known: array[int] | None = None  # by id on the writer's board: the sender's id
         self._orders: set[int] = set()  # ids of messages that make the writer do something, while it hides
 
     def sent(self, message_type: str, sent_as: int, known_as: int) -> None:
@@ -53,7 +53,7 @@ class AnswerTranslator:
             self._orders.add(sent_as)
 
     def translate(self, block: bytes) -> bytes:
-        """Return a block of the writer as the other board shall have it."""
+        """Return a block of the writer for the other board."""
         if self._id_at is None:
             return block
         message_id = id_in(block, self._id_at)
@@ -89,7 +89,7 @@ class AnswerTranslator:
         return block[: here.start] + text + block[here.stop :]
 
     def _idle(self, block: bytes) -> bytes:
-        """Return the block of a writer that nobody has used, controlled by who has control."""
+        """Return the block of an unused writer, with the present controller."""
         idle = bytearray(len(block))
         idle[: STAMP.size] = block[: STAMP.size]
         if self._controller is not None:

@@ -1,4 +1,4 @@
-"""Reports a navigation graph on the event bus, for recordings and for those who draw maps."""
+"""Reports a navigation graph on the event bus, for recordings and for clients that draw maps."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from cxbridge.navgraph.graph import NavGraph
 
 
 def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:
-    """Emit :class:`NavGraphRead`, when somebody listens."""
+    """Emit :class:`NavGraphRead`, if a listener takes it."""
     if not bus.wants(NavGraphRead):
         return
     nodes = {

@@ -1,6 +1,6 @@
 """A navigation graph: nodes with a place and properties, edges that lead both ways or one.
 
-What it knows and how it decides is what Fawkes' navgraph does (``src/libs/navgraph``): the first of several
+The graph behaves like Fawkes' navgraph (``src/libs/navgraph``): the first of several
 nodes at one distance is the closest, the neighbours of a node come in the order of their names.
 """
 
@@ -43,7 +43,7 @@ class NavGraphNode(Struct, frozen=True):
 
     :param x: metres in the fixed frame, as y.
     :param properties: texts by name; a property without a value is ``true``.
-    :param unconnected: no edge may lead to it: it is there for its place only.
+    :param unconnected: no edge may lead to it: it only marks a place.
     """
 
     name: str
@@ -86,7 +86,7 @@ class NavGraphPath(Struct, frozen=True):
 class NavGraph:
     """A navigation graph that can be changed.
 
-    :param default_properties: what holds for nodes that have no such property of their own.
+    :param default_properties: the properties of nodes that lack them.
     """
 
     def __init__(self, name: str, default_properties: Mapping[str, str] | None = None) -> None:
@@ -175,7 +175,7 @@ class NavGraph:
         self.revision += 1
 
     def remove_edge(self, edge: NavGraphEdge) -> None:
-        """Remove an edge and what blocks it; no error when it is not there."""
+        """Remove an edge and its block; no error when it does not exist."""
         self._edges = [other for other in self._edges if other is not edge]
         self._blocked = {ends for ends in self._blocked if self.edge(*ends) is not None}
         self._neighbours.clear()

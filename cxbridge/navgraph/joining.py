@@ -1,4 +1,4 @@
-"""Edges that cross others, and nodes that are joined to what is near, as graph files may ask for."""
+"""Edges that cross other edges, and nodes that are joined to near ones, as graph files may request."""
 
 from __future__ import annotations
 
@@ -52,13 +52,13 @@ def add_without_crossing(graph: NavGraph, edge: NavGraphEdge) -> None:
 
 
 def add_and_split(graph: NavGraph, edge: NavGraphEdge) -> None:
-    """Add an edge; where it crosses others all of them get a node.
+    """Add an edge; all edges that it crosses get a node.
 
     :raises NavGraphError: when it cannot be added at all.
     """
     start, end = graph.node(edge.start), graph.node(edge.end)
     if start is None or end is None:
-        graph.add_edge(edge)  # which says what is wrong
+        graph.add_edge(edge)  # which raises the error
         return
     meetings = []
     for other in graph.edges:

@@ -1,4 +1,4 @@
-"""Keeps the navigation graphs of a process as they were last read, for clients that come later."""
+"""Keeps the navigation graphs of a process in their last state, for clients that come later."""
 
 from __future__ import annotations
 

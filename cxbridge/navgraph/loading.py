@@ -26,7 +26,7 @@ def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> N
     """Read a graph file.
 
     :param allow_multi_graph: the graph may fall into parts that are not connected.
-    :raises NavGraphError: when it cannot be read or makes no sense; with file and line.
+    :raises NavGraphError: when it cannot be read or is invalid; with file and line.
     """
     try:
         data = FilePath(file).read_bytes()
@@ -38,8 +38,8 @@ def load_navgraph(file: str | FilePath, *, allow_multi_graph: bool = False) -> N
 def parse_navgraph(text: str | bytes, name: str, *, allow_multi_graph: bool = False) -> NavGraph:
     """Read the text of a graph file.
 
-    :param name: what to call it in errors.
-    :raises NavGraphError: when it makes no sense; with line.
+    :param name: its name in errors.
+    :raises NavGraphError: when it is invalid; with line.
     """
     try:
         documents = parse_documents(text, name)
@@ -99,7 +99,7 @@ def _add_edge(graph: NavGraph, item: YamlNode) -> None:
 
 
 def _insert(graph: NavGraph, node: NavGraphNode, place: YamlNode) -> None:
-    """Do what a node's property ``insert-mode`` asks for."""
+    """Carry out a node's property ``insert-mode``."""
     mode = node.properties.get("insert-mode", "").lower().replace("_", "-")
     if mode == "unconnected":
         graph.replace_node(structs.replace(node, unconnected=True))
@@ -152,7 +152,7 @@ def _number(place: YamlNode) -> float:
 
 
 def _placed(place: YamlNode, action: Callable[[T], None], value: T) -> None:
-    """Do something to a graph; what is wrong then gets the place in the file."""
+    """Change a graph; an error gets the place in the file."""
     try:
         action(value)
     except NavGraphError as error:

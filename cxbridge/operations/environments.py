@@ -1,4 +1,4 @@
-"""The operations on CLIPS environments beside the executive's; docs/debugging.md."""
+"""The operations on CLIPS environments besides the executive's; docs/debugging.md."""
 
 from __future__ import annotations
 

@@ -71,7 +71,7 @@ class _Slots(_Index):
     slots: Annotated[dict[str, str], Meta(description=_SLOTS, extra_json_schema={"minProperties": 1})]
 
 
-# -- over HTTP: the index of a fact as an object, and 404 for what is not there
+# -- over HTTP: the index of a fact as an object, and 404 for an unknown one
 
 
 def _environment(context: OperationContext, name: str) -> ClipsEnvironment:

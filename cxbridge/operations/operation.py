@@ -20,11 +20,11 @@ _AT: Final = re.compile(r"\$\.(\w+)|field `(\w+)`")
 
 
 class UnavailableError(ExecutiveError):
-    """The executive that an operation needs is not there now."""
+    """The executive that an operation needs is not running."""
 
 
 class NotFoundError(CxbridgeError):
-    """What a request names does not exist.
+    """A name in a request is unknown.
 
     :param status: of HTTP.
     """
@@ -77,7 +77,7 @@ class OperationContext:
     def debugger(self) -> Debugger:
         """The executive's debugger.
 
-        :raises UnavailableError: when it is not there.
+        :raises UnavailableError: when it is not running.
         """
         return _there(self._parts.debugger)
 
@@ -85,13 +85,13 @@ class OperationContext:
     def service(self) -> EnvironmentService:
         """What manages the environments.
 
-        :raises UnavailableError: when it is not there.
+        :raises UnavailableError: when it is not running.
         """
         return _there(self._parts.service)
 
     @property
     def environments(self) -> Sequence[str]:
-        """The names of the environments; none while the executive is not there."""
+        """The names of the environments; none while the executive is not running."""
         service = None if self.executive is None else self.executive.service
         return () if service is None else service.names
 
@@ -125,17 +125,17 @@ class Route(Generic[_Parameters]):
     """A request over HTTP that asks for an operation.
 
     :param path: below ``/api``; ``{x}`` is the parameter of that name.
-    :param about: one line on what it is for.
+    :param about: one line on its purpose.
     :param reply: name of the model of the answer.
     :param many: the answer is a list of them.
-    :param answer: returns what is answered afterwards; None: the operation's result.
+    :param answer: returns the answer afterwards; None: the operation's result.
     :param instead: is called in the operation's place.
-    :param check: raises when what the path names does not exist; called before the body is parsed.
+    :param check: raises when a name in the path is unknown; called before the body is parsed.
     :param body: name of the model of the body; empty: there is none.
     :param names: parameters that the body calls otherwise: their names there.
     :param given: parameters that the client need not give.
-    :param query: parameters that may be in the query, and what they mean.
-    :param errors: what else may result, by status.
+    :param query: parameters that may be in the query, and their meanings.
+    :param errors: further results, by status.
     """
 
     method: str

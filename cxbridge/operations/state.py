@@ -1,4 +1,4 @@
-"""The operation that returns what a monitor shows: goals, plan-actions, skills, log, breakpoints."""
+"""The operation that returns the monitor's data: goals, plan-actions, skills, log, breakpoints."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of all operations: those of each module beside this one, and of plug-ins."""
+"""The table of all operations: those of each module of this folder, and of plug-ins."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def carry_out(context: OperationContext, name: str, **given: Any) -> Any:
     """Carry out an operation of this name; returns what JSON can have.
 
     :param given: its parameters.
-    :raises CxbridgeError: when they make no sense, or it cannot be done.
+    :raises CxbridgeError: when they are invalid, or the operation cannot be done.
     """
     operation = operations()[name]
     return plain(operation.carry_out(context, operation.parse(given)))

@@ -13,7 +13,7 @@ _WITHOUT_A_LIMIT: Final = 8192
 
 
 def raise_file_limit() -> int:
-    """Let the process open as many files as it is allowed, up to 16384; returns how many.
+    """Let the process open as many files as allowed, up to 16384; returns the number.
 
     1024, the usual limit, can be used up by clients that merely connect.
     """

@@ -1,4 +1,4 @@
-"""Starts Python processes of our own; none imports from the current folder, whose files may be untrusted."""
+"""Starts Python child processes; none imports from the current folder, whose files may be untrusted."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""An executor of skills as a process of its own; see docs/skill-board.md."""
+"""An executor of skills as a separate process; see docs/skill-board.md."""
 
 from __future__ import annotations
 
@@ -52,8 +52,8 @@ def run_executor(
     """Serve an executor until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when the executor is on the blackboard, with what stops it.
-    :raises CxbridgeError: when there is no such class, nobody at the URL, or the id is taken.
+    :param on_ready: called when the executor is on the blackboard, with the function that stops it.
+    :raises CxbridgeError: when there is no such class, no server at the URL, or the id is taken.
     """
     settings = parse_settings(options.settings)
     kind = load_executor(options.target, Path.cwd())

@@ -1,4 +1,4 @@
-"""A gateway as a process of its own."""
+"""A gateway as a separate process."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ def run_gateway(
     """Mirror interfaces between the blackboards at two URLs until SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when both are connected, with what stops it.
-    :raises CxbridgeError: when a side is not there, or a pattern makes no sense.
+    :param on_ready: called when both are connected, with the function that stops it.
+    :raises CxbridgeError: when a side does not answer, or a pattern is invalid.
     """
     for pattern in patterns:
         Pattern.parse(pattern)

@@ -1,4 +1,4 @@
-"""Records the interfaces of any blackboard, as a process of its own."""
+"""Records the interfaces of any blackboard, as a separate process."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ _TICK_S = 0.5
 
 @dataclass(slots=True)
 class RecordReport:
-    """What was recorded.
+    """The result of a recording.
 
     :param seconds: how long, in real time.
     :param writes: entries, by ``Type::id``.
-    :param skipped: updates that were left out on their way, as newer ones were there already.
+    :param skipped: updates that newer updates replaced on their way.
     :param gaps: start (microseconds since the epoch) and seconds of each loss of the connection.
-    :param errors: what could not be written.
+    :param errors: errors of writing.
     """
 
     url: str
@@ -85,9 +85,9 @@ def record(
     """Record until the duration is over, or SIGINT or SIGTERM.
 
     :param console: gets the log lines.
-    :param on_ready: called when everything is open, with what stops it.
-    :param on_progress: called for what there is so far, about twice a second.
-    :raises CxbridgeError: when a pattern makes no sense, nobody is at the URL, or no file can be made.
+    :param on_ready: called when all interfaces are open, with the function that stops it.
+    :param on_progress: called with the present result, about twice a second.
+    :raises CxbridgeError: when a pattern is invalid, no server is at the URL, or no file can be made.
     """
     patterns = [Pattern.parse(text) for text in options.patterns]
     report = RecordReport(options.url, tuple(str(path) for path in options.outputs))
@@ -161,7 +161,7 @@ def _serve_switch(
     out: EventBus,
     stack: ExitStack,
 ) -> None:
-    """Let ``ffbblog enable`` and ``disable`` switch the recording, if nobody else has that switch."""
+    """Let ``ffbblog enable`` and ``disable`` switch the recording, if no other program has that switch."""
     if not options.wants_switch:
         return
 

@@ -1,4 +1,4 @@
-"""Replay a recording onto any blackboard, as a process of its own."""
+"""Replay a recording onto any blackboard, as a separate process."""
 
 from __future__ import annotations
 
@@ -31,20 +31,20 @@ COMPONENT: Final = "Replay"
 _TICK_S = 0.2
 
 Keys = Callable[[Callable[[], bool]], bool]
-"""Waits for a key; gets what says that nobody wants it any more. False when there is none any more."""
+"""Waits for a key; gets a function that tells whether to give up. False at the end of the input."""
 
 
 @dataclass(slots=True)
 class ReplayReport:
-    """What was replayed.
+    """The result of a replay.
 
-    :ivar end: ``done``, ``interrupted`` or ``lost``; empty while it goes on.
+    :ivar end: ``done``, ``interrupted`` or ``lost``; empty during the replay.
     :ivar seconds: how long, in real time.
     :ivar position_s: seconds of the recording, since its first event.
     :ivar total: writes and messages of a round.
     :ivar rounds: begun.
     :ivar writes: made, by ``Type::id``.
-    :ivar notes: what the user should know about the file.
+    :ivar notes: warnings about the file.
     """
 
     run: str
@@ -98,8 +98,8 @@ def replay(
 
     :param keys: steps by these; None: as the options say.
     :param console: gets the log lines.
-    :param on_ready: called when everything is open, with what stops it.
-    :param on_progress: called for what there is so far, about five times a second.
+    :param on_ready: called when all interfaces are open, with the function that stops it.
+    :param on_progress: called with the present result, about five times a second.
     :param announce: called for each move before it is waited for.
     :raises CxbridgeError: when there is nothing to replay, or it cannot be replayed there.
     """
@@ -161,7 +161,7 @@ class _Session:
                 whole = self._player.play(make_moves(), pace, self._note)
                 if not (whole and self._options.loop) or self._stop.is_set():
                     break
-            # Who stops it after its last write gets what there was to do: it may still hold.
+            # A stop after the last write gets the whole result: the last values may still be held.
             if not self._stop.is_set() or (whole and not self._options.loop):
                 report.end = DONE
                 self._board.flush()

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class SkillerExecutor(SkillExecutor):
-    """Sends the mapped skill string of an action to a Skiller, and has control of it meanwhile.
+    """Sends the mapped skill string of an action to a Skiller, and has control of it during the skill.
 
     Only data is sent: calls of skills with literal arguments.
 
@@ -70,6 +70,6 @@ class SkillerExecutor(SkillExecutor):
 
 
 class TalkExecutor(SkillerExecutor):
-    """Has the Skiller say what the actions of the thesis' talking agents say."""
+    """Has the Skiller say the texts of the thesis' talking agents."""
 
     skills = ("say-hello", "say-hello-again", "say-goodbye", "say-cleanup")

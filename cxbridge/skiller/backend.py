@@ -28,7 +28,7 @@ class SkillerBackend(Closing):
 
     @property
     def known_skills(self) -> frozenset[str] | None:
-        """The skills that it can execute; None: nobody knows."""
+        """The skills that it can execute; None: unknown."""
         return None
 
     @property

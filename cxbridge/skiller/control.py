@@ -27,7 +27,7 @@ def serial_of(message: Message) -> str:
 
 
 def sender_of(message: Message) -> str:
-    """Return the name of the sender for log lines about what it did without control."""
+    """Return the name of the sender for log lines about its actions without control."""
     name = message.sender_thread_name
     return "Remote" if name == UNKNOWN_SENDER else name
 
@@ -41,7 +41,7 @@ class ReaderWatch(Listener):
         self._gone: deque[str] = deque()
 
     def listen(self, instance: Interface, table: ListenerTable) -> None:
-        """Watch the readers of an interface, for its writer, from before it is there.
+        """Watch the readers of an interface, for its writer, from before it is open.
 
         Who asked for control and left before the writer listened had control forever.
         """
@@ -83,7 +83,7 @@ class ExclusiveControl:
         return self.controller == serial_of(message)
 
     def may_execute(self, message: Message) -> bool:
-        """Whether the sender of ``message`` is the controller, or nobody is."""
+        """Whether the sender of ``message`` is the controller, or there is no controller."""
         return self.controller in ("", serial_of(message))
 
     def admit(self, message: Any, *, again: bool, running: bool) -> bool:
@@ -143,7 +143,7 @@ class ExclusiveControl:
         return False
 
     def revoke(self, serial: str) -> bool:
-        """Take control away from an instance that is closed; the skill that runs goes on.
+        """Take control away from an instance that is closed; a running skill continues.
 
         :returns: whether the interface is to be written.
         """

@@ -1,7 +1,7 @@
 """Regular expressions of C++'s ``std::regex`` (ECMAScript, ignoring case), run by :mod:`re`.
 
 Fawkes' action mapping hands its users' expressions to ``std::regex``. The two dialects agree on nearly
-everything; what differs is translated here, and what is not an ECMAScript expression is refused (libstdc++
+everything; the differences are translated here, and an invalid ECMAScript expression is refused (libstdc++
 takes repeated repetitions such as ``a**`` all the same).
 Source: ECMA-262 5.1, section 15.10, and the behaviour of libstdc++.
 """
@@ -176,7 +176,7 @@ def replace_all(pattern: str, replacement: str, value: str) -> str:
     """Do what ``std::regex_replace`` does: replace every match of ``pattern`` in ``value``.
 
     :param replacement: may hold ``$$``, ``$&``, ``$1`` to ``$99``, ``$``` (from the match before) and ``$'``;
-        a group that is not there gives nothing.
+        a missing group gives nothing.
     :raises EcmaRegexError: when ``pattern`` is not an ECMAScript expression.
     """
     parts = _replacement_parts(replacement)

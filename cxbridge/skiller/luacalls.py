@@ -18,7 +18,7 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
 
 Value = str | float | int | bool | None | dict[Any, Any]
-"""An argument: text, number, truth value, nil, or a table, where what has no key has its position, from 1."""
+"""An argument: text, number, truth value, nil, or a table, where values without a key have their position, from 1."""
 
 DEEPEST: Final = 50
 """How deep tables may lie within each other."""
@@ -30,7 +30,7 @@ ONLY_FAWKES: Final = "only /skiller/mode: fawkes evaluates Lua"
 class LuaCall(NamedTuple):
     """A call.
 
-    :param name: what is called.
+    :param name: the called skill.
     :param values: its arguments.
     :param line: where its name stands, from 1.
     :param column: in characters, from 1.
@@ -69,7 +69,7 @@ _KEYWORDS: Final = frozenset(
     ["and", "break", "do", "else", "elseif", "end", "for", "function", "if", "in", "local", "not"]
 ) | {"or", "repeat", "return", "then", "until", "while"}
 _UNSHOWN: Final = "\N{REPLACEMENT CHARACTER}"
-_FLUSHED: Final = 50  # Lua stores so many values without keys at once
+_FLUSHED: Final = 50  # Lua stores this many values without keys at once
 
 
 def read_calls(text: str) -> list[LuaCall]:
@@ -261,7 +261,7 @@ class _LuaCallReader:
                 self._refuse_token(self._next, "',' or '}'")
         self._take()
         self._depth -= 1
-        # What has no key comes last, as in Lua: it wins over the same number as a key.
+        # Values without a key come last, as in Lua: they win over the same number as a key.
         return table | pending
 
     def _field(self) -> tuple[str | float | None, Value]:

@@ -37,7 +37,7 @@ class MachineState:
 class MachineTransition:
     """A transition between two nodes.
 
-    :param label: what it is taken for.
+    :param label: its condition.
     :param steps: when it was taken, counted from 1; empty: not yet.
     """
 
@@ -106,7 +106,7 @@ class _DotReader:
         return self._tokens[self._at - 1][1]
 
     def expect(self, word: str) -> None:
-        """Skip a token that must be there."""
+        """Skip a required token."""
         found = self.word()
         if found != word:
             raise SkillerError(f"this is not a graph of a state machine: '{found}' where '{word}' should be")

@@ -56,7 +56,7 @@ def skills_see_navgraph(config: ConfigReader) -> bool:
 def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
     """Read the graph file that ``/navgraph/graph_file`` names, seen from a folder.
 
-    :raises CxbridgeError: when none is named, it cannot be read or makes no sense.
+    :raises CxbridgeError: when none is named, it cannot be read or is invalid.
     """
     from cxbridge.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
 
@@ -88,9 +88,9 @@ def make_lua_skiller(  # noqa: PLR0913 - each is an option of the command line
     :param name: id of the SkillerInterface.
     :param navgraph: what skills see as ``navgraph``, see :func:`skills_see_navgraph`.
     :param watch: says when skill files change; None: made when ``/skiller/watch_files`` is true.
-    :param place_of: returns where a skill string comes from, for messages.
+    :param place_of: returns the source of a skill string, for messages.
     :raises SkillError: when the space or one of its skills cannot be loaded; with file and line.
-    :raises BlackBoardError: when somebody else writes one of the interfaces.
+    :raises BlackBoardError: when one of the interfaces has another writer.
     """
     if space is None:
         known = config is not None and config.exists(SKILL_SPACE)
@@ -139,7 +139,7 @@ def make_speech(
         a folder for one file a text.
     :param greeting: a text to say first, see :data:`cxbridge.skiller.speech.LOADED_TEXT`.
     :raises SkillerError: when it cannot speak; it says what to install.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     """
     voice = _voice(clock, speech)
     try:

@@ -1,7 +1,7 @@
 """From actions to skill strings, by the templates of the configuration's ``action-mapping``.
 
-Fawkes pastes values into a skill string as they are; a value with a quote in it ends the string early and
-the rest of it runs as Lua. ``mode='strict'``, the default, keeps values what they are: the two modes differ
+Fawkes pastes values into a skill string unchanged; a value with a quote in it ends the string early and
+the rest of it runs as Lua. ``mode='strict'``, the default, keeps the types of values: the two modes differ
 only for values with quotes, backslashes, line ends or NUL (escaped), and for values that stand bare in the
 Lua text and are not a single word or number (refused). See ``docs/action-mapping.md``.
 """
@@ -101,7 +101,7 @@ class ActionSkillMapping:
     def check(self) -> list[Message]:
         """Return a warning for each text that looks like a placeholder and is none, and each bad expression.
 
-        Such a text stays in the skill string as it is, so the skill would see it.
+        Such a text stays in the skill string, so the skill would see it.
         """
         warnings: list[Message] = []
         for action, template in self._templates.items():
@@ -112,7 +112,7 @@ class ActionSkillMapping:
         return warnings
 
     def _insert(self, place: Placeholder, value: str, before: str) -> str:
-        """Return ``value`` as it is written in the skill string after ``before``."""
+        """Return the text for ``value`` in the skill string after ``before``."""
         try:
             if place.kind == "i":
                 return numbers.leading_integer(value)
@@ -138,7 +138,7 @@ class ActionSkillMapping:
         return before + after
 
     def _kept(self, place: Placeholder, value: str, before: str) -> str:
-        """Return a value as it is written behind the Lua text ``before``."""
+        """Return the text of a value behind the Lua text ``before``."""
         return _kept(place, value, before) if self.mode == "strict" else value
 
 
@@ -182,7 +182,7 @@ def _check_steps(action: str, place: Placeholder) -> list[Message]:
 
 
 def _kept(place: Placeholder, value: str, before: str) -> str:
-    """Return a value as it is written behind the Lua text ``before``, so that it cannot become code.
+    """Return the text of a value behind the Lua text ``before``, so that it cannot become code.
 
     :raises _CannotMapError: when there is no such way.
     """

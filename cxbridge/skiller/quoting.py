@@ -18,7 +18,7 @@ _INSIDE_QUOTES = {quote: re.compile(rf"(?:\\.|[^\\{quote}])*", re.DOTALL) for qu
 
 
 class QuotingContext(Enum):
-    """What a Lua text is in the middle of."""
+    """The lexical context at the end of a Lua text."""
 
     CODE = "code"
     DOUBLE_QUOTES = '"'
@@ -30,7 +30,7 @@ class QuotingContext(Enum):
 def escape(value: str, quote: str = '"') -> str:
     r"""Return ``value`` so that Lua reads it back from between ``quote``.
 
-    The quote, ``\``, line ends and NUL are escaped; values without any of these stay as they are.
+    The quote, ``\\``, line ends and NUL are escaped; values without any of these are not changed.
     """
     other = "'" if quote == '"' else '"'
     return "".join(char if char == other else _ESCAPES.get(char, char) for char in value)
@@ -47,7 +47,7 @@ def makes_comment(before: str, after: str) -> bool:
 
 
 def context_at_end(text: str) -> QuotingContext:
-    """Return what the end of the Lua text ``text`` is in the middle of."""
+    """Return the lexical context at the end of the Lua text ``text``."""
     position = 0
     while position < len(text):
         token = _TOKEN.match(text, position)

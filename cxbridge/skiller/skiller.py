@@ -1,7 +1,7 @@
 """The Skiller: takes skill strings from SkillerInterface and runs them in the Lua engine, loop by loop.
 
-What it writes, and when, is what Fawkes' Skiller writes (``src/lua/skiller/fawkes/init.lua``); where that is
-odd, ``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
+Its writes are those of Fawkes' Skiller (``src/lua/skiller/fawkes/init.lua``); where Fawkes is odd,
+``mode='strict'`` does better. ``docs/skiller.md`` lists the differences.
 """
 
 from __future__ import annotations
@@ -44,9 +44,9 @@ class Skiller(SkillerBackend):
     :param name: id of the SkillerInterface and the SkillerDebugInterface that it writes.
     :param mode: what to do where Fawkes is odd.
     :param watch: says when the files of the skills change: then they are loaded again.
-    :param closing: what else to close with the Skiller.
-    :param place_of: returns where a skill string comes from, for messages; empty when nobody knows.
-    :raises BlackBoardError: when somebody else writes one of its interfaces.
+    :param closing: further objects to close with the Skiller.
+    :param place_of: returns the source of a skill string, for messages; empty when unknown.
+    :raises BlackBoardError: when one of its interfaces has another writer.
     """
 
     def __init__(
@@ -158,7 +158,7 @@ class Skiller(SkillerBackend):
         """Load the skills again when their files changed.
 
         Fawkes does so at once, and the skill string that runs is lost without a word. Here it comes to its
-        end first: nobody's robot should be let down in the middle of the way because a file was saved.
+        end first: a robot must not stop in the middle of the way because a file was saved.
         """
         changed = watch.look()
         if changed and not self._changed and self._active and self.mode == "strict":
@@ -216,7 +216,7 @@ class Skiller(SkillerBackend):
     def _compile(self, text: str) -> None:
         longest = self._interface.maxlenof("skill_string") - 1
         if self.mode == "strict" and len(text.encode("utf-8", "surrogateescape")) >= longest:
-            # what is left of it may be a whole chunk that means something else
+            # the rest of it may be a whole chunk with another meaning
             problem = f"the skill string fills its field of {longest} bytes: it may have been cut"
             self.engine.drop()
         else:
@@ -232,7 +232,7 @@ class Skiller(SkillerBackend):
             self._interface.error = problem
 
     def _prepare(self, text: str) -> str:
-        """Take a skill string as data; return what is wrong with it.
+        """Take a skill string as data; return its mistake.
 
         It may come from anybody, so nothing in it is evaluated.
         """

@@ -1,6 +1,6 @@
 """Skill strings of the usual form, ``name{key=value, ...}`` or ``name(value, ...)``, as values.
 
-A skill string is data: all that take one from others read it with
+A skill string is data: all receivers of foreign skill strings read them with
 :func:`cxbridge.skiller.luacalls.read_calls`. Only the Lua Skiller in the mode ``fawkes`` evaluates it.
 """
 

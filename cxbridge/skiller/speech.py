@@ -48,7 +48,7 @@ class Voice(ABC):
 
     @abstractmethod
     def start(self, text: str) -> float:
-        """Begin to say ``text`` and return its duration in seconds, as far as it is known."""
+        """Begin to say ``text`` and return its duration in seconds, if known."""
 
     @abstractmethod
     def is_done(self) -> bool:
@@ -85,7 +85,7 @@ class SilentVoice(Voice):
 
 
 class SpeakerVoice(Voice):
-    """Speaks aloud through :mod:`pyttsx3`, in a thread of its own.
+    """Speaks aloud through :mod:`pyttsx3`, in a thread.
 
     :raises SkillerError: when no voice is installed, or nothing that plays; it says what to install.
     """
@@ -127,7 +127,7 @@ class SpeakerVoice(Voice):
             try:
                 engine.say(text)
                 engine.runAndWait()
-                # With espeak it does not wait: the sound is made and played in a thread of its own.
+                # With espeak it does not wait: another thread makes and plays the sound.
                 if text.strip():
                     spoken.wait(_PATIENCE * (1 + estimate_duration(text)))
             except Exception as error:  # noqa: BLE001 - as above; what comes next may work
@@ -161,7 +161,7 @@ class SpeechSynthWriter:
     :param voice: None: a :class:`SilentVoice`.
     :param name: the interface's id.
     :param greeting: a text to say first, as flite does with :data:`LOADED_TEXT`; None: none.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     """
 
     def __init__(
@@ -210,7 +210,7 @@ class SpeechSynthWriter:
         try:
             self._interface.duration = self._voice.start(text)
         except SkillerError as error:
-            # skills that wait for the text go on; the text is over in the next loop
+            # skills that wait for the text continue; the text is over in the next loop
             self._log_trouble(str(error))
             self._interface.duration = 0.0
         self._interface.write()

@@ -21,7 +21,7 @@ _PROBE = "ok"
 _SYNTHESIS_S = 60
 _SLUG_LENGTH = 40
 _SILENCE = wave._wave_params(1, 2, 22050, 0, "NONE", "not compressed")  # noqa: SLF001 - the type of getparams()
-# In a process of its own: libraries of voices are not made to be left, and some print.
+# In a child process: libraries of voices are not made to be unloaded, and some print.
 _PYTTSX3 = """
 import sys, pyttsx3
 engine = pyttsx3.init()
@@ -65,7 +65,7 @@ class FileVoice(Voice):
     A text takes as long as its sound, by the run's clock.
 
     :param target: ``NAME.wav``, overwritten; else a folder for ``001-hello.wav`` and so on, made when it is
-        not there.
+        missing.
     :raises SkillerError: when no voice is installed, or the target cannot be written.
     """
 
@@ -122,7 +122,7 @@ class FileVoice(Voice):
                 return _SILENCE, b""
             try:
                 with wave.open(str(file), "rb") as sound:
-                    # The header of a stream does not know its length: the frames that are there do.
+                    # The header of a stream does not know its length: count the frames.
                     return sound.getparams()._replace(nframes=0), sound.readframes(sound.getnframes())
             except (wave.Error, EOFError) as error:
                 raise SkillerError(

@@ -37,7 +37,7 @@ PATIENCE_S: Final = 60.0
 """Seconds of real time that a wait may take."""
 
 _HALTED = "[PRCCODE4]"
-"""How CLIPS begins to say in which rule there was an error; what it was, it says before."""
+"""The beginning of CLIPS' message with the rule of an error; the error itself is the message before."""
 
 _LAST_RULES = 10
 _LAST_LINES = 15
@@ -49,10 +49,10 @@ class AgentRun(Closing):
     The agent is loaded when it is made; nothing has fired yet but what loading fires.
 
     :param options: as for ``cxbridge run``.
-    :param scripted: whether skills end as :attr:`skills` says; else ``options.skiller`` executes them.
-    :param strict: a mistake in what the agent loads is an error.
+    :param scripted: whether skills end by the script :attr:`skills`; else ``options.skiller`` executes them.
+    :param strict: a mistake in the loaded files is an error.
     :param patience: seconds of real time that a wait may take.
-    :param golden: what :meth:`assert_golden` compares with.
+    :param golden: the recording that :meth:`assert_golden` compares with.
     :raises CxbridgeError: when the scenario is wrong.
     :raises AssertionError: when the agent is broken.
     """
@@ -124,7 +124,7 @@ class AgentRun(Closing):
             self.transitions.append(event)
 
     def _check(self, check: Callable[[], None]) -> None:
-        """Look for mistakes in what the agent has loaded."""
+        """Look for mistakes in the loaded agent."""
         __tracebackhide__ = True
         try:
             check()
@@ -158,7 +158,7 @@ class AgentRun(Closing):
     def until(self, condition: Callable[[], object], timeout: float = 60.0) -> None:
         """Run until the condition is true after a loop.
 
-        :raises AssertionError: when it is not within so many seconds of the run's clock.
+        :raises AssertionError: when it is not within this many seconds of the run's clock.
         """
         if not self.wait_for(condition, timeout):
             raise AssertionError(self._with_goals(f"the condition was not met within {timeout:g} s"))
@@ -168,7 +168,7 @@ class AgentRun(Closing):
 
         An agent with MAINTAIN goals alone, which has no other end, runs for ``timeout``.
 
-        :raises AssertionError: when it is not within so many seconds of the run's clock, or the agent quits
+        :raises AssertionError: when it is not within this many seconds of the run's clock, or the agent quits
             before.
         """
         self.wait_for(lambda: self.is_over, timeout)
@@ -179,7 +179,7 @@ class AgentRun(Closing):
             raise AssertionError(self._with_goals("the agent quit before its root goals were over"))
 
     def wait_for(self, condition: Callable[[], object], timeout: float = 60.0) -> bool:
-        """Run until the condition is true after a loop, or so many seconds of the run's clock have passed.
+        """Run until the condition is true after a loop, or this many seconds of the run's clock have passed.
 
         :returns: whether the condition is true.
         """
@@ -385,8 +385,8 @@ class AgentRun(Closing):
         :param name: the file's; None: the test's.
         :param order: ``partial`` or ``total``.
         :param level: ``transitions`` or ``skills``.
-        :param time_tolerance: so many seconds the times of partners may be apart; None: times do not count.
-        :param time_from: what times count from: ``thread`` or ``begin``.
+        :param time_tolerance: the seconds that the times of partners may be apart; None: times do not count.
+        :param time_from: the origin of times: ``thread`` or ``begin``.
         :raises AssertionError: when they differ, or there is no such file.
         """
         if self._golden is None:

@@ -30,7 +30,7 @@ def new_agent(folder: Path) -> list[Path]:
 
     :param folder: of the project; its name is the agent's.
     :returns: the files that were made.
-    :raises CxbridgeError: when the name is none, a file is there already, or one cannot be written.
+    :raises CxbridgeError: when the name is invalid, a file exists, or a file cannot be written.
     """
     name = _name_of(folder)
     return _make(_TUTORIAL, folder, {_TUTORIAL: name})
@@ -85,7 +85,7 @@ def _name_of(folder: Path) -> str:
 
 
 def _make(template: str, folder: Path, words: Mapping[str, str]) -> list[Path]:
-    """Write the files of a template with other words in them; nothing when one of them is there.
+    """Write the files of a template with its words replaced; nothing when one of them exists.
 
     :returns: the files, as seen from where ``folder`` is.
     """

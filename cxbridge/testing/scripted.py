@@ -47,7 +47,7 @@ class ScriptedSkills(SkillScript):
         return any(skiller.running for skiller in self._skillers.values())
 
     def state(self, now_us: int) -> tuple[Hashable, ...]:
-        """Return what the Skillers do next depends on, besides their interfaces; times count from now."""
+        """Return the state on which the Skillers' next events depend, besides interfaces; times from now."""
         return tuple(skiller.state(now_us) for skiller in self._skillers.values())
 
     def loop(self) -> None:
@@ -73,7 +73,7 @@ class ScriptedSkills(SkillScript):
     # ---- faults
 
     def vanish(self, skiller: str = "Skiller") -> None:
-        """Let a Skiller die: its interface has no writer any more, and what it executes is lost."""
+        """Let a Skiller die: its interface has no writer any more, and its skill is lost."""
         self._known(skiller)
         self._skillers.pop(skiller).close()
 
@@ -89,7 +89,7 @@ class ScriptedSkills(SkillScript):
         )
 
     def take_control(self, skiller: str = "Skiller") -> None:
-        """Let somebody else steal a Skiller's exclusive control, in the next loop."""
+        """Let another client steal a Skiller's exclusive control, in the next loop."""
         self._known(skiller)
         reader = self._context.board.open_for_reading("SkillerInterface", skiller, owner=OWNER)
         message = reader.create_message("AcquireControlMessage")

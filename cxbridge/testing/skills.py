@@ -50,7 +50,7 @@ class SkillAnswer(Protocol):
 
 @dataclass(slots=True)
 class _Behaviour:
-    """What calls do, so many times.
+    """The outcome of a number of calls.
 
     :param times: None: forever.
     """
@@ -62,7 +62,7 @@ class _Behaviour:
 
 @dataclass
 class SkillRule:
-    """What is said of calls of a skill. What is said first counts first.
+    """The outcomes of calls of a skill, in the order of the script.
 
     :param name: the skill; ``*`` for all.
     :param args: the arguments that they have; texts may have the shell's patterns.
@@ -76,18 +76,18 @@ class SkillRule:
     _optional: bool = False
 
     def optional(self) -> Self:
-        """They need not come: else a test fails when nothing calls a skill that it has scripted."""
+        """Allow that no call comes; otherwise a test fails when a scripted skill is never called."""
         self._optional = True
         return self
 
     def succeeds(self, *, after: float = 1.0, times: int | None = None, then: Effect | None = None) -> Self:
-        """They succeed after so many seconds."""
+        """Let the calls succeed after this many seconds."""
         return self._say(_always(Outcome(after)), times, then)
 
     def fails(
         self, error: str = "", *, after: float = 1.0, times: int | None = None, then: Effect | None = None
     ) -> Self:
-        """They fail with this error after so many seconds."""
+        """Let the calls fail with this error after this many seconds."""
         return self._say(_always(Outcome(after, Status.S_FAILED, error)), times, then)
 
     def hangs(self, *, times: int | None = None) -> Self:
@@ -116,7 +116,7 @@ class SkillRule:
         return f"run.skills({', '.join([repr(self.name), *(f'{k}={v!r}' for k, v in self.args.items())])})"
 
     def complaint(self, known: Collection[str]) -> str:
-        """Return what is wrong when the run is over: nothing has called it; empty when all is well.
+        """Return the mistake at the end of the run: no call came; empty when there is none.
 
         :param known: the names of the skills that were called, or that actions are mapped to.
         """
@@ -136,7 +136,7 @@ class SkillRule:
         return bool(self._behaviours)
 
     def take(self) -> _Behaviour:
-        """Return what the call that begins now does."""
+        """Return the outcome of the call that begins now."""
         first = self._behaviours[0]
         if first.times is not None:
             first.times -= 1
@@ -185,7 +185,7 @@ class SkillScript:
         return SkillRule(name, args).matches(SkillStringCall(call.name, call.args))
 
     def complaints(self, mapped: Collection[str] = ()) -> list[str]:
-        """Return what is wrong with the script when the run is over: what no call has met.
+        """Return the mistakes of the script at the end of the run: entries without a call.
 
         :param mapped: the names of the skills that actions are mapped to.
         """
@@ -208,7 +208,7 @@ class SkillScript:
         return None
 
     def _candidates(self, call: SkillStringCall) -> Iterator[SkillRule]:
-        """Yield what is said of a call, the last said first."""
+        """Yield the entries for a call, the last entry first."""
         for rule in reversed(self._rules):
             if rule.says_something and rule.matches(call):
                 yield rule
@@ -230,5 +230,5 @@ class ScriptedDecider(Decider):
         self._skiller = skiller
 
     def decide(self, call: SkillStringCall) -> Outcome | None:
-        """Return what the script says about a call that begins; None: nothing."""
+        """Return the script's outcome of a call that begins; None: no entry."""
         return self._script.begin(self._skiller, call)

@@ -76,7 +76,7 @@ class World:
     def write(self, uid: str, fields: dict[str, object]) -> None:
         """Set fields of an interface and publish it; the first time, become its writer.
 
-        :raises CxbridgeError: when there is no such interface or field, or somebody else writes it.
+        :raises CxbridgeError: when there is no such interface or field, or it has another writer.
         """
         if uid not in self._written:
             self._written[uid] = self._board.open_for_writing(*parse_uid(uid), owner=OWNER)
@@ -87,7 +87,7 @@ class World:
     def send(self, uid: str, message: str, fields: dict[str, object]) -> int:
         """Send a message to an interface's writer; return its id.
 
-        :raises CxbridgeError: when there is no such interface, message or field, or nobody writes it.
+        :raises CxbridgeError: when there is no such interface, message or field, or no writer.
         """
         interface = self._reader(uid)
         outgoing = interface.create_message(message if message.endswith("Message") else f"{message}Message")

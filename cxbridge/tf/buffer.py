@@ -26,8 +26,8 @@ MAX_DEPTH: Final = 1000
 class StampedTransform(Struct, frozen=True):
     """A transform at a time.
 
-    :param stamp_us: when it holds.
-    :param frame: the parent: what the transform is given in.
+    :param stamp_us: its time.
+    :param frame: the parent, in which the transform is given.
     :param child_frame: the frame that it places in the parent.
     """
 
@@ -100,14 +100,14 @@ class TransformBuffer:
         self._frames: set[str] = set()
         self._lock = threading.RLock()
 
-    # -- what is known
+    # -- the transforms
 
     def set_transform(self, entry: StampedTransform, *, static: bool = False) -> bool:
         """Remember a transform.
 
         :param static: it holds for all times; decided by the first transform of a frame.
         :returns: whether it was taken; it is not when a name is missing, a frame is to be in itself, a
-            number is NaN, or it is older than what is remembered.
+            number is NaN, or it is older than the kept ones.
         :raises InvalidRotationError: when its rotation is none.
         """
         frame, child = _strip(entry.frame), _strip(entry.child_frame)
@@ -274,7 +274,7 @@ class TransformBuffer:
     def _climb(
         self, frame: str, goal: str, time_us: int, stop: dict[str, Transform] | None = None
     ) -> tuple[dict[str, Transform], ExtrapolationError | None]:
-        """Return where a frame is in itself and in each frame above it, and what kept it from going on.
+        """Return the place of a frame in itself and in each frame above it, and the reason of the end.
 
         It ends at the goal, at a frame in ``stop``, at the root, or where nothing is known for the time.
         """

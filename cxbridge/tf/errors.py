@@ -14,7 +14,7 @@ class NotConnectedError(TransformError):
 
 
 class ExtrapolationError(TransformError):
-    """A time was asked for from before what is remembered."""
+    """A time was requested from before the kept transforms."""
 
 
 class InvalidRotationError(TransformError):

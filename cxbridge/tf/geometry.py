@@ -112,7 +112,7 @@ def slerp(a: Quaternion, b: Quaternion, ratio: float) -> Quaternion:
 
 
 class Transform(Struct, frozen=True):
-    """Where a frame is in its parent, which makes of what is given in the frame what it is in the parent.
+    """The place of a frame in its parent, which converts coordinates of the frame to those of the parent.
 
     :param translation: the frame's origin.
     :param rotation: of length 1.
@@ -126,7 +126,7 @@ class Transform(Struct, frozen=True):
         return Transform(self.apply(other.translation), multiply(self.rotation, other.rotation))
 
     def apply(self, point: Vector) -> Vector:
-        """Return a point that is given in the frame as it is in the parent."""
+        """Return the parent's coordinates of a point in the frame."""
         return add(rotate(self.rotation, point), self.translation)
 
     def inverse(self) -> Transform:

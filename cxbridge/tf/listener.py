@@ -1,4 +1,4 @@
-"""Feeds a buffer with what is written to the TransformInterfaces of a blackboard."""
+"""Feeds a buffer with the writes to the TransformInterfaces of a blackboard."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class TransformListener(Listener, Observer):
             self._opened[interface_id] = None  # opening may create it again, of which we are notified, too
             try:
                 instance = self._board.open_for_reading(interface_type, interface_id, owner=self._owner)
-            except BlackBoardError:  # of another version: then nobody can read it
+            except BlackBoardError:  # of another version: unreadable here
                 del self._opened[interface_id]
                 return
             self._opened[interface_id] = instance
@@ -72,13 +72,13 @@ class TransformListener(Listener, Observer):
             return  # as Fawkes does: it might just not be initialized yet
 
     def writer_removed(self, interface: Interface, serial: object) -> None:  # noqa: ARG002 - a listener's signature
-        """Let go of an interface that nobody but us has open."""
+        """Close an interface that only this process has open."""
         if interface.num_readers <= 1:
             self._opened.pop(interface.id, None)
             self._board.close(interface)
 
     def close(self) -> None:
-        """Listen no more; the buffer stays as it is."""
+        """Stop listening; the buffer is kept."""
         self._board.unregister_observer(self)
         for instance in self._opened.values():
             if instance is not None:

@@ -14,7 +14,7 @@ class TransformPublisher:
     """Writes one TransformInterface.
 
     :param name: the interface's id; without a leading slash it is put below ``/tf/``.
-    :raises BlackBoardError: when somebody else writes it.
+    :raises BlackBoardError: when it has another writer.
     """
 
     def __init__(self, board: BlackBoard, name: str, *, owner: str = "tf") -> None:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 LOG_COMPONENT: Final = "SkillBoard"
 
 REQUESTS_PER_LOOP: Final = 100
-"""Requests for new actions that a board sends in a loop; the others follow in the next ones.
+"""Requests for new actions that a board sends in a loop; the rest follows in the next loops.
 
 An action that begins costs the loop about 0.13 ms, so a thousand at once would hold up everything else.
 """
@@ -44,8 +44,8 @@ class SkillBoard:
 
     :param name: id of the SkillBoardInterface.
     :param timeouts: how long masters wait.
-    :param policy: which executors it asks, and what its masters are.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :param policy: which executors it asks, and the class of its masters.
+    :raises BlackBoardError: when the interface has another writer.
     :raises SkillError: when the name does not fit into messages.
     """
 
@@ -88,7 +88,7 @@ class SkillBoard:
         self.exchange()
 
     def _begin_epoch(self) -> int:
-        """Publish another epoch than the one before, if somebody still remembers that."""
+        """Publish another epoch than the one before, if an executor still remembers that."""
         interface = self._interface
         interface.read()
         epoch: int = self._clock.now_us() // _EPOCH_US % _EPOCHS
@@ -98,7 +98,7 @@ class SkillBoard:
         interface.write()
         return epoch
 
-    # -- for those who want skills executed
+    # -- for callers of skills
 
     def request(self, call: SkillCall, on_change: Callable[[Master], None] = lambda _master: None) -> Master:
         """Have a skill executed.
@@ -141,7 +141,7 @@ class SkillBoard:
 
     @property
     def local(self) -> set[str]:
-        """Ids of executors in this process: what is for them is sent at once."""
+        """Ids of executors in this process: their messages are sent at once."""
         return self._sender.local
 
     @property
@@ -193,7 +193,7 @@ class SkillBoard:
         return not quiet
 
     def expire(self) -> None:
-        """End a loop: end what has waited too long, and publish how many masters there are."""
+        """End a loop: end overdue masters, and publish the number of masters."""
         self._quota = REQUESTS_PER_LOOP
         now_us = self._clock.now_us()
         for master in [master for master in self._masters.values() if master.deadline_us <= now_us]:
@@ -292,7 +292,7 @@ class SkillBoard:
         return bool(self._fresh) and self._quota > 0
 
     def _ask_for_fresh(self) -> None:
-        """Ask those who are left over for the masters that came since the last time, in turn.
+        """Ask the remaining executors for the new masters, in turn.
 
         To ask all for the first of several means that all but one have to be asked again for the second.
         """
@@ -338,7 +338,7 @@ class SkillBoard:
                 self._ask(info.id, master)
 
     def _ask_for(self, executor: str) -> None:
-        """Let an idle executor be asked for the oldest master that waits for nobody, else for the oldest."""
+        """Let an idle executor be asked for the oldest master without an executor, else for the oldest."""
         info = self._watch.get(executor)
         if info is None or info.state is not ExecutorState.IDLE or executor in self._asked:
             return
@@ -388,7 +388,7 @@ class SkillBoard:
         on_change(master)
 
     def _free_asked(self, number: int) -> None:
-        """Let others ask the executors that a finished master has asked in vain."""
+        """Let further masters ask the executors that a finished master has asked without an answer."""
         for executor in sorted(self._waits_for.pop(number, ())):
             self._asked.pop(executor, None)
             self._ask_for(executor)
@@ -403,7 +403,7 @@ class SkillBoard:
             self._log.debug(text)
 
     def _explain(self, master: Master) -> str:
-        """Return why nobody has begun with something."""
+        """Return why no executor has begun."""
         call = master.call
         executors = self._watch.of_agent(call.agent)
         able = [info for info in executors if call.skill in info.skills]

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message
 
 THREADS: Final = 8
-"""So many executors may let us wait before others have to."""
+"""The number of slow executors after which the remaining ones have to wait."""
 
 Failed = Callable[[str, "Message", BlackBoardError], None]
 """Takes the id of an executor, a message that did not reach it, and why. Called in any thread."""
@@ -23,7 +23,7 @@ Failed = Callable[[str, "Message", BlackBoardError], None]
 class MessageDelivery:
     """Sends messages, to each executor in order.
 
-    :param failed: called for what was not delivered.
+    :param failed: called for undelivered messages.
     """
 
     def __init__(self, failed: Failed) -> None:
@@ -34,7 +34,7 @@ class MessageDelivery:
         self._closed = False
 
     def send(self, to: Interface, message: Message) -> bool:
-        """Send now; return whether it is there: what is not was reported as failed."""
+        """Send now; return whether the message was delivered: a failure was reported."""
         try:
             to.msgq_enqueue(message)
         except BlackBoardError as error:
@@ -43,9 +43,9 @@ class MessageDelivery:
         return True
 
     def post(self, to: Interface, message: Message) -> None:
-        """Send soon, after what was posted to the same executor before.
+        """Send soon, after the earlier messages to the same executor.
 
-        :param to: an instance that nobody else uses.
+        :param to: an instance that no other code uses.
         """
         with self._lock:
             if self._closed:
@@ -69,7 +69,7 @@ class MessageDelivery:
                     return
                 to, message = queue.popleft()
             if not self.send(to, message) and self._closed:
-                queue.clear()  # nobody shall wait for this one again and again
+                queue.clear()  # no thread waits for this executor again and again
 
     def close(self) -> None:
         """Send what waits, and no more after that."""

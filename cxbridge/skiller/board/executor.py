@@ -34,7 +34,7 @@ class Progress(NamedTuple):
     """How far a skill is.
 
     :param fraction: from 0 to 1.
-    :param text: what is being done.
+    :param text: the current work.
     """
 
     fraction: float
@@ -76,7 +76,7 @@ class SkillExecutor:
                 for done in range(3):
                     yield done / 3
 
-    :param context: what it works with.
+    :param context: its environment.
     """
 
     skills: tuple[str, ...] = ()
@@ -104,7 +104,7 @@ class SkillExecutor:
 
     @classmethod
     def mistakes(cls, settings: Mapping[str, Any], folder: Path) -> Iterable[CxbridgeError]:  # noqa: ARG003
-        """Return what is wrong with settings, as far as can be seen without making an executor.
+        """Return the mistakes in settings, as far as they can be found without making an executor.
 
         :param folder: what relative files in the settings are seen from.
         """
@@ -137,7 +137,7 @@ class SkillExecutor:
         raise NotImplementedError
 
     def idle(self) -> None:
-        """Do what is to be done in a loop without a skill."""
+        """Do the idle work of a loop."""
 
     def close(self) -> None:
         """Let go of everything; no skill is executed any more."""

@@ -58,11 +58,11 @@ _BOARDS = 16  # kept open; more are closed when idle
 class ExecutorHost(Listener):
     """Serves the SkillExecutorInterface of an executor. For one thread.
 
-    :param executor: what it is served for; closed with the host.
+    :param executor: the served executor; closed with the host.
     :param name: id of the interface.
-    :param verbatim: send as FEEDBACK what the skill yields, at once, and nothing else: no signs of life.
+    :param verbatim: send the values that the skill yields as FEEDBACK, at once, and no signs of life.
     :raises SkillError: when names do not fit into messages.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     """
 
     def __init__(self, executor: SkillExecutor, name: str, *, verbatim: bool = False) -> None:
@@ -110,14 +110,14 @@ class ExecutorHost(Listener):
         return bool(self._interface.valid)
 
     def meet(self, board: str) -> None:
-        """Get ready to send to a skill board that is there: many begin to do so in one loop.
+        """Prepare to send to a new skill board: many hosts begin to do so in one loop.
 
         :raises BlackBoardError: when its interface cannot be opened.
         """
         self._reader(board)
 
     def listen(self, listener: Listener, kind: EventKind) -> None:
-        """Notify somebody of what happens on the interface."""
+        """Notify a callback of events on the interface."""
         self._board.register_listener(listener, self._interface, kind)
 
     # -- every loop
@@ -160,7 +160,7 @@ class ExecutorHost(Listener):
             self._finish(SkillOutcome.FAILED, f"{self._call.skill} has yielded no progress, but {said!r}")
 
     def _idle(self) -> None:
-        """Let the executor do what it does in between, until it fails at that."""
+        """Let the executor do its idle work, until it fails at that."""
         if self._can_idle:
             try:
                 self.executor.idle()
@@ -361,7 +361,7 @@ def make_host(
 
     :param verbatim: see :class:`ExecutorHost`.
     :raises SkillError: when its class fails at that, or names do not fit into messages.
-    :raises CxbridgeError: when the class refuses its settings, or somebody else writes an interface.
+    :raises CxbridgeError: when the class refuses its settings, or an interface has another writer.
     """
     try:
         return ExecutorHost(kind(context), name, verbatim=verbatim)

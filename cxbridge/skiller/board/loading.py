@@ -20,7 +20,7 @@ def load_executor(target: str, folder: Path) -> type[SkillExecutor]:
     """Import the class of an executor.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
-    :param folder: what a relative file is seen from.
+    :param folder: the base of a relative file.
     :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
     """
     place, colon, name = target.rpartition(":")

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class LocalSkillCalls:
-    """What the executive's feature ``skill-board`` needs of a skill board.
+    """The skill board as the executive's feature ``skill-board`` uses it.
 
     :param skills: the board.
     """
@@ -45,7 +45,7 @@ class LocalSkillCalls:
     ) -> Master:
         """Have a skill executed.
 
-        :param name: what the master is called, for people.
+        :param name: the name of the master, for people.
         :raises SkillError: when names or parameters do not fit into messages.
         """
         return self._ask(SkillCall(skill, agent, parameters, name), on_change)

@@ -30,7 +30,7 @@ class Timeouts:
     cancel: float = 5.0
 
     def __post_init__(self) -> None:
-        """Refuse what is not a time to wait.
+        """Refuse a value that is not a time to wait.
 
         :raises ConfigError: when one is not above 0, or longer than clocks can count.
         """
@@ -60,9 +60,9 @@ class Master:
 
     All of it happens in the thread of the board.
 
-    :param number: what tickets call it.
+    :param number: its number in tickets.
     :param sending: the way to executors.
-    :param explain: says why nobody has begun.
+    :param explain: returns why no executor has begun.
     :param on_change: called after each change of state, progress or feedback.
     """
 
@@ -105,7 +105,7 @@ class Master:
         self.progress = 0.0
         """From 0 to 1, as far as the executor has reported."""
         self.feedback = ""
-        """What the executor said last."""
+        """The last message of the executor."""
         self.error = ""
         """Why it failed."""
         self._sending = sending
@@ -121,7 +121,7 @@ class Master:
 
     @property
     def agent(self) -> str:
-        """Who shall execute it."""
+        """The executor that was chosen."""
         return self.call.agent
 
     @property
@@ -205,7 +205,7 @@ class Master:
             self._sending.cancel(executor, self.number)
             self._fail(f"the executor {executor} does not take messages: {why}")
 
-    # -- what others want, and the time
+    # -- requests of callers, and the time
 
     def cancel(self, now_us: int) -> bool:
         """Stop it; return whether there was something to stop."""
@@ -220,7 +220,7 @@ class Master:
         return True
 
     def expire(self) -> None:
-        """Do what is to be done when :attr:`deadline_us` has passed."""
+        """Handle the deadline :attr:`deadline_us`."""
         if self.state is MasterState.ASKING:
             self._fail(self._explain(self))
         elif self.state is MasterState.CANCELLING:

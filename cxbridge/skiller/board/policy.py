@@ -11,11 +11,11 @@ from cxbridge.skiller.board.master import Master
 class BoardPolicy:
     """Which executors a board asks, and what its masters are.
 
-    :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. Who answers after
-        somebody was confirmed is rejected.
-    :param ask_later: who becomes idle later is asked, too.
-    :param answer_late: what comes for a master that is over is answered, with REJECT or CANCEL.
-    :param verbatim: executors of this process send as FEEDBACK what they yield, and nothing else.
+    :param ask_all: REQUEST goes to all executors that seem able, not to the first of them. An answer after
+        the confirmation of another executor is rejected.
+    :param ask_later: executors that become idle later are asked, too.
+    :param answer_late: answers for a finished master are answered, with REJECT or CANCEL.
+    :param verbatim: executors of this process send the yielded values as FEEDBACK, and nothing else.
     :param master: the class of the masters.
     """
 

@@ -86,11 +86,11 @@ class SkillOutcome(StrEnum):
 
 @dataclass(frozen=True, slots=True)
 class SkillCall:
-    """A skill that an agent shall execute.
+    """A skill that an agent has to execute.
 
     :param parameters: values by name: texts, numbers, truth values, None, lists and mappings of these;
         parameters without a name are called ``"1"``, ``"2"`` ...
-    :param name: what the master is called that asks for it, for people; cut after 128 bytes.
+    :param name: the name of the requesting master, for people; cut after 128 bytes.
     """
 
     skill: str
@@ -146,7 +146,7 @@ def check_name(what: str, name: str) -> str:
 
 
 def cut(text: str, size: int) -> str:
-    """Return as much of a text as has a UTF-8 form of so many bytes, without NUL."""
+    """Return the part of a text that has a UTF-8 form of at most this many bytes, without NUL."""
     return text.replace("\0", "").encode("utf-8", "replace")[:size].decode("utf-8", "ignore")
 
 
@@ -190,5 +190,5 @@ def share(fraction: float) -> float:
 
 
 def sayable(text: str) -> str:
-    """Return a text without what has no UTF-8 form; an error must get through, whatever it says."""
+    """Return a text without characters that have no UTF-8 form; an error must get through, whatever it says."""
     return str(text).encode("utf-8", "replace").decode()

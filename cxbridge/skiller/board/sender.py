@@ -27,7 +27,7 @@ class Sender:
         self, board: BlackBoard, watch: ExecutorWatch, *, name: str, epoch: int, owner: str, at_once: bool
     ) -> None:
         self.local: set[str] = set()
-        """Ids of executors in this process: what is for them is sent at once."""
+        """Ids of executors in this process: their messages are sent at once."""
         self._board = board
         self._watch = watch
         self._name = name
@@ -74,7 +74,7 @@ class Sender:
         return self._failures.popleft() if self._failures else None
 
     def forget(self, executor: str) -> None:
-        """Let go of what is held for an executor that is gone."""
+        """Drop the messages for an executor that is gone."""
         instance = self._instances.pop(executor, None)
         if instance is not None:
             instance.close()
@@ -104,7 +104,7 @@ class Sender:
         try:
             instance = self._instances.get(executor)
             if instance is None:
-                # of its own: the other one is read in this thread
+                # a second instance: the first one is read in this thread
                 instance = self._board.open_for_reading(EXECUTOR_TYPE, executor, owner=self._owner)
                 self._instances[executor] = instance
         except BlackBoardError as error:

@@ -25,10 +25,10 @@ _ROUNDS = 20
 class SkillBoardService:
     """Does all of it, a loop at a time; a command is carried out in the loop in which it is read.
 
-    :param settings: what the configuration says.
+    :param settings: of the configuration.
     :param policy: how the board treats executors.
     :param execution: how executors of this process execute calls.
-    :raises CxbridgeError: when an executor cannot be made, or somebody else writes an interface.
+    :raises CxbridgeError: when an executor cannot be made, or an interface has another writer.
     """
 
     def __init__(
@@ -44,12 +44,12 @@ class SkillBoardService:
             board, clock, bus, name=settings.name, timeouts=settings.timeouts, policy=policy
         )
         self.local_calls = LocalSkillCalls(self.skills)
-        self._first = 0  # the Skiller that takes commands before the others
+        self._first = 0  # the Skiller that takes commands first
         self.skillers: list[BoardSkiller] = []
         self.hosts: list[ExecutorHost] = []
         self._execution = execution
         self.verbatim = policy is not None and policy.verbatim
-        """Whether executors of this process send as FEEDBACK what they yield, and nothing else."""
+        """Whether executors of this process send the yielded values as FEEDBACK, and nothing else."""
         try:
             for agent in settings.agents:
                 self.skillers.append(
@@ -93,7 +93,7 @@ class SkillBoardService:
             skiller.publish()
 
     def _take(self) -> None:
-        """Let Skillers take their commands, until the board is full; the next loop begins with the others."""
+        """Let Skillers take their commands, until the board is full; the next loop begins with the remaining ones."""
         count = len(self.skillers)
         for number in range(count):
             if self.skills.is_full:

@@ -36,8 +36,8 @@ class ExecutorSettings:
 
     :param name: id of its interface.
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``, or the class.
-    :param settings: what is for the class.
-    :param folder: what relative files are seen from.
+    :param settings: the settings for the class.
+    :param folder: the base of relative files.
     :param place: where the configuration reports it, for errors.
     """
 
@@ -59,7 +59,7 @@ class ExecutorSettings:
     def skills(self) -> tuple[str, ...]:
         """Return the skills that it executes.
 
-        :raises CxbridgeError: as :meth:`load`, or when its settings make no sense.
+        :raises CxbridgeError: as :meth:`load`, or when its settings are invalid.
         """
         with self._placed():
             return self.load().skills_with(self.settings)
@@ -75,7 +75,7 @@ class ExecutorSettings:
             return written_skills(self.target, self.folder)
 
     def mistakes(self) -> Iterable[CxbridgeError]:
-        """Return what is wrong with the settings, as the class says; nothing for a class of the user's.
+        """Return the mistakes in the settings, as the class finds them; none for a class of the user's.
 
         :raises CxbridgeError: as :meth:`load`.
         """
@@ -109,7 +109,7 @@ class ExecutorSettings:
             raise
 
     def yields_to(self, skills: Collection[str]) -> bool:
-        """Whether others execute its skills, all of them.
+        """Whether programs outside execute all its skills.
 
         :raises SkillError: when it is only some of them.
         """
@@ -151,8 +151,8 @@ class BoardSettings:
     def of(cls, config: Configuration, folder: Path) -> BoardSettings | None:
         """Read the settings of a configuration; None when it has no skill board.
 
-        :param folder: the folder that relative files are seen from.
-        :raises ConfigError: when something is unknown, missing or makes no sense; with file and line.
+        :param folder: the base of relative files.
+        :raises ConfigError: when a key or a value is unknown, missing or invalid; with file and line.
         """
         names = config.keys(TREE)
         if not names:
@@ -237,7 +237,7 @@ def _executor(config: Configuration, agent: str, key: str, folder: Path) -> Exec
 
 
 def value_of(text: str) -> bool | float | str:
-    """Return what a text of a configuration, or of ``--set``, says: a number, a truth value, or the text."""
+    """Return the value of a configuration's text, or of ``--set``: a number, a truth value, or the text."""
     for convert in (to_uint, to_int, to_float, to_bool):
         value = convert(text)
         if value is not None:
@@ -246,7 +246,7 @@ def value_of(text: str) -> bool | float | str:
 
 
 def _refuse_unknown(config: Configuration, tree: str, known: tuple[str, ...]) -> None:
-    """Refuse what is not known: a setting with a slip in its name would silently not count."""
+    """Refuse unknown keys: a misspelt setting would silently have no effect."""
     for name in config.keys(tree):
         if name not in known:
             message = f"the skill board knows no {tree}/{name}"

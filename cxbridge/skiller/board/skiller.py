@@ -24,12 +24,12 @@ _NO_MESSAGE = 0
 class BoardSkiller(SkillerBackend):
     """Has skill strings executed by an agent's executors.
 
-    What is written, and when, is what the Skiller writes in ``strict`` mode (docs/skiller.md).
+    Its writes are those of the Skiller in ``strict`` mode (docs/skiller.md).
 
     :param skills: the masters; not closed with the Skiller.
-    :param agent: who executes.
+    :param agent: the executing agent.
     :param name: id of the SkillerInterface.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class BoardSkiller(SkillerBackend):
         return bool(self._masters) or not self._interface.msgq_empty()
 
     def loop(self) -> None:
-        """Take the messages, publish what changed; the board's loop is somebody else's."""
+        """Take the messages, publish changes; the board's loop is the caller's task."""
         self.take()
         self.publish()
 
@@ -137,7 +137,7 @@ class BoardSkiller(SkillerBackend):
         self._interface.write()
 
     def _drop(self) -> None:
-        """Cancel what is still being done."""
+        """Cancel all open work."""
         masters, self._masters = self._masters, []
         for master in masters:
             self._skills.cancel(master)

@@ -23,7 +23,7 @@ _STATES = {state.value: state for state in ExecutorState}
 class ExecutorInfo(NamedTuple):
     """What an executor says about itself.
 
-    :param skill: what it executes; empty when it is idle.
+    :param skill: its skill; empty when it is idle.
     """
 
     id: str
@@ -73,11 +73,11 @@ class ExecutorWatch(Listener, Observer):
         return list(self._infos.values())
 
     def get(self, executor: str) -> ExecutorInfo | None:
-        """Return what is known about an executor; None when it is not there."""
+        """Return the state of an executor; None when it is unknown."""
         return self._infos.get(executor)
 
     def instance(self, executor: str) -> Interface | None:
-        """Return the reading instance to send messages with; None when the executor is not there."""
+        """Return the reading instance to send messages with; None when the executor is unknown."""
         return self._instances.get(executor) if executor in self._infos else None
 
     def of_agent(self, agent: str) -> list[ExecutorInfo]:
@@ -143,7 +143,7 @@ class ExecutorWatch(Listener, Observer):
         news.append(News(executor, gone=False))
 
     def _forget(self, executor: str, news: list[News]) -> None:
-        """Note that an executor's writer is gone; its successor may be there already."""
+        """Note that an executor's writer is gone; its successor may exist already."""
         instance = self._instances.pop(executor, None)
         info = self._infos.pop(executor, None)
         if info is not None:
@@ -155,7 +155,7 @@ class ExecutorWatch(Listener, Observer):
             try:
                 successors = self._board.list(EXECUTOR_TYPE, escape(executor))
             except BlackBoardError:
-                return  # the blackboard is away; when it is back it reports what there is
+                return  # without connection; after the reconnection the blackboard reports all interfaces
             if successors:
                 self._events.append(("there", executor))
 

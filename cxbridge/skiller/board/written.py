@@ -16,17 +16,17 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.board.loading import CLASS_FORM
 
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
-"""What the base class of all executors is called."""
+"""The name of the base class of all executors."""
 
 _EXECUTE: Final = "write: def execute(self, call)"
 _ARGUMENTS: Final = 2
 
 
 def written_skills(target: str, folder: Path) -> tuple[str, ...] | None:
-    """Return the skills of an executor; None when they are computed, or its text is not there.
+    """Return the skills of an executor; None when they are computed, or its text is missing.
 
     :param target: ``MODULE:CLASS`` or ``FILE.py:CLASS``.
-    :param folder: what a relative file is seen from.
+    :param folder: the base of a relative file.
     :raises SkillError: when there is no such class, or it is none of an executor; with file and line.
     """
     place, colon, name = target.rpartition(":")

@@ -56,7 +56,7 @@ class SkillerCall(Closing):
     """Executes skill strings under exclusive control. A context manager: gives control back.
 
     :param skiller: id of the Skiller's interface.
-    :param steal: take control even when somebody has it.
+    :param steal: take control even when another client has it.
     :param on_status: called for each state of the skill string: its status and the Skiller's error.
     :raises SkillerError: when there is no such Skiller.
     """
@@ -113,7 +113,7 @@ class SkillerCall(Closing):
     def start(self, skill_string: str) -> int:
         """Ask for the execution of a skill string and return the message's id; control is not needed for it.
 
-        :raises SkillerError: when somebody else has control.
+        :raises SkillerError: when another client has control.
         """
         refusal = self._drive(self._acquire(), Deadline(None))
         if refusal:
@@ -194,12 +194,12 @@ class SkillerCall(Closing):
     def _wait(self, msgid: int, skill_string: str, before: InterfaceChange) -> _Steps[SkillResult]:
         """Wait until the skill string of a message is over.
 
-        Who takes control from us has ids of its own, perhaps the same, and may ask for the same skill: what
-        is shown then is not an answer to us. When nobody has control, the end of our call is: a Skiller that
-        leaves shows that the call has failed.
+        A client that takes control from us counts its ids itself, perhaps to the same number, and may request
+        the same skill: the shown state is then not our answer. When no client has control, our call has
+        ended: a Skiller that stops shows that the call has failed.
 
-        :param before: what the interface held when the message was sent: an earlier caller's message may
-            have had the same id, so this is not an answer.
+        :param before: the state when the message was sent: an earlier caller's message may
+            have had the same id, so this state is not an answer.
         """
         us, taken, reported = str(self._interface.serial), False, ""
         own_error = OwnError(before.values["msgid"], before.values["error"])
@@ -234,7 +234,7 @@ class SkillerCall(Closing):
 
 
 def _result(status: str, error: str, msgid: int) -> SkillResult:
-    """Return what became of a skill string that is over, by what the Skiller shows."""
+    """Return the result of a finished skill string, by the shown state of the Skiller."""
     if status == _FINAL:
         return SkillResult(CallOutcome.FINAL, "", msgid)
     why = "the Skiller gives no reason" if status == _FAILED else "it called no skill, or was stopped"
@@ -244,8 +244,8 @@ def _result(status: str, error: str, msgid: int) -> SkillResult:
 def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] | None:
     """Ask a Skiller for the names of its skills, as skillgui does; None when it does not tell.
 
-    Shows the list in SkillerDebugInterface for a moment, and then again what was shown before. A Skiller
-    without that may be an agent's on the skill board: then the agent's executors know.
+    Shows the list in SkillerDebugInterface for a moment, and then restores the earlier content. A Skiller
+    without that interface may be an agent's on the skill board: then the agent's executors know.
     """
     with Feed(board, OWNER) as feed:
         interface = feed.open("SkillerDebugInterface", skiller)
@@ -264,7 +264,7 @@ def skill_names(board: BlackBoard, skiller: str, timeout_s: float) -> list[str] 
 
 
 def _skills_on_board(board: BlackBoard, agent: str) -> list[str] | None:
-    """Return what the executors of an agent can do, None when it has none."""
+    """Return the skills of an agent's executors, None when it has none."""
     names: set[str] = set()
     for info in board.list("SkillExecutorInterface"):
         with board.open_for_reading(info.type, info.id, owner=OWNER) as instance:

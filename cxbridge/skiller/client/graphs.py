@@ -19,7 +19,7 @@ from cxbridge.skiller.client.calls import OWNER
 
 TYPE = "SkillerDebugInterface"
 DIRECTIONS = {"TB": "GD_TOP_BOTTOM", "BT": "GD_BOTTOM_TOP", "LR": "GD_LEFT_RIGHT", "RL": "GD_RIGHT_LEFT"}
-"""How graphs are laid out, and what the interface calls it."""
+"""The layouts of graphs, and their names in the interface."""
 OVERVIEWS = ("LIST", "SKILL_DEP")
 """What can be asked for besides skills: all names, and which skill uses which."""
 PICTURES = (".svg", ".png", ".pdf")
@@ -37,11 +37,11 @@ def fetch_graph(
     coloured: bool | None = None,
     timeout_s: float = 5.0,
 ) -> str:
-    """Ask a Skiller, ours or Fawkes', for a graph; afterwards it shows again what it showed before.
+    """Ask a Skiller, ours or Fawkes', for a graph; afterwards it shows its earlier graph again.
 
     :param what: a skill, ``ACTIVE``, or one of :data:`OVERVIEWS`.
-    :param direction: one of :data:`DIRECTIONS`; None: as it is set.
-    :param coloured: None: as it is set.
+    :param direction: one of :data:`DIRECTIONS`; None: the present one.
+    :param coloured: None: the present setting.
     :raises SkillerError: when there is no such Skiller or skill, or no answer.
     """
     with Feed(board, OWNER) as feed:
@@ -74,12 +74,12 @@ def fetch_graph(
 
 
 def _plain(value: Any) -> Any:
-    """Return an enum's item by its name, and other values as they are."""
+    """Return an enum's item by its name, and other values unchanged."""
     return getattr(value, "name", value)
 
 
 def _ask(interface: Interface, wanted: dict[str, Any]) -> None:
-    """Ask the Skiller to show what is wanted."""
+    """Ask the Skiller to show the graph."""
     kinds = {"graph_fsm": "SetGraph", "graph_dir": "SetGraphDirection", "graph_colored": "SetGraphColored"}
     for name, value in wanted.items():
         message = interface.create_message(f"{kinds[name]}Message")

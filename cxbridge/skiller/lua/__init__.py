@@ -1,1 +1,1 @@
-"""The Lua behaviour engine: Lua 5.1 files that know what a skill is, and the Python side that hosts them."""
+"""The Lua behaviour engine: Lua 5.1 files that define skills, and the Python side that hosts them."""

@@ -199,7 +199,7 @@ def _plain(value: Any) -> Any:
 
 
 def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
-    """Set a field from a Lua value, converted as tolua converts; nil leaves it as it is."""
+    """Set a field from a Lua value, converted as tolua converts; nil does not change the field."""
     if value is None:
         return
     field = block.field(name)
@@ -219,9 +219,9 @@ def _assign(block: Block, name: str, value: Any, index: float | None) -> None:
     else:
         converted = int(value)
     if index is not None:
-        block.get(name, int(index))  # refuses an element that is not there
+        block.get(name, int(index))  # refuses an unknown element
         elements = list(block.get(name))
         elements[int(index)] = converted
         converted = elements
-    # Not set(): generic access never marks a block as changed, which is what the end of a loop goes by.
+    # Not set(): generic access never marks a block as changed, and the end of a loop looks at the mark.
     block.ACCESSORS[name].fset(block, converted)

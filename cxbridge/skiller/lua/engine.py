@@ -32,7 +32,7 @@ MEBIBYTE = 1024 * 1024
 
 
 class Limits(Struct, frozen=True):
-    """What the Lua of one engine may use.
+    """The access of one engine's Lua to its environment.
 
     :param instructions_per_loop: VM instructions in one loop; a million takes some 10 ms.
     :param instructions_to_load: VM instructions to load the skill space.
@@ -126,7 +126,7 @@ class LuaEngine:
             raise
         if self._bus.wants(SourceRead):
             for label, path in modules.files.items():
-                with suppress(OSError):  # it is gone, and was there when it was loaded
+                with suppress(OSError):  # the file was deleted after it was loaded
                     self._bus.emit_source("skill", "", label, path.read_bytes())
         return state, access[0]
 
@@ -141,11 +141,11 @@ class LuaEngine:
         return self._state.call(name, *args)
 
     def reload(self) -> None:
-        """Load the skills again as their files are now; the interfaces that they go on using stay open.
+        """Load the skills again from their files; interfaces that they still use stay open.
 
         The compiled skill string is gone.
 
-        :raises SkillError: when the skills cannot be loaded; then all is as it was before.
+        :raises SkillError: when the skills cannot be loaded; then the old skills stay.
         """
         state, access = self._load()
         self._call("finalize")
@@ -168,9 +168,9 @@ class LuaEngine:
         return readable(self._text("documentation", to_lua(skill))) if skill in self.skills else None
 
     def prepare(self, calls: Sequence[LuaCall]) -> str:
-        """Take calls of skills for :meth:`run`, instead of what was there before.
+        """Take calls of skills for :meth:`run`, in place of the earlier ones.
 
-        :returns: what is wrong with them; empty when nothing is.
+        :returns: their mistakes; empty when there are none.
         """
         make = self._state.table
         prepared = make({number: _table_of(call, make) for number, call in enumerate(calls, start=1)})
@@ -184,11 +184,11 @@ class LuaEngine:
         return f"{where}: there is no skill '{call.name}'; {ONLY_FAWKES}"
 
     def compile(self, skill_string: str) -> str:
-        """Compile a skill string as Lua for :meth:`run`, instead of what was there before.
+        """Compile a skill string as Lua for :meth:`run`, in place of the earlier one.
 
         Only for the mode ``fawkes``: a skill string can be anybody's.
 
-        :returns: what is wrong with it; empty when nothing is.
+        :returns: its mistakes; empty when there are none.
         """
         return self._outcome(self._call("compile", to_lua(skill_string)))
 

@@ -65,7 +65,7 @@ def is_plain(value: object) -> bool:
 def guarded(function: Callable[..., Any], *, takes_tables: bool = False) -> Callable[..., tuple[Any, ...]]:
     """Make a function's result or failure a tuple that Lua understands.
 
-    :param takes_tables: it looks itself at what it gets; else all arguments are plain values.
+    :param takes_tables: it checks its arguments itself; else all arguments are plain values.
     """
 
     @functools.wraps(function)

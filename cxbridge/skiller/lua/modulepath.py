@@ -16,7 +16,7 @@ _OWN_PLACE = re.compile(r"^cxbridge/\w+\.lua:\d+: ")
 
 
 Signature = tuple[Path, int, int, int]
-"""A file as it was: its path, time of modification, size and number."""
+"""The state of a file: its path, time of modification, size and number."""
 
 
 class ModulePath:
@@ -33,7 +33,7 @@ class ModulePath:
         self.files: dict[str, Path] = {}
         """Full paths of the modules that were found, by the label that Lua's messages call them."""
         self.asked: dict[str, Signature | None] = {}
-        """The modules that were asked for, and their files as they were then; None when there was none."""
+        """The requested modules, with the state of their files at that time; None for a missing file."""
 
     def find(self, module: str) -> Path:
         """Return the file of a module.
@@ -68,7 +68,7 @@ class ModulePath:
             raise SkillError(f"cannot read Lua module '{module}': {error.strerror}", file=path) from None
 
     def signature(self, module: str) -> Signature | None:
-        """Return what a module's file is like now, None when there is none."""
+        """Return the present state of a module's file, None when there is none."""
         try:
             path = self.find(module)
             state = path.stat()

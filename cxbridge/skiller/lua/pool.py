@@ -1,4 +1,4 @@
-"""Interfaces that outlive a Lua state: a reload hands them over, so that nobody sees them close."""
+"""Interfaces that outlive a Lua state: a reload hands them over, without closing them."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class InterfacePool:
         self._shared: dict[_Key, list[Interface]] = {}  # an instance, once for each state that has it
 
     def open(self, type_name: str, interface_id: str, *, writing: bool) -> Interface:
-        """Open an instance of one's own.
+        """Open a private instance.
 
         :raises BlackBoardError: when the blackboard refuses.
         """
@@ -47,7 +47,7 @@ class InterfacePool:
         return holders[-1]
 
     def give_back(self, instance: Interface) -> None:
-        """Close an instance, a shared one when nobody else has it."""
+        """Close an instance, a shared one after its last user."""
         for key, holders in self._shared.items():
             if holders and holders[0] is instance:
                 holders.pop()

@@ -68,7 +68,7 @@ class LuaState:
             name="@cxbridge/boot.lua",
         )
         self.functions: HostTable = {name: runner[name] for name in runner}
-        """What the runner offers, by name."""
+        """The functions of the runner, by name."""
 
     def table(self, items: Any) -> Any:
         """Make a Lua table; texts in it are already Lua's."""
@@ -88,8 +88,8 @@ class LuaState:
     def call(self, name: str, *args: Any) -> tuple[Any, ...]:
         """Call a function of the runner; when there is not even memory for it, the answer is false and why.
 
-        The calls of one step may use so much more memory at most, because what is large takes long: to copy,
-        and to clear away. Those that tidy up after one that used it get more.
+        The calls of one step may use this much more memory at most, because large data takes long: to copy,
+        and to free. The clean-up after such a step gets more.
         """
         if name in _STEPS:
             self._bound_memory()

@@ -13,7 +13,7 @@ from cxbridge.skiller.lua.modulepath import ModulePath, Signature
 
 
 class ModuleWatch:
-    """Watches the files of modules, and where modules were looked for in vain.
+    """Watches the files of modules, and the places where modules were not found.
 
     :param interval: seconds between two looks.
     :param now: a clock of real seconds: files change in real time, whatever the run's clock does.
@@ -27,9 +27,9 @@ class ModuleWatch:
         self._known: dict[str, Signature | None] = {}
 
     def follow(self, path: ModulePath, *, also_before: bool = False) -> None:
-        """Watch what was asked of ``path``.
+        """Watch the files that were looked for on ``path``.
 
-        :param also_before: go on watching what was watched before, as it is now.
+        :param also_before: continue to watch the earlier files, in their present state.
         """
         before = {name: path.signature(name) for name in self._known} if also_before else {}
         self._path = path
@@ -37,7 +37,7 @@ class ModuleWatch:
         self._due = self._now() + self._interval
 
     def look(self) -> list[str]:
-        """Return the names of the modules that are not as they were; none when it is not time to look."""
+        """Return the names of the changed modules; none when it is not time to look."""
         if self._now() < self._due:
             return []
         self._due = self._now() + self._interval

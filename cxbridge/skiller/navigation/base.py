@@ -44,7 +44,7 @@ class Base:
         """Turn towards a point, then drive to it.
 
         :param seconds: how long at most.
-        :returns: how many of them are left: 0 unless it is there now.
+        :returns: the remaining ones: 0 unless the robot has arrived.
         """
         distance = math.hypot(x - self.x, y - self.y)
         if distance <= _LENGTH:

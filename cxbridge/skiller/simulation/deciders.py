@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from cxbridge.skiller.skillstring import SkillStringCall
 
 Effect = Callable[[], object]
-"""What a skill changes in the world when it ends."""
+"""The change of the world at the end of a skill."""
 
 
 @dataclass(frozen=True, slots=True)

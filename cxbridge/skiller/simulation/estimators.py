@@ -34,7 +34,7 @@ class SkillPattern:
     :param name: the skill.
     :param args: regular expressions that the values of these arguments match as a whole.
     :param seconds: the duration, for the static estimator.
-    :param key: what the entry is called in the configuration.
+    :param key: its key in the configuration.
     """
 
     name: str
@@ -68,7 +68,7 @@ class SkillSelection:
     def from_config(cls, config: Configuration, prefix: str) -> SkillSelection:
         """Read ``speed``, ``priority``, ``whitelist`` and ``blacklist`` below ``prefix``.
 
-        :raises SkillerError: when a speed, a duration or an argument's pattern makes no sense.
+        :raises SkillerError: when a speed, a duration or an argument's pattern is invalid.
         """
         speed = config.get_float(f"{prefix}/speed") if config.exists(f"{prefix}/speed") else 1.0
         if not 0 < speed < math.inf:
@@ -98,7 +98,7 @@ class SkillSelection:
 class EstimatorProperty(Generic[T]):
     """A value that entries of the whitelist may have for themselves.
 
-    :param default: for all others.
+    :param default: for all entries without one.
     :param own: by the entry's key.
     """
 
@@ -129,7 +129,7 @@ class StaticEstimator(Decider):
 
     :param whitelist: the first entry that matches gives the duration.
     :param blacklist: skills that it does not answer for.
-    :param seconds: the duration of all others; None: there is no default.
+    :param seconds: the duration of all further skills; None: there is no default.
     :param speed: durations are divided by it.
     :param mode: in Fawkes the blacklist has no effect, and an entry without a duration has none.
     """
@@ -172,7 +172,7 @@ class StaticEstimator(Decider):
 
 
 def as_text(value: object) -> str:
-    """Return an argument as it is written in a skill string, without quotes."""
+    """Return an argument without quotes, as in a skill string."""
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

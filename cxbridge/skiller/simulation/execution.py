@@ -1,4 +1,4 @@
-"""Skills on the skill board that end as somebody says: a script, a simulation of failures, a chosen world."""
+"""Skills on the skill board whose end is decided: by a script, a simulation of failures, a chosen world."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def ending_as(outcome: Outcome | None, executor: SkillExecutor, call: SkillCall)
 
 
 def _until(executor: SkillExecutor, call: SkillCall, seconds: float) -> Steps:
-    """Yield the steps of an executor until so many seconds have passed; nothing new when it ends before."""
+    """Yield the steps of an executor until this many seconds have passed; nothing new when it ends before."""
     clock = executor.clock
     start_us = clock.now_us()
     end_us = start_us + round(seconds * MICROSECONDS)

@@ -45,7 +45,7 @@ class Failure:
         if not self.pattern.matches(call):
             return False
         self._count += 1
-        # drawn for each call, so that the draws of a run do not depend on what is counted
+        # drawn for each call, so that the draws of a run do not depend on the counted calls
         drawn = rng.random() < self.probability
         return drawn or self._count in self.calls
 
@@ -69,7 +69,7 @@ class FailureInjector(Decider):
     ) -> FailureInjector:
         """Read the entries below ``prefix``, in the order of their keys.
 
-        :raises SkillerError: when an entry has neither probability nor calls, or what makes no sense.
+        :raises SkillerError: when an entry has neither probability nor calls, or invalid ones.
         """
         return cls([_read(config, prefix, key) for key in sorted(config.keys(prefix))], rng)
 

@@ -46,9 +46,9 @@ def make_simulator(  # noqa: PLR0913 - most have a default
     :param name: id of the SkillerInterface.
     :param read_samples: reads recorded runs for the lookup estimator; None: there is none.
     :param navgraph: for the estimator of driving; None: there is none.
-    :param more: other deciders; closed with the simulator.
+    :param more: further deciders; closed with the simulator.
     :raises CxbridgeError: when the configuration is wrong, or a recorded run cannot be read.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     """
     if config is None:
         return SkillerSimulator(board, clock, bus, more, name=name, mode=mode)
@@ -83,5 +83,5 @@ def make_failures(config: Configuration, name: str) -> FailureInjector:
 
 
 def _rng(seed: int, *purpose: str) -> random.Random:
-    """Return a generator of its own for a purpose, so that one's draws do not depend on another's."""
+    """Return a separate generator for a purpose, so that its draws do not depend on another purpose."""
     return random.Random(f"{seed} {' '.join(purpose)}")  # noqa: S311 - a simulation repeats

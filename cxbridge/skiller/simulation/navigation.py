@@ -1,4 +1,4 @@
-"""The duration of driving: the way in the navigation graph, and the robot's pose meanwhile."""
+"""The duration of driving: the way in the navigation graph, and the robot's pose on it."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ class _Drive:
     nodes: tuple[NavGraphNode, ...]
 
     def pose(self, metres: float) -> tuple[float, float, float]:
-        """Return x, y and heading after so many metres."""
+        """Return x, y and heading after a number of metres."""
         heading = 0.0
         for start, end in zip(self.nodes, self.nodes[1:], strict=False):
             length = start.distance(end.x, end.y)
@@ -86,7 +86,7 @@ class NavGraphEstimator(Decider):
         """Read ``target``, ``start``, ``pose-update`` and what Selection has; the pose is amcl's.
 
         :raises SkillerError: as :meth:`Selection.from_config`.
-        :raises BlackBoardError: when somebody else writes the pose.
+        :raises BlackBoardError: when the pose has another writer.
         """
         selection = SkillSelection.from_config(config, prefix)
         interface: Any = None
@@ -130,7 +130,7 @@ class NavGraphEstimator(Decider):
         return Outcome(path.cost / self.selection.speed)
 
     def progress(self, call: SkillStringCall, seconds: float) -> None:
-        """Go on along the way, and publish the pose."""
+        """Continue along the way, and publish the pose."""
         if self._drive is not None and self._drive.call is call:
             self._publish_pose(self._drive.pose(seconds * self.selection.speed))
 

@@ -36,7 +36,7 @@ ANY = ".*"
 class Sample:
     """A skill that was executed once.
 
-    :param skill_string: as it was ordered.
+    :param skill_string: the ordered skill string.
     :param seconds: how long it took.
     :param status: how it ended: S_FINAL or S_FAILED.
     """
@@ -57,9 +57,9 @@ class LookupEstimator(Decider):
     :param samples: those whose skill string is not a single call are left out.
     :param selection: which skills it answers for.
     :param fully_match_args: whether an execution must have had the same values of all the call's arguments;
-        otherwise only what the whitelist's entry asks for counts.
+        otherwise only the arguments in the whitelist's entry count.
     :param include_failures: draw also from executions that failed.
-    :param rng: draws; give it a seed of your own.
+    :param rng: draws; give it a separate seed.
     """
 
     def __init__(

@@ -1,6 +1,6 @@
 """A Skiller that only waits: each skill takes the time that a decider says, by the run's clock.
 
-What it writes is what Fawkes' skiller-simulator writes; where that is odd, ``mode='strict'`` does better
+Its writes are those of Fawkes' skiller-simulator; where Fawkes is odd, ``mode='strict'`` does better
 (``docs/skiller.md`` lists the differences).
 """
 
@@ -42,8 +42,8 @@ class SkillerSimulator(SkillerBackend):
 
     :param deciders: say how skills end; empty: each skill takes a second. Closed with the simulator.
     :param name: id of the SkillerInterface that it writes.
-    :param mode: what to do where Fawkes is odd.
-    :raises BlackBoardError: when somebody else writes the interface.
+    :param mode: the behaviour where Fawkes is odd.
+    :raises BlackBoardError: when the interface has another writer.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class SkillerSimulator(SkillerBackend):
     def state(self, now_us: int) -> tuple[Hashable, ...]:
         """Return all that it does next depends on, besides its interface; times count from now.
 
-        In the middle of a call that begins, its deciders are asked: what it shows is not published yet.
+        In the middle of a call that begins, its deciders are asked: the state is not published yet.
         """
         shows = self._interface
         shown = shows.skill_string, shows.status, shows.error, bool(shows.exclusive_controller)
@@ -215,7 +215,7 @@ class SkillerSimulator(SkillerBackend):
         return _Part(call, *decision, decision.outcome.seconds)
 
     def _progress(self, now_us: int) -> None:
-        """Let the deciders change the world meanwhile, and skills that end have their effects."""
+        """Let the deciders change the world in between, and apply the effects of skills that end."""
         seconds = (min(now_us, self._end_us) - self._start_us) / MICROSECONDS
         for part in self._parts:
             part.decider.progress(part.call, min(seconds, part.seconds))
