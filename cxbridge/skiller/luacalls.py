@@ -18,7 +18,7 @@ from cxbridge.errors import SkillError
 from cxbridge.skiller.lua.host import from_lua, to_lua
 
 Value = str | float | int | bool | None | dict[Any, Any]
-"""An argument: text, number, truth value, nil, or a table, where values without a key have their position, from 1."""
+"""An argument: text, number, truth value, nil, or a table, whose values without a key count from 1."""
 
 DEEPEST: Final = 50
 """How deep tables may lie within each other."""

@@ -190,5 +190,5 @@ def share(fraction: float) -> float:
 
 
 def sayable(text: str) -> str:
-    """Return a text without characters that have no UTF-8 form; an error must get through, whatever it says."""
+    """Return a text without characters that have no UTF-8 form; an error must get through in any case."""
     return str(text).encode("utf-8", "replace").decode()

@@ -93,7 +93,7 @@ class SkillBoardService:
             skiller.publish()
 
     def _take(self) -> None:
-        """Let Skillers take their commands, until the board is full; the next loop begins with the remaining ones."""
+        """Let Skillers take their commands, until the board is full; the rest is first in the next loop."""
         count = len(self.skillers)
         for number in range(count):
             if self.skills.is_full:
