@@ -30,7 +30,7 @@ class QuotingContext(Enum):
 def escape(value: str, quote: str = '"') -> str:
     r"""Return ``value`` so that Lua reads it back from between ``quote``.
 
-    The quote, ``\\``, line ends and NUL are escaped; values without any of these are not changed.
+    The quote, ``\``, line ends and NUL are escaped; values without any of these are not changed.
     """
     other = "'" if quote == '"' else '"'
     return "".join(char if char == other else _ESCAPES.get(char, char) for char in value)
