@@ -166,6 +166,8 @@ class RunHistory:
             if len(self.goals) >= self._limits.goals:
                 self._lost["goal"] += 1
                 return
+            if before is not None:
+                before.replaced = self.events
             life = 1 if before is None else before.life + 1
             goal = GoalRecord(
                 len(self.goals), event.env, event.goal, event.goal_class, event.sub_type, life=life
@@ -188,7 +190,9 @@ class RunHistory:
                 len(self.actions), event.env, event.goal, goal, event.plan, event.action_id, event.action
             )
             action.params = event.params
-            action.order = self._orders.get(key) or ActionOrder(arguments=fields_of(event.params[1:-1]))
+            known = self._orders.get(key, ActionOrder())
+            # an order may be of the plan-action that had these ids before
+            action.order = ActionOrder(known.skiller, fields_of(event.params[1:-1]) or known.arguments)
             self._actions[key] = action
             self.actions.append(action)
             if goal is not None:

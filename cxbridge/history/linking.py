@@ -15,13 +15,14 @@ from __future__ import annotations
 
 import re
 from bisect import bisect_right
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
 
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.model import PlanActionRecord, SkillExecution
+from cxbridge.history.transitions import NOT_SENT
 
 _NAME_ENDS = re.compile(r"[\s({]")
 
@@ -66,14 +67,17 @@ class _Wait:
 
 
 def links(history: RunHistory) -> list[SkillLink]:
-    """Return the skills whose actions are known, in order."""
-    if any(action.sent for action in history.actions):
-        return sorted(_said(history), key=lambda link: link.call.begin)
-    return list(_guessed(history))
+    """Return the skills whose actions are known, in order. Of several agents each says it, or does not."""
+    saying = {action.env for action in history.actions if action.sent}
+    found = [*_said(history), *_guessed(history, saying)]
+    return sorted(found, key=lambda link: link.call.begin)
 
 
 def _said(history: RunHistory) -> Iterator[SkillLink]:
-    """Yield the pairs that the executive says. Numbers may be used again: the last call before counts."""
+    """Yield the pairs that the executive says.
+
+    Numbers may be used again: the last call before counts, but for one from before the action was sent.
+    """
     calls: dict[tuple[str, str], list[SkillExecution]] = {}
     for call in history.calls:
         calls.setdefault(call.sent_as, []).append(call)
@@ -84,18 +88,25 @@ def _said(history: RunHistory) -> Iterator[SkillLink]:
                 for call in calls.get((skiller, number), ())
                 if call.begin[0] < seq and call.env in ("", action.env)
             ]
-            if begun:
+            pending = [
+                change.seq for change in action.changes if change.seq < seq and change.state in NOT_SENT
+            ]
+            if begun and begun[-1].begin[0] >= max(pending, default=0):
                 before = [change[:2] for change in action.changes if change.seq < begun[-1].begin[0]]
                 yield SkillLink(action, begun[-1], before[-1] if before else action.changes[0][:2])
 
 
-def _guessed(history: RunHistory) -> Iterator[SkillLink]:
-    """Yield the most likely pairs of a recording that names none."""
-    waits = sorted(_waits(history), key=lambda wait: wait.ran)
+def _guessed(history: RunHistory, saying: Collection[str]) -> Iterator[SkillLink]:
+    """Yield the most likely pairs of the environments that name none.
+
+    :param saying: the environments that name them.
+    """
+    waits = [wait for wait in _waits(history) if wait.action.env not in saying]
+    waits.sort(key=lambda wait: wait.ran)
     ran_at = [wait.ran for wait in waits]
     skillers = {call.skiller for call in history.calls}
     taken: set[tuple[int, int]] = set()
-    for call in history.calls:
+    for call in history.calls if waits else ():
         limit = call.end[0] if call.end is not None else history.events
         could = [
             wait

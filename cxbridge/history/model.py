@@ -57,7 +57,8 @@ class GoalRecord:
     """A life of a goal: its changes, at least one, and the plan-actions that appeared after it.
 
     :param number: its place in :attr:`~cxbridge.history.builder.RunHistory.goals`.
-    :param life: from 1: an agent may use the id of a goal that is RETRACTED for another goal.
+    :param life: from 1: an agent may use the id of a goal whose fact is gone for another goal.
+    :param replaced: seq when its next life began; None: there is none.
     """
 
     number: int
@@ -68,6 +69,7 @@ class GoalRecord:
     changes: list[GoalChange] = field(default_factory=list)
     actions: list[PlanActionRecord] = field(default_factory=list, repr=False)
     life: int = 1
+    replaced: int | None = None
 
     @property
     def name(self) -> str:

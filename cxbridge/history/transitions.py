@@ -51,7 +51,7 @@ Key = TypeVar("Key")
 State = TypeVar("State")
 
 
-_NOT_SENT: Final = ("FORMULATED", "PENDING")
+NOT_SENT: Final = ("FORMULATED", "PENDING")
 """States of a plan-action that no message has been sent for."""
 
 _FIELDS: Final = (
@@ -221,7 +221,7 @@ class TransitionTracker:
         key, state, action = _action_key(slots), slots["state"], slots["action-name"]
         if not self._actions.is_new(key, state):
             return None
-        if state in _NOT_SENT:
+        if state in NOT_SENT:
             self._calls.pop(key, None)  # of the plan-action that had these ids before, or of the last try
         skiller, call = self._calls.get(key, ("", ""))
         return PlanActionTransition(

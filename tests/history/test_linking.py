@@ -128,3 +128,43 @@ def test_each_action_of_two_robots_has_the_skill_of_its_own_robot(tmp_path: Path
         if isinstance(event, PlanActionTransition) and event.state == "RUNNING"
     }
     assert len(waited) == len(paired)
+
+
+def sent(at: float, of: str, state: str, call: str = "") -> PlanActionTransition:
+    """A transition that says with which message robot1 got the action."""
+    made = action(at, of, 1, "move", state)
+    assert isinstance(made, PlanActionTransition)
+    return replace(made, skiller="robot1" if call else "", call=call)
+
+
+def test_a_number_that_a_refused_message_has_again_is_not_the_call_before():
+    """After a restart of the Skiller numbers begin anew: the second message was refused, and nothing ran."""
+    events: list[Event] = [
+        goal(0, "g0", "DISPATCHED"),
+        sent(0, "g0", "PENDING"),
+        sent(0, "g0", "WAITING"),
+        runs(1, "robot1", "move{}", "S_RUNNING", 7),
+        sent(1, "g0", "RUNNING", "7"),
+        runs(2, "robot1", "move{}", "S_FINAL", 7),
+        sent(2, "g0", "FINAL", "7"),
+        goal(3, "g1", "DISPATCHED"),
+        sent(3, "g1", "PENDING"),
+        sent(3, "g1", "WAITING"),
+        sent(4, "g1", "FAILED", "7"),
+    ]
+    assert [(link.action.goal, link.guessed) for link in links(RunHistory.of(events))] == [("g0", False)]
+
+
+def test_an_agent_that_does_not_say_it_is_guessed_beside_one_that_does():
+    events: list[Event] = [
+        event
+        for own, call in (("new", "3"), ("old", ""))
+        for event in (
+            replace(goal(0, "g", "DISPATCHED"), env=own),
+            replace(sent(0, "g", "WAITING"), env=own),
+            replace(runs(1, f"{own}-robot", "move{}", "S_RUNNING", 3), env=own),
+            replace(sent(1, "g", "RUNNING"), env=own, call=call, skiller="new-robot" if call else ""),
+        )
+    ]
+    found = {link.action.env: (link.call.skiller, link.guessed) for link in links(RunHistory.of(events))}
+    assert found == {"new": ("new-robot", False), "old": ("old-robot", True)}

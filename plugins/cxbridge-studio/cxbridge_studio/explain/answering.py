@@ -123,7 +123,6 @@ class Explainer(Component):
         copied = copy(self._history)
         copied.steps = self._history.steps.copy()
         copied.firings = self._history.firings.copy()
-        copied.looks = dict(self._history.looks)
         return copied
 
     def _facts_of(self, template: str) -> list[Mapping[str, str]]:

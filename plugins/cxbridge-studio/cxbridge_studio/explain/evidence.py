@@ -62,10 +62,12 @@ class EvidenceStep:
     """A transition, a planner's call, or what says that a Skiller has another error than before.
 
     :param rules: the rules that fired just before it, the last one last: that one made it.
+    :param look: of a plan-action that fails: what facts say about it then; they may be gone later.
     """
 
     event: Event
     rules: tuple[str, ...]
+    look: ActionLook | None = None
 
 
 class History:
@@ -75,7 +77,6 @@ class History:
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
     :param facts_of: reads the facts of the environment as they are while an event is taken; None: nobody can.
-    :ivar looks: what facts said about actions when they failed: they may be gone later.
     :ivar orders: what plan-actions asked for, as far as facts showed.
     :ivar rules_known: whether firings were recorded at all.
     """
@@ -88,7 +89,7 @@ class History:
         facts_of: FactsOf | None = None,
     ) -> None:
         self.env = env
-        self.looks: dict[ActionKey, ActionLook] = {}
+        self._failed: set[ActionKey] = set()
         self._looks_left = MOST_LOOKS
         self._facts_of = facts_of
         self.steps: deque[EvidenceStep] = deque(maxlen=most_steps)
@@ -127,20 +128,19 @@ class History:
                     key, order = order_of(parse_fact(event.text)[1])
                     self.orders[key] = order
         else:
-            if isinstance(event, PlanActionTransition):
-                self._look(event)
-            self.steps.append(EvidenceStep(event, tuple(self._rules)))
+            look = self._look(event) if isinstance(event, PlanActionTransition) else None
+            self.steps.append(EvidenceStep(event, tuple(self._rules), look))
 
-    def _look(self, event: PlanActionTransition) -> None:
-        """Look at an action that has failed, once: what comes later is what follows from it."""
+    def _look(self, event: PlanActionTransition) -> ActionLook | None:
+        """Look at an action that fails, once: what comes later is what follows from it."""
         key = event.goal, event.plan, event.action_id
         if event.state not in _FAILED_STATES:
-            self.looks.pop(key, None)
-        elif key not in self.looks and self._facts_of is not None and self._looks_left > 0:
+            self._failed.discard(key)
+        elif key not in self._failed and self._facts_of is not None and self._looks_left > 0:
             self._looks_left -= 1
-            look = look_at_action(self._facts_of, key)
-            if look is not None:
-                self.looks[key] = look
+            self._failed.add(key)
+            return look_at_action(self._facts_of, key)
+        return None
 
     def _skill_error(self, event: Event, skiller: str, text: str) -> None:
         before, self._errors[skiller] = self._errors.get(skiller, ""), text

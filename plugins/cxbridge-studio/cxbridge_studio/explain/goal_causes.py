@@ -9,12 +9,12 @@ from typing import Final
 from cxbridge.clipstext.condition import patterns
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.errors import ClipsError, CxbridgeError
-from cxbridge.events import PlannerCall
 from cxbridge.history.model import GoalRecord, PlanActionRecord
 from cxbridge.suggestions import nearest, or_similar
 from cxbridge_studio.explain.action_look import ActionLook, look_at_action
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_rules import lost_rule_for, misspelt_for, values_of
+from cxbridge_studio.explain.goals import Goals
 from cxbridge_studio.explain.rules.lost import LostRule, refused, unloaded
 from cxbridge_studio.explain.rules.snapshot import Rulebook
 
@@ -31,19 +31,16 @@ _LOCKS: Final = re.compile(r"\(acquired-resources\s")
 class RootCauses:
     """Finds where it begins that a goal waits or fails, as far as that is known.
 
-    :param evidence: with a history.
     :param facts: the facts of some deftemplates.
-    :param classes: the classes of the goals there are.
     """
 
     def __init__(
-        self, evidence: Evidence, facts: Mapping[str, list[Mapping[str, str]]], classes: frozenset[str]
+        self, evidence: Evidence, goals: Goals, facts: Mapping[str, list[Mapping[str, str]]]
     ) -> None:
-        assert evidence.history is not None
         self._evidence = evidence
-        self._history = evidence.history
+        self._goals = goals
         self._facts = facts
-        self._classes = classes
+        self._classes = frozenset(goal.goal_class for goal in goals.all)
         self._read: tuple[Rulebook, Mapping[str, str]] | None = None
         self._unloaded: list[LostRule] | None = None
 
@@ -72,12 +69,9 @@ class RootCauses:
 
     def of_planner(self, goal: GoalRecord) -> Iterator[str]:
         """Yield why the planner has found no plan for a goal."""
-        last = None
-        for step in self._history.steps:
-            event = step.event
-            if isinstance(event, PlannerCall) and event.goal == goal.id and event.status != "started":
-                last = event
-        if last is not None and last.status in _NO_PLAN:
+        for last in list(self._goals.planner_calls(goal))[-1:]:
+            if last.status not in _NO_PLAN:
+                continue
             reason = " ".join(last.reason.split())
             yield f"the planner has no plan for {last.problem}: {reason or last.status}"
 
@@ -117,7 +111,7 @@ class RootCauses:
         """Return why an action is not executed, or has failed; empty when that is not known."""
         key = goal.id, action.plan, action.id
         failed = action.state in _FAILED_STATES
-        look = self._history.looks.get(key) if failed else look_at_action(self._facts_of, key)
+        look = self._goals.look(action) if failed else look_at_action(self._facts_of, key)
         if look is None:
             return ""
         states = [change.state for change in action.changes if change.state not in _FAILED_STATES]

@@ -84,13 +84,12 @@ class GoalReporter:
         self._facts = facts
         assert evidence.history is not None
         self._rules_known = evidence.history.rules_known
-        classes = frozenset(goal.goal_class for goal in goals.all)
-        self._roots = RootCauses(evidence, facts, classes)
+        self._roots = RootCauses(evidence, goals, facts)
         self._depth = 0
 
     def report(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
-        waits = goal.ended is None
+        waits = goal.ended is None and goal.replaced is None
         parent = self._goals.parent(goal)
         return GoalStory(
             goal.name,
@@ -169,7 +168,8 @@ class GoalReporter:
 
     def _outcome(self, goal: GoalRecord) -> str:
         change = goal.ended
-        assert change is not None
+        if change is None:
+            return f"{goal.title} was {goal.mode} when its fact was retracted"
         error = f", error: {change.error}" if change.error else ""
         return f"{goal.title} {change.outcome} at {self._at(change)}{error}{self._formerly(goal)}"
 
@@ -186,7 +186,7 @@ class GoalReporter:
         if change.outcome == "COMPLETED":
             yield from self._completed(goal, change)
             return
-        named = [other for other in self._goals.named_in(change.error, goal) if other.name not in reported]
+        named = [other for other in self._goals.named_in(change, goal) if other.name not in reported]
         found = [
             Cause(self._outcome(other), self._further(other, reported)) for other in named if other.ended
         ]
@@ -247,7 +247,7 @@ class GoalReporter:
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
-        if goal.mode != "RETRACTED":
+        if goal.mode != "RETRACTED" and goal.replaced is None:
             yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
 
     def _rules_for(self, goal: GoalRecord) -> Iterator[Cause]:

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.events import PlannerCall
 from cxbridge.history.builder import UNLIMITED, RunHistory
 from cxbridge.history.linking import SkillLink, links
 from cxbridge.history.model import (
@@ -17,6 +18,7 @@ from cxbridge.history.model import (
 )
 from cxbridge.history.orders import ActionKey, ActionOrder
 from cxbridge.suggestions import did_you_mean
+from cxbridge_studio.explain.action_look import ActionLook
 from cxbridge_studio.explain.evidence import History
 
 
@@ -51,6 +53,19 @@ class Goals:
         """Return the rules that fired just before a change, the last one last."""
         return self._steps[change.seq].rules
 
+    def look(self, action: PlanActionRecord) -> ActionLook | None:
+        """Return what facts said about an action when it failed; None when that is not known."""
+        looks = (self._steps[change.seq].look for change in reversed(action.changes))
+        return next((look for look in looks if look is not None), None)
+
+    def planner_calls(self, goal: GoalRecord) -> Iterator[PlannerCall]:
+        """Yield the answers of planners that were called for a goal, in order."""
+        begin, end = goal.changes[0].seq, len(self._steps) if goal.replaced is None else goal.replaced
+        for step in self._steps[begin:end]:
+            event = step.event
+            if isinstance(event, PlannerCall) and event.goal == goal.id and event.status != "started":
+                yield event
+
     def time_us(self, seq: int) -> int:
         """Return what the run's clock showed at a change, or at the start or end of a skill."""
         return self._steps[seq].event.time_us
@@ -76,10 +91,10 @@ class Goals:
         """Return the goals of a class, in the order they appeared."""
         return [goal for goal in self.all if goal.goal_class == goal_class]
 
-    def named_in(self, text: str, but: GoalRecord) -> list[GoalRecord]:
-        """Return the goals whose ids are words of an error, of each id the last one."""
-        last = {goal.id: goal for goal in self.all}
-        return [last[word] for word in text.split() if word in last and word != but.id]
+    def named_in(self, change: GoalChange, but: GoalRecord) -> list[GoalRecord]:
+        """Return the goals whose ids are words of the error of a change, of each id the life at that time."""
+        last = {goal.id: goal for goal in self.all if goal.changes[0].seq <= change.seq}
+        return [last[word] for word in change.error.split() if word in last and word != but.id]
 
 
 def failed_actions(actions: Sequence[PlanActionRecord]) -> list[PlanActionRecord]:

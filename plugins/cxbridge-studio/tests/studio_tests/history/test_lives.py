@@ -5,11 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from msgspec import structs
 
+from cxbridge.events import Event, GoalTransition, PlannerCall
 from cxbridge.history.model import goals_named
 from cxbridge.run.program.finished import open_run
 from cxbridge_studio.explain.answer import explain
 from cxbridge_studio.explain.recorded import RecordedEvidence
+from tests.history.runs import ENV, ListRun, action, fact, goal, us
 from tests.history.test_lives import recorded
 
 __all__ = ["recorded"]
@@ -33,3 +36,64 @@ def test_why_is_asked_by_time(recorded: Path):
         end = goals_named(run.goals, "ROOM")[life].changes[-2].time / 1e6
         answer = explain(RecordedEvidence(run.source, end, None), "ROOM", "goal")
         assert [goal["goal"] for goal in answer.plain["goals"]] == [name]
+
+
+PLAN_ACTION = "(plan-action (id {number}) (goal-id g) (plan-id g-PLAN) (action-name move) {more})"
+
+
+def two_lives() -> list[Event]:
+    """Goal `g` fails twice, each time with a sub-goal, an action and a planner of its own."""
+    events: list[Event] = []
+    for life, why in enumerate(("first", "second")):
+        begin = 10.0 * life
+        new = {"is_new": True}
+        events += [
+            structs.replace(goal(begin, "g", "FORMULATED"), **new),
+            structs.replace(goal(begin, "sub", "FORMULATED", parent="g"), **new),
+            action(begin, "g", 1, "move", "FORMULATED"),
+            PlannerCall(
+                us(begin), ENV, f"p{life}", "g", "p", "d", f"({why})", "none", 1, 0, f"the {why} reason"
+            ),
+            fact(begin + 1, 5 + life, PLAN_ACTION.format(number=1, more=f'(error-msg "the {why} action")')),
+            action(begin + 1, "g", 1, "move", "EXECUTION-FAILED"),
+            action(begin + 1, "g", 1, "move", "FAILED"),
+            fact(begin + 1, 5 + life, PLAN_ACTION.format(number=1, more='(error-msg "")'), asserted=False),
+            goal(begin + 2, "sub", "FINISHED", "FAILED", f"{why}-error", parent="g"),
+            goal(begin + 3, "g", "FINISHED", "FAILED", "SUB-GOAL-FAILED sub" if life == 0 else ""),
+        ]
+    return events
+
+
+def causes(name: str, events: list[Event]) -> str:
+    answer = explain(RecordedEvidence(ListRun(events), None, None), name, "goal")
+    return "\n".join(answer.lines)
+
+
+def test_the_causes_of_each_life_are_its_own():
+    first, second = causes("g#1", two_lives()), causes("g#2", two_lives())
+    assert "sub (SUB) FAILED at 2.000 s, error: first-error" in first
+    assert "second" not in first
+    assert "action 1 move failed at 11.000 s" in second
+    assert "the second action" in second
+    assert "first" not in second
+
+
+def test_the_planner_of_each_life_is_its_own():
+    events: list[Event] = [
+        event
+        for event in two_lives()
+        if isinstance(event, PlannerCall) or (isinstance(event, GoalTransition) and event.goal == "g")
+    ]
+    assert "no plan for (first): the first reason" in causes("g#1", events)
+    assert "no plan for (second): the second reason" in causes("g#2", events)
+
+
+def test_a_goal_whose_fact_went_waits_for_nothing():
+    """Its id is used again, so the fact was retracted before anything ended the goal."""
+    events = [
+        event for event in two_lives() if not isinstance(event, GoalTransition) or event.mode != "FINISHED"
+    ]
+    story = causes("g#1", events)
+    assert "g (G) was FORMULATED when its fact was retracted" in story
+    assert "waits" not in story
+    assert "waits" in causes("g#2", events)
