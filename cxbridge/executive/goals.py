@@ -65,7 +65,9 @@ class GoalWatch:
         self._tidy_at = 2 * MOST_LISTED
         self._facts: Counter[str] = Counter()  # goals without an id have one in common: nil
         self._gone: set[str] = set()
+        self._modified = ""  # id of the goal that a modify has retracted, to assert it again
         self._over: set[str] = set()
+        self._env = env
         if env is not None:
             env.watcher.follow("goal", self._asserted, _SLOTS)
             env.watcher.follow_retractions("goal", self._retracted, ("id",))
@@ -73,8 +75,14 @@ class GoalWatch:
     def _asserted(self, _template: str, slots: dict[str, str]) -> None:
         goal, mode = slots["id"], slots.get("mode", "")
         before = self.open.get(goal)
-        if goal in self._gone and mode == _FIRST and before is not None and before.mode == _OVER:
-            self._leave(goal)  # an agent uses the id of a goal that is gone
+        if self._modified not in ("", goal):
+            self._gone.add(self._modified)  # the goal has got another id
+        self._modified = ""
+        if goal in self._gone and before is not None:
+            if mode == _FIRST and before.mode == _OVER:
+                self._leave(goal)  # an agent uses the id of a goal that is gone
+            else:
+                self._lives[goal] += 1
         self._facts[goal] += 1
         self._gone.discard(goal)
         self.open[goal] = self._last[goal, self._lives[goal]] = GoalState(
@@ -93,8 +101,12 @@ class GoalWatch:
     def _retracted(self, _template: str, slots: dict[str, str]) -> None:
         goal = slots["id"]
         self._facts[goal] -= 1
-        if self._facts[goal] <= 0:
-            del self._facts[goal]
+        if self._facts[goal] > 0:
+            return
+        del self._facts[goal]
+        if self._env is not None and self._env.maker.replaces:
+            self._modified = goal
+        else:
             self._gone.add(goal)
 
     def settle(self) -> None:

@@ -44,6 +44,31 @@ def test_a_root_is_counted_once_though_its_fact_goes_later(env, goals):
     assert goals.open == {}
 
 
+def test_a_goal_that_is_tried_again_is_one_goal(env, goals):
+    env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
+    env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (mode FORMULATED) (outcome UNKNOWN)))")
+    goals.settle()
+    assert [(state.goal, state.mode) for state in goals.all()] == [("a", "FORMULATED")]
+    assert [root.goal for root in goals.open_roots] == ["a"]
+
+
+def test_a_goal_with_the_id_of_one_that_is_gone_is_another_goal(env, goals):
+    env.assert_string("(goal (id a) (class A) (mode RETRACTED) (outcome FAILED))")
+    env.eval("(do-for-fact ((?g goal)) TRUE (retract ?g) (assert (goal (id a) (class A))))")
+    goals.settle()
+    assert [(state.goal, state.outcome) for state in goals.all()] == [("a", "FAILED"), ("a", "UNKNOWN")]
+    assert goals.outcomes == {"FAILED": 1}
+
+
+def test_a_goal_that_gets_its_id_later_is_one_goal(env, goals):
+    env.assert_string("(goal (id nil) (class A))")
+    env.eval("(do-for-fact ((?g goal)) TRUE (modify ?g (id A-gen1)))")
+    goals.settle()
+    assert [state.goal for state in goals.all()] == ["A-gen1"]
+    assert [root.goal for root in goals.open_roots] == ["A-gen1"]
+    assert goals.outcomes == {}
+
+
 def test_sub_goals_do_not_count(env, goals):
     env.assert_string("(goal (id a) (class A))")
     child = env.assert_string("(goal (id b) (class B))")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.errors import CxbridgeError
+from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.finished import open_run
 from cxbridge.run.run import run_scenario
@@ -82,6 +83,27 @@ def test_a_log_of_facts_says_it_too(recorded: Path, tmp_path: Path):
     log = tmp_path / "run.log"
     convert(run.source, log, "fawkes-log")
     assert [goal.name for goal in open_run(log).goals] == [goal.name for goal in run.goals]
+
+
+@pytest.mark.parametrize("name", ["test-scenario", "workshop"])
+def test_the_result_of_a_run_lists_the_goals_of_the_recording(name: str, tmp_path: Path):
+    """In one a goal is tried again, in both the core gives goals their ids."""
+    scenario, trace = shipped_dir("scenarios") / name, tmp_path / "run.mcap"
+    result = run_scenario(RunOptions(scenario=scenario, trace=trace, timeout=60.0))
+    goals = [(goal.id, goal.parent, goal.mode, goal.outcome, goal.error) for goal in open_run(trace).goals]
+    assert [(goal.goal, goal.parent, goal.mode, goal.outcome, goal.error) for goal in result.goals] == goals
+
+
+def test_a_goal_that_gets_its_id_later_is_one_goal(tmp_path: Path):
+    (tmp_path / "scenario.yaml").write_text(SCENARIO)
+    (tmp_path / "twice.clp").write_text(
+        "(defrule begin (executive-initialized) => (assert (goal (class LOOK))))\n"
+        "(defrule end ?g <- (goal (id ~nil) (mode FORMULATED))"
+        " => (modify ?g (mode RETRACTED) (outcome COMPLETED)))"
+    )
+    trace = tmp_path / "run.mcap"
+    run_scenario(RunOptions(scenario=tmp_path, trace=trace, timeout=20.0))
+    assert [goal.goal_class for goal in open_run(trace).goals] == ["LOOK"]
 
 
 def test_the_result_of_a_run_lists_both(recorded: Path):

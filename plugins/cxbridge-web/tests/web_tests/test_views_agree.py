@@ -6,7 +6,7 @@ import json
 import shutil
 import subprocess
 from collections.abc import Iterator
-from itertools import pairwise
+from itertools import groupby, pairwise
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +21,7 @@ from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
+from cxbridge.history.outcome import plain_outcomes
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
@@ -150,7 +151,8 @@ def in_page(run: Run, modules: Path) -> dict[str, list[dict[str, Any]]]:
     assert NODE is not None
     lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
     script = ROOT / "plugins/cxbridge-web/tests/web_tests" / "page" / "model_of_run.mjs"
-    done = subprocess.run([NODE, str(script), str(modules)], input=lines, capture_output=True, check=False)
+    command = [NODE, str(script), str(modules), json.dumps(plain_outcomes())]
+    done = subprocess.run(command, input=lines, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
     model: dict[str, list[dict[str, Any]]] = json.loads(done.stdout)
     return model
@@ -163,6 +165,21 @@ def page_pairs(model: dict[str, list[dict[str, Any]]]) -> Iterator[Pair]:
             env, goal, plan, action = call["action"]
             goal = goal.removeprefix(f"{env}:").partition("#")[0]
             yield (env, goal, plan, action), str(call["skiller"]), name_of(str(call["text"]))
+
+
+def compare_histories(history: RunHistory, model: dict[str, list[dict[str, Any]]]) -> None:
+    """The page's own reader of a run finds what the one model finds."""
+    states = [
+        [list(change) for change, _ in groupby((each.mode, each.outcome, each.time) for each in goal.changes)]
+        for goal in history.goals
+    ]
+    assert [goal["states"] for goal in model["goals"]] == states
+    assert [action[4] for action in model["actions"]] == [action.states for action in history.actions]
+    ran = [
+        [call.status, call.error, call.begin[1], None if call.end is None else call.end[1]]
+        for call in history.calls
+    ]
+    assert [call["ran"] for call in model["calls"]] == ran
 
 
 def check(run: Run, modules: Path) -> int:
@@ -178,6 +195,7 @@ def check(run: Run, modules: Path) -> int:
     if NODE is not None:
         model = in_page(run, modules)
         assert sorted(set(page_pairs(model))) == said
+        compare_histories(RunHistory.of(run), model)
         report = page_data(read(run))["actions"]
         assert sorted(text for *_, text in model["actions"]) == sorted(row[4] for row in report)
     return len(known)

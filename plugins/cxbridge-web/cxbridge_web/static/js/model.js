@@ -1,5 +1,5 @@
 // What is known about a run: made of its events, live or recorded. Views are notified once a frame.
-import { MAIN_ENV, bare, fields, goalKey } from "./names.js";
+import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "./names.js";
 import { History } from "./timeline/history.js";
 
 export { MAIN_ENV, goalKey };
@@ -92,7 +92,7 @@ export class Model {
     this.step = this.isWhole ? event.step : this.history.steps;
     if (this.asking && (event.kind === "goal" || event.kind === "fact")) this.meanwhile.push(event);
     const take = this["on_" + event.kind.replace("-", "_")];
-    if (take) take.call(this, event);
+    if (take && !isUnnamed(event)) take.call(this, event);
     for (const watcher of this.watchers) watcher(event);
   }
 

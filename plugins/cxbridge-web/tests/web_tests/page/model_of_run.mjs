@@ -1,9 +1,9 @@
 // Prints what the page's model makes of the events that stdin has, one a line: each skill call with its action.
-// Run with the folder of the page's modules as the argument.
+// Run with the folder of the page's modules, and the outcomes as the page gets them, as the arguments.
 import { readFileSync } from "node:fs";
 import { pathToFileURL } from "node:url";
 
-globalThis.cx = {};
+globalThis.cx = { outcomes: JSON.parse(process.argv[3]) };
 globalThis.requestAnimationFrame = () => 0;
 const folder = pathToFileURL(process.argv[2] + "/");
 const { Recording } = await import(new URL("recording/run.js", folder));
@@ -11,14 +11,16 @@ const events = readFileSync(0, "utf8").trimEnd().split("\n").map((line) => JSON.
 const recording = new Recording("run", events, []);
 recording.goTo(events.length);
 const { history, model } = recording;
-const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid }) => ({
+const timeOf = (moment) => moment && moment.time - history.begin;
+const calls = history.calls.map(({ action, guessed, env, skiller, text, msgid, status, error, begin, end }) => ({
   action: action && [action.env, action.goal, action.plan, action.id],
   guessed: Boolean(guessed),
   skiller,
   text,
   msgid,
+  ran: [status, error, timeOf(begin), timeOf(end)],
 }));
-const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, modes: changes.map(({ mode }) => mode) }));
+const goals = [...history.goals.values()].map(({ key, id, parent, changes }) => ({ key, id, parent, states: changes.map(({ mode, outcome, time }) => [mode, outcome, time - history.begin]) }));
 const now = [...model.goals.values(), ...model.gone.values()].map(({ key, mode, outcome, told }) => ({ key, mode, outcome, told }));
-const actions = [...history.actions.values()].map(({ env, goal, plan, id, text }) => [env, goal, plan, id, text]);
+const actions = [...history.actions.values()].map(({ env, goal, plan, id, text, changes }) => [env, goal, plan, id, changes.map(({ state }) => state), text]);
 console.log(JSON.stringify({ actions, calls, goals, now }));

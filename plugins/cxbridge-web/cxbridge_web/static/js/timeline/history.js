@@ -1,7 +1,7 @@
 // What happened when: goals, plan-actions, skill calls and errors with their changes over time, read from events.
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
-import { skillOutcome } from "../outcome.js";
-import { MAIN_ENV, bare, fields, goalKey } from "../names.js";
+import { hasEnded, skillOutcome } from "../outcome.js";
+import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "../names.js";
 import { BoardMessages } from "./board.js";
 
 const MOST_GOALS = 20000,
@@ -59,6 +59,7 @@ export class History {
     this.nextCall = 0;
     this.lastCalls = new Map();
     this.skillers = new Map(); // what their interfaces hold
+    this.seen = new Set(); // lanes of Skillers that an executive reads
     this.board = new BoardMessages();
     this.planning = new Map();
     this.stepTimes = []; // the time of each step
@@ -78,7 +79,7 @@ export class History {
   get goesOn() {
     if (this.askedAt !== this.revision) {
       this.askedAt = this.revision;
-      const isOpen = ({ changes }) => !["FINISHED", "EVALUATED", "RETRACTED"].includes(changes.at(-1).mode);
+      const isOpen = ({ changes }) => !hasEnded(changes.at(-1).mode);
       this.isOn =
         [...this.lastCalls.values()].some(({ end }) => !end) || [...this.goals.values()].some(isOpen);
     }
@@ -89,7 +90,7 @@ export class History {
     const take = this["on_" + event.kind.replace("-", "_")];
     this.time = Math.max(this.time, event.time_us);
     this.begin ??= event.time_us;
-    if (!take) return;
+    if (!take || isUnnamed(event)) return;
     take.call(this, event);
     this.revision += 1;
   }
@@ -279,7 +280,9 @@ export class History {
     const { env, skiller } = event,
       own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
       isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own);
-    this.skillIs({ lane: isShared ? skiller : own, ...event }, event.error);
+    const lane = isShared ? skiller : own;
+    this.seen.add(lane);
+    this.skillIs({ lane, ...event }, event.error);
   }
 
   /**
@@ -343,7 +346,10 @@ export class History {
     const lane = this.lastCalls.has(id)
       ? id
       : [...this.lastCalls.keys()].find((each) => each.endsWith("/" + id)) || id;
-    this.skillIs({ ...held, skiller, env, lane }, held.error);
+    // what the executive has read counts: it comes a loop later, and the plan-actions follow it
+    const last = this.lastCalls.get(lane);
+    if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
+    else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed") last.error ||= held.error;
   }
 
   on_message(event) {
