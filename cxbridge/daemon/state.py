@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any, Final
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
 from cxbridge.history.forest import Forest, parent_id
+from cxbridge.history.keeping import cut
+from cxbridge.history.tree import plain_goal
 
 if TYPE_CHECKING:
     from cxbridge.daemon.nodes import ExecutiveNode
@@ -45,10 +47,10 @@ class DaemonState:
     def _take(self, event: Event) -> None:
         if isinstance(event, LogLine):
             with self._lock:  # those who ask for what is behind a number shall miss none before it
-                line = (next(self._numbers), event.level.value, event.component, event.text[:_TEXT])
+                line = (next(self._numbers), event.level.value, event.component, cut(event.text, _TEXT))
                 self._lines.append(line)
         elif isinstance(event, SkillStatus):
-            self._skills[event.skiller] = (event.skill_string[:_TEXT], event.status)
+            self._skills[event.skiller] = (cut(event.skill_string, _TEXT), event.status)
 
     def describe(self, given: Mapping[str, Any]) -> dict[str, Any]:
         """Return it, as JSON can have it.
@@ -68,30 +70,32 @@ class DaemonState:
             "log": [line for line in tuple(self._lines) if line[0] > since],
         }
 
-    def _goals(self, words: str) -> list[list[str]]:
-        """Return the goals that have these words, and those above them: id, class, parent, mode ..."""
+    def _goals(self, words: str) -> list[dict[str, str]]:
+        """Return the goals that have these words, and those above them."""
         if self._node is None:
             return []
         rows = {
-            goal.goal: [goal.goal, goal.goal_class, goal.parent, goal.mode, goal.outcome, goal.error[:_TEXT]]
+            goal.goal: plain_goal(goal) | {"error": cut(goal.error, _TEXT)}
             for goal in self._node.goals.values()
         }
         if not words:
             return list(rows.values())
-        forest = Forest({goal: parent_id(row[2]) for goal, row in rows.items()})
-        wanted = forest.with_those_above(goal for goal, row in rows.items() if words in " ".join(row).lower())
+        forest = Forest({goal: parent_id(row["parent"]) for goal, row in rows.items()})
+        wanted = forest.with_those_above(
+            goal for goal, row in rows.items() if words in " ".join(row.values()).lower()
+        )
         return [row for goal, row in rows.items() if goal in wanted]
 
-    def _actions(self) -> list[list[str]]:
-        """Return goal, plan, id, name, arguments and state of the plan-actions there are."""
+    def _actions(self) -> list[dict[str, str]]:
+        """Return slots of the plan-actions there are."""
         env = None if self._node is None else self._node.env
         if env is None:
             return []
         with env.lock:
             return [
-                [
-                    show(slots.get(slot, ""))[:_TEXT]
+                {
+                    slot: cut(show(slots.get(slot, "")), _TEXT)
                     for slot in ("goal-id", "plan-id", "id", "action-name", "param-values", "state")
-                ]
+                }
                 for _, _, slots in islice(env.facts("plan-action"), MOST_ACTIONS)
             ]

@@ -1,12 +1,12 @@
 """The outcomes of goals, actions and skills in six words, each with an icon and a colour.
 
-The page has the same words and icons (js/outcome.js). No outcome rests on its colour alone.
+Terminals, pages and reports derive from these tables. No outcome rests on its colour alone.
 """
 
 from __future__ import annotations
 
 from enum import Enum
-from typing import Final
+from typing import Any, Final
 
 
 class OutcomeKind(Enum):
@@ -15,19 +15,21 @@ class OutcomeKind(Enum):
     :ivar word: what readers see.
     :ivar icon: one character.
     :ivar colour: a colour's name, as terminals have them; empty: the terminal's own.
+    :ivar tone: its colour in pages, as base.css names it.
     """
 
-    FORMULATED = "waiting", "○", ""
-    RUNNING = "running", "▶", "cyan"
-    COMPLETED = "completed", "✓", "green"
-    FAILED = "failed", "✗", "red"
-    REJECTED = "rejected", "⊘", "yellow"
-    RETRACTED = "retracted", "·", ""
+    FORMULATED = "waiting", "○", "", "new"
+    RUNNING = "running", "▶", "cyan", "active"
+    COMPLETED = "completed", "✓", "green", "done"
+    FAILED = "failed", "✗", "red", "failed"
+    REJECTED = "rejected", "⊘", "yellow", "refused"
+    RETRACTED = "retracted", "·", "", "gone"
 
-    def __init__(self, word: str, icon: str, colour: str) -> None:
+    def __init__(self, word: str, icon: str, colour: str, tone: str) -> None:
         self.word = word
         self.icon = icon
         self.colour = colour
+        self.tone = tone
 
 
 LEGEND: Final = " ".join(f"{outcome.icon} {outcome.word}" for outcome in OutcomeKind)
@@ -74,3 +76,13 @@ def action_outcome(state: str) -> OutcomeKind:
 def skill_outcome(status: str) -> OutcomeKind:
     """Return what became of a skill call, by the status that its Skiller reports."""
     return _OF_SKILL.get(status, OutcomeKind.FORMULATED)
+
+
+def plain_outcomes() -> dict[str, Any]:
+    """Return the outcomes, and which states have which, as JSON for pages."""
+    states = {"goal": _OF_GOAL, "action": _OF_ACTION, "skill": _OF_SKILL}
+    return {
+        "kinds": {kind.name.lower(): {"word": kind.word, "icon": kind.icon} for kind in OutcomeKind},
+        "ended": ENDED_MODES,
+        **{of: {state: kind.name.lower() for state, kind in table.items()} for of, table in states.items()},
+    }

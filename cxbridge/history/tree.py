@@ -71,6 +71,18 @@ def goal_title(goal: str, goal_class: str) -> str:
     return f"{goal} ({goal_class})"
 
 
+def plain_goal(goal: NamedGoal) -> dict[str, str]:
+    """Return a goal as JSON for programs."""
+    return {
+        "id": goal.goal,
+        "class": goal.goal_class,
+        "parent": goal.parent,
+        "mode": goal.mode,
+        "outcome": goal.outcome,
+        "error": goal.error,
+    }
+
+
 def goal_line(branch: str, name: str, goal: TreeGoal, *, modes: bool = False) -> GoalLine:
     """Return a goal as a line of a tree.
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.history.tree import GoalLine, NamedGoal, goal_lines
+from cxbridge.history.tree import GoalLine, NamedGoal, goal_lines, plain_goal
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
@@ -71,17 +71,7 @@ class RunResult:
             "firings": self.firings,
             "run_seconds": round(self.run_seconds, 6),
             "wall_seconds": round(self.wall_seconds, 3),
-            "goals": [
-                {
-                    "id": goal.goal,
-                    "class": goal.goal_class,
-                    "parent": goal.parent,
-                    "mode": goal.mode,
-                    "outcome": goal.outcome,
-                    "error": goal.error,
-                }
-                for goal in self.goals
-            ],
+            "goals": [plain_goal(goal) for goal in self.goals],
             "forgotten_goals": self.forgotten,
             **more,
         }

@@ -2,6 +2,7 @@
 // What all pages share. `cx.data` is the page's data, `cx.el` makes elements (text is text, never markup).
 const cx = (() => {
   const data = JSON.parse(document.getElementById("data").textContent);
+  const outcomes = {/* outcomes */};
   const SVG = "http://www.w3.org/2000/svg";
 
   // controls come as escapes in the data and are shown by their number; the others are shown so already
@@ -71,5 +72,5 @@ const cx = (() => {
     if (rows.length) rows[0].tabIndex = 0;
   }
   document.querySelectorAll("ul.tree").forEach(walkTree);
-  return { data, el, svg, get, badge, visible };
+  return { data, outcomes, el, svg, get, badge, visible };
 })();

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from base64 import b64encode
 from collections.abc import Sequence
 from dataclasses import dataclass, field
@@ -12,6 +13,7 @@ from typing import Any
 
 from cxbridge import __version__
 from cxbridge.file_access import write_file
+from cxbridge.history.outcome import plain_outcomes
 from cxbridge.trace.html.text import embed, html
 
 DATA = "data"
@@ -55,7 +57,7 @@ class Page:
     def render(self) -> str:
         """Return the page."""
         style = "\n".join((asset("base.css"), *self.styles))
-        script = "\n".join((asset("base.js"), *self.scripts))
+        script = "\n".join((base_script(), *self.scripts))
         links = "".join(f'<a href="#{each.ident}">{html(each.title)}</a>' for each in self.sections)
         body = "".join(
             f'<section id="{each.ident}" aria-labelledby="h-{each.ident}">'
@@ -87,6 +89,12 @@ class Page:
 def asset(name: str, package: str = "cxbridge.trace.html") -> str:
     """Return a CSS or JavaScript file that is installed next to the code of a package."""
     return resources.files(package).joinpath(name).read_text(encoding="utf-8")
+
+
+def base_script() -> str:
+    """Return what all pages share: ``cx``, with the outcomes of goals, actions and skills."""
+    outcomes = json.dumps(plain_outcomes(), ensure_ascii=False)
+    return asset("base.js").replace("{/* outcomes */}", outcomes)
 
 
 def _policy(style: str, script: str) -> str:

@@ -5,11 +5,26 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
-from cxbridge.trace.html.look import ENDED, MODES, OUTCOMES, Look, goal_look
+from cxbridge.history.outcome import OutcomeKind, goal_outcome
 from cxbridge.trace.html.text import html
+
+UNKNOWN = ("", "UNKNOWN")
+"""What the slot ``outcome`` has of a goal without one."""
 
 DEEPEST = 12
 """Levels of a tree that are indented; deeper ones are below each other and show their level."""
+
+
+@dataclass(frozen=True, slots=True)
+class Look:
+    """How a state looks that is no outcome.
+
+    :param tone: the CSS class without ``t-``; base.css gives it a colour in light, dark and print.
+    :param icon: one character.
+    """
+
+    tone: str
+    icon: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,15 +45,15 @@ class GoalNode:
     children: Sequence[GoalNode] = ()
 
 
-def badge(look: Look, text: str) -> str:
+def badge(look: Look | OutcomeKind, text: str) -> str:
     """Return a state: its icon, and its name in its colour."""
     return f'<span class="badge t-{look.tone}"><i aria-hidden="true">{look.icon}</i>{html(text)}</span>'
 
 
 def goal_badge(mode: str, outcome: str) -> str:
     """Return a goal's mode, and its outcome when it has one."""
-    text = mode if outcome not in OUTCOMES else f"{mode} {outcome}"
-    return badge(goal_look(mode, outcome), text)
+    text = mode if outcome in UNKNOWN else f"{mode} {outcome}"
+    return badge(goal_outcome(mode, outcome), text)
 
 
 def goal_tree(roots: Sequence[GoalNode], label: str) -> str:
@@ -92,8 +107,7 @@ def notes(texts: Sequence[str]) -> str:
 
 def legend() -> str:
     """Return what the colours and icons of goals mean."""
-    items = [badge(look, mode) for mode, look in MODES.items() if mode not in ENDED - {"RETRACTED"}]
-    items += [badge(look, outcome) for outcome, look in OUTCOMES.items()]
+    items = [badge(kind, kind.word) for kind in OutcomeKind]
     return '<p class="legend" aria-label="Legend">' + " ".join(items) + "</p>"
 
 

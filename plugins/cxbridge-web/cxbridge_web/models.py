@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any, Final
 
-from cxbridge.clipstext.goal_slots import GOAL_SLOTS
+from cxbridge.clipstext.goal_slots import GOAL_SLOTS, GoalSlot
 
 Schema = dict[str, Any]
 
@@ -42,43 +42,32 @@ def _enum(*values: str) -> Schema:
 _STATE: Final = _enum("STARTING", "RUNNING", "PAUSED", "DEGRADED", "STOPPING", "FINISHED")
 _FORMULA: Final = _ref("GroundedFormula")
 
-_SHOWN: Final = (
-    *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
-    *("params", "meta", "required-resources", "acquired-resources"),
+FAWKES_SLOTS: Final = frozenset(
+    {
+        *("id", "type", "sub-type", "class", "mode", "outcome", "error", "message", "parent", "priority"),
+        *("params", "meta", "required-resources", "acquired-resources"),
+    }
 )
 """The slots of goals that Fawkes' API shows."""
-
-FURTHER: Final = tuple(slot for slot in GOAL_SLOTS if slot.name not in _SHOWN)
-"""The other slots of goals."""
 
 NUMBERS: Final = ("INTEGER", "FLOAT")
 """The types of slots whose values are numbers."""
 
+
+def goal_member(slot: GoalSlot) -> str:
+    """Return the name that a slot of goals has in the API."""
+    return "parameters" if slot.name == "params" else slot.name
+
+
+def _of_slot(slot: GoalSlot) -> Schema:
+    return STRINGS if slot.is_multi else NUMBER if slot.type in NUMBERS else STRING
+
+
 SCHEMAS: Final[dict[str, Schema]] = {
     # clips-executive
     "Goal": _model(
-        {
-            **{
-                slot.name: STRINGS if slot.is_multi else NUMBER if slot.type in NUMBERS else STRING
-                for slot in FURTHER
-            },
-            "id": STRING,
-            "type": STRING,
-            "sub-type": STRING,
-            "class": STRING,
-            "mode": STRING,
-            "outcome": STRING,
-            "error": STRINGS,
-            "message": STRING,
-            "parent": STRING,
-            "priority": INTEGER,
-            "parameters": STRINGS,
-            "meta": STRINGS,
-            "plans": STRINGS,
-            "required-resources": STRINGS,
-            "acquired-resources": STRINGS,
-        },
-        " ".join(slot.name for slot in FURTHER),
+        {**{goal_member(slot): _of_slot(slot) for slot in GOAL_SLOTS}, "priority": INTEGER, "plans": STRINGS},
+        " ".join({slot.name for slot in GOAL_SLOTS} - FAWKES_SLOTS),
     ),
     "DomainOperatorParameter": _object({"name": STRING, "type": STRING}),
     "DomainOperator": _model(

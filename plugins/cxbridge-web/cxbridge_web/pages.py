@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import MutableMapping, Sequence
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -12,8 +11,7 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse, Response
 from starlette.staticfiles import StaticFiles
 
-from cxbridge.trace.html.look import plain_looks
-from cxbridge.trace.html.page import asset
+from cxbridge.trace.html.page import asset, base_script
 
 if TYPE_CHECKING:
     from starlette.types import Receive, Scope, Send
@@ -51,11 +49,6 @@ def site_module(runs: Sequence[tuple[str, str]] | None) -> str:
     return f"export default {json.dumps({'runs': found})};\n"
 
 
-@cache
-def _asset(name: str) -> str:
-    return asset(name)
-
-
 def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tuple[str, str] | None:
     """Return a shared file's text and media type; None: there is no such file.
 
@@ -64,11 +57,9 @@ def shared_file(path: str, runs: Sequence[tuple[str, str]] | None = None) -> tup
     """
     match path.removeprefix(SHARED):
         case "base.css":
-            return _asset("base.css"), "text/css"
+            return asset("base.css"), "text/css"
         case "base.js":
-            return _asset("base.js"), "text/javascript"
-        case "looks.js":
-            return f"export default {json.dumps(plain_looks(), ensure_ascii=False)};\n", "text/javascript"
+            return base_script(), "text/javascript"
         case "site.js":
             return site_module(runs), "text/javascript"
         case "views.js":

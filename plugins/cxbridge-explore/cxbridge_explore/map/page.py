@@ -7,8 +7,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Final
 
+from cxbridge.history.outcome import goal_outcome
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
-from cxbridge.trace.html.look import MODES as MODE_LOOKS
 from cxbridge.trace.html.page import Page, Section
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
 from cxbridge.trace.html.text import html
@@ -123,5 +123,5 @@ def _goal_lines(coverage: Coverage) -> Iterator[list[str]]:
     missing, outcomes = dict(coverage.missing_modes), dict(coverage.outcomes)
     for name, _ in coverage.classes.used:
         ends = " ".join(goal_badge(_FINISHED, outcome) for outcome, _ in outcomes.get(name, ()))
-        never = " ".join(badge(MODE_LOOKS[mode], mode) for mode in missing.get(name, ()))
+        never = " ".join(badge(goal_outcome(mode, ""), mode) for mode in missing.get(name, ()))
         yield [html(name), ends or "-", never or "-"]

@@ -43,6 +43,8 @@ _LOOK_S: Final = 0.25
 _REST: Final = 5.0
 _LEAST_REST_S: Final = 1.0
 
+_ACTION_SLOTS: Final = ("goal-id", "id", "action-name", "param-values", "state")
+
 OWNER: Final = "cxbridge monitor"
 _NO_GOALS: Final[Mapping[str, Any]] = {
     "goals": [],
@@ -142,9 +144,13 @@ class DaemonSource:
                 filter(None, (status["state"].lower(), *self._times(status, state), missing, status["error"]))
             ),
             stop="" if where is None else stop_text(where),
-            goals=[GoalRow("executive", *row) for row in state["goals"]],
+            goals=[_goal_row(**row) for row in state["goals"]],
             more_goals=state["more_goals"],
-            actions=page(((row[0], *row[2:]) for row in state["actions"]), query.words, "plan-actions"),
+            actions=page(
+                (tuple(row[slot] for slot in _ACTION_SLOTS) for row in state["actions"]),
+                query.words,
+                "plan-actions",
+            ),
             skills=page((tuple(row) for row in state["skills"]), query.words, "Skillers"),
             interfaces=page(
                 (
@@ -341,6 +347,10 @@ def _noted(look: Callable[[ViewQuery], Table], query: ViewQuery) -> Table:
         raise
     except CxbridgeError as error:
         return Table(note=error.message)
+
+
+def _goal_row(**goal: str) -> GoalRow:
+    return GoalRow("executive", goal.pop("id"), goal.pop("class"), **goal)
 
 
 def stop_text(where: Mapping[str, Any]) -> str:

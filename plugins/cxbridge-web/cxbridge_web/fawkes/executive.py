@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Iterable, Sequence
 from functools import partial
 from typing import Any, Final
 
-from cxbridge.clipstext.goal_slots import GoalSlot
+from cxbridge.clipstext.goal_slots import GOAL_SLOTS, GoalSlot
 from cxbridge.executive.host.facts.copying import FactCopy
 from cxbridge_web.endpoint import API_VERSION, ApiCall, ApiError, Endpoint
 from cxbridge_web.fawkes import formulas
@@ -22,7 +22,7 @@ from cxbridge_web.fawkes.slots import (
     text,
     texts,
 )
-from cxbridge_web.models import FURTHER, NUMBERS
+from cxbridge_web.models import FAWKES_SLOTS, NUMBERS, goal_member
 from cxbridge_web.paging import ListPart
 
 Model = dict[str, Any]
@@ -63,33 +63,19 @@ def _plans_of_goals(call: ApiCall) -> dict[str, list[str]]:
 
 
 def _goal(plans: dict[str, list[str]], exact: bool, slots: Slots) -> Model:
-    goal_id = text(slots, "id")
-    further = {} if exact else {slot.name: _further(slot, slots) for slot in FURTHER if slot.name in slots}
-    return _model(
-        "Goal",
-        id=goal_id,
-        type=text(slots, "type"),
-        sub_type=text(slots, "sub-type"),
-        **{"class": text(slots, "class")},
-        mode=text(slots, "mode"),
-        outcome=text(slots, "outcome"),
-        error=texts(slots, "error"),
-        message=text(slots, "message"),
-        parent=text(slots, "parent"),
-        priority=integer(slots, "priority"),
-        parameters=texts(slots, "params"),
-        meta=texts(slots, "meta"),
-        plans=plans.get(goal_id, []),
-        required_resources=texts(slots, "required-resources"),
-        acquired_resources=texts(slots, "acquired-resources"),
-        **further,
-    )
+    members = {
+        goal_member(slot): _value(slot, slots)
+        for slot in GOAL_SLOTS
+        if slot.name in FAWKES_SLOTS or (slot.name in slots and not exact)
+    }
+    return _model("Goal", plans=plans.get(text(slots, "id"), []), **members)
 
 
-def _further(slot: GoalSlot, slots: Slots) -> Any:
-    """Return the value of a slot that Fawkes' API does not show."""
+def _value(slot: GoalSlot, slots: Slots) -> Any:
     if slot.is_multi:
         return texts(slots, slot.name)
+    if slot.name == "priority":
+        return integer(slots, slot.name)  # as Fawkes does
     return number(slots, slot.name) if slot.type in NUMBERS else text(slots, slot.name)
 
 

@@ -12,8 +12,8 @@ from cxbridge.file_access import write_file
 from cxbridge.history.keeping import cut
 from cxbridge.history.linking import links
 from cxbridge.history.model import goal_forest
+from cxbridge.history.outcome import goal_outcome
 from cxbridge.trace.formats.base import Attachment, Run
-from cxbridge.trace.html.look import goal_look
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, notes, pairs, table
 from cxbridge.trace.html.text import html
@@ -97,7 +97,7 @@ def _lead(model: RunModel, metadata: Mapping[str, str]) -> str:
     }
     items = "".join(f"<span>{html(name)} <b>{html(value)}</b></span>" for name, value in facts.items())
     badges = " ".join(
-        f"{badge(goal_look('FINISHED', outcome), outcome)} {count}" for outcome, count in outcomes.items()
+        f"{badge(goal_outcome('FINISHED', outcome), outcome)} {count}" for outcome, count in outcomes.items()
     )
     reason = metadata.get("reason", "")
     said = f"<p>{html(reason)}</p>" if reason else ""

@@ -7,8 +7,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Final
 
+from cxbridge.history.outcome import OutcomeKind
 from cxbridge.trace.html.chart import Axis
-from cxbridge.trace.html.look import Look
+from cxbridge.trace.html.parts import Look
 from cxbridge.trace.html.text import html
 
 _ROW, _BAR, _HEAD = 22, 16, 22
@@ -44,7 +45,7 @@ class Bar:
 
     begin: float
     end: float
-    look: Look
+    look: Look | OutcomeKind
     text: str
     title: str
     mark: str = ""
@@ -55,7 +56,7 @@ class LanePoint:
     """A moment in a lane; its icon is written there."""
 
     at: float
-    look: Look
+    look: Look | OutcomeKind
     title: str
 
 

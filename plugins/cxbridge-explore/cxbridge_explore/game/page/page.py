@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Final
 
+from cxbridge.history.outcome import OutcomeKind, skill_outcome
 from cxbridge.trace.html.chart import STYLE as CHART_STYLE
-from cxbridge.trace.html.look import ACTION_STATES, OTHER, OUTCOMES, SKILL_STATES, Look
 from cxbridge.trace.html.page import Page, Section
-from cxbridge.trace.html.parts import badge, notes, table
+from cxbridge.trace.html.parts import Look, badge, notes, table
 from cxbridge.trace.html.text import html
 from cxbridge_explore.game.page.lanes import STYLE as LANES_STYLE
 from cxbridge_explore.game.page.lanes import Bar, Lane, LaneGroup, LanePoint, draw
@@ -20,11 +20,12 @@ from cxbridge_explore.game.score import GameResult, ProductOrder, Score
 from cxbridge_explore.game.timeline import Span, Timeline, within
 
 _NOTHING: Final = Look("new", "○")
-_BUSY: Final = ACTION_STATES["RUNNING"]
+_BUSY: Final = OutcomeKind.RUNNING
 _FULL: Final = Look("bound", "◕")
 _WINDOW: Final = Look("planned", "◑")
-_DELIVERED, _LATE = OUTCOMES["COMPLETED"], OUTCOMES["FAILED"]
-_MACHINES: Final = {
+_DELIVERED, _LATE = OutcomeKind.COMPLETED, OutcomeKind.FAILED
+_OTHER: Final = Look("other", "?")
+_MACHINES: Final[Mapping[str, Look | OutcomeKind]] = {
     "free": _NOTHING,
     "busy": _BUSY,
     "full": _FULL,
@@ -34,8 +35,8 @@ _MACHINES: Final = {
     "PROCESSED": Look("planned", "◑"),
     "READY-AT-OUTPUT": _FULL,
     "WAIT-IDLE": Look("ended", "■"),
-    "DOWN": OUTCOMES["REJECTED"],
-    "BROKEN": OUTCOMES["FAILED"],
+    "DOWN": OutcomeKind.REJECTED,
+    "BROKEN": OutcomeKind.FAILED,
 }
 """The states of machines: those of published ones, and those of the league."""
 
@@ -114,8 +115,8 @@ def _timeline(score: Score, timeline: Timeline) -> str:
 def _legend(timeline: Timeline) -> str:
     statuses = dict.fromkeys(span.status for spans in timeline.skills.values() for span in spans)
     states = dict.fromkeys(span.text for spans in timeline.machines.values() for span in spans)
-    items = [badge(look, f"skill {status}") for status, look in SKILL_STATES.items() if status in statuses]
-    items += [badge(_MACHINES.get(state, OTHER), f"machine {state}") for state in states]
+    items = [badge(skill_outcome(status), f"skill {status}") for status in sorted(statuses)]
+    items += [badge(_MACHINES.get(state, _OTHER), f"machine {state}") for state in states]
     items += [
         badge(_WINDOW, "time of delivery"),
         badge(_DELIVERED, "delivered in time"),
@@ -127,8 +128,8 @@ def _legend(timeline: Timeline) -> str:
 def _skill_bars(spans: tuple[Span, ...], timeline: Timeline) -> list[Bar]:
     bars = []
     for span in within(spans, timeline.seconds):
-        look = SKILL_STATES.get(span.status, OTHER)
-        mark = look.icon if look == SKILL_STATES["S_FAILED"] else ""
+        look = skill_outcome(span.status)
+        mark = look.icon if look is OutcomeKind.FAILED else ""
         text = f"{mark} {_short(span.text)}".strip()
         why = f": {span.error}" if span.error else ""
         title = f"{span.text}\n{span.status}{why}\n{_times(span)}"
@@ -138,7 +139,7 @@ def _skill_bars(spans: tuple[Span, ...], timeline: Timeline) -> list[Bar]:
 
 def _state_bars(spans: tuple[Span, ...]) -> Iterator[Bar]:
     for span in spans:
-        look = _MACHINES.get(span.text, OTHER)
+        look = _MACHINES.get(span.text, _OTHER)
         if look != _NOTHING:
             yield Bar(span.begin, span.end, look, span.text, f"{span.text}\n{_times(span)}")
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.file_access import write_file
-from cxbridge.trace.html.look import MODES as MODE_LOOKS
+from cxbridge.history.outcome import goal_outcome
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import badge, goal_badge, notes, table
 from cxbridge.trace.html.text import html
@@ -88,7 +88,7 @@ def _goals(coverage: Coverage) -> str:
     rows = []
     for name, count in coverage.classes.used:
         never = missing.get(name, ())
-        reached = " ".join(badge(MODE_LOOKS[mode], mode) for mode in MODES if mode not in never)
+        reached = " ".join(badge(goal_outcome(mode, ""), mode) for mode in MODES if mode not in never)
         ends = " ".join(
             f"{goal_badge(_FINISHED, outcome)} {times}" for outcome, times in outcomes.get(name, ())
         )

@@ -1,24 +1,17 @@
-// How states look: the same tones and icons as in reports on recorded runs.
-import LOOKS from "../shared/looks.js";
+// How states look that are no outcomes of goals, actions or skills alone.
 import { badge } from "./dom.js";
+import { outcomeBadge, skillOutcome } from "./outcome.js";
 
 const OTHER = ["other", "?"];
-const of = (kind, state) => LOOKS[kind][state] || OTHER;
-const ENDED = new Set(["FINISHED", "EVALUATED", "RETRACTED"]);
 
-export const MODES = Object.keys(LOOKS.mode);
-export const hasOutcome = (goal) => goal.outcome in LOOKS.outcome;
-export const goalLook = (goal) =>
-  hasOutcome(goal) && ENDED.has(goal.mode) ? of("outcome", goal.outcome) : of("mode", goal.mode);
-export const goalText = (goal) => (hasOutcome(goal) ? goal.mode + " " + goal.outcome : goal.mode);
-export const actionLook = (state) => of("action", state);
-export const goalBadge = (goal) => badge(...goalLook(goal), goalText(goal));
-export const actionBadge = (state) => badge(...actionLook(state), state);
+/** The mode of a goal, and its outcome when it has one. */
+export const goalText = ({ mode, outcome }) =>
+  ["", "UNKNOWN"].includes(outcome) ? mode : mode + " " + outcome;
 
 /** A skill's status, with or without Fawkes' `S_`. */
 export function skillBadge(status) {
   const name = String(status || "INACTIVE").replace(/^S_/, "");
-  return badge(...of("skill", "S_" + name), name);
+  return outcomeBadge(skillOutcome(name), name);
 }
 
 const DAEMON = {

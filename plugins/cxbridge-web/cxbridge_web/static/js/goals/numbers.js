@@ -1,7 +1,5 @@
 // What a goal's row says besides its name: how long it took, how far it is, which robots work for it.
-import { goalOutcome, isOpen } from "../outcome.js";
-
-const ENDED = new Set(["FINISHED", "EVALUATED", "RETRACTED"]);
+import { goalOutcome, hasEnded, isOpen } from "../outcome.js";
 
 /**
  * How long a goal has run, or waited if it has not been dispatched; microseconds.
@@ -12,9 +10,9 @@ export function durationOf(goal, now) {
   const { history } = goal;
   if (!history.length) return null;
   const run = history.find((step) => step.mode === "DISPATCHED"),
-    end = history.find((step) => ENDED.has(step.mode)),
+    end = history.find((step) => hasEnded(step.mode)),
     begin = run || history[0];
-  if (ENDED.has(goal.mode) && !end) return null;
+  if (hasEnded(goal.mode) && !end) return null;
   return {
     us: Math.max(0, (end ? end.time : Math.max(now, begin.time)) - begin.time),
     waited: !run,

@@ -27,20 +27,20 @@ const RISING = [
   [7, 9, 9, 7],
 ];
 const FALLING = RISING.map(([x, y, a, b]) => [SIZE - x, y, SIZE - a, b]);
+/** By outcome; those without a texture are plain. */
 const DRAW = {
-  plain: null,
-  dots(context) {
+  formulated(context) {
     for (const [x, y] of [
       [2, 2],
       [6, 6],
     ])
       context.fillRect(x - 0.6, y - 0.6, 1.2, 1.2);
   },
-  stripes: (context) => line(context, ...RISING),
-  crosses: (context) => line(context, ...RISING, ...FALLING),
-  lines: (context) => line(context, [0, 2, 8, 2], [0, 6, 8, 6]),
+  running: (context) => line(context, ...RISING),
+  failed: (context) => line(context, ...RISING, ...FALLING),
+  rejected: (context) => line(context, [0, 2, 8, 2], [0, 6, 8, 6]),
 };
-const STRENGTH = { dots: 0.7, stripes: 0.28, crosses: 0.5, lines: 0.4 };
+const STRENGTH = { formulated: 0.7, running: 0.28, failed: 0.5, rejected: 0.4 };
 
 /**
  * What a page's colours are now, light or dark.
@@ -56,12 +56,12 @@ export function palette(root, ratio) {
   const outcomes = {};
   for (const name of NAMES) {
     const edge = color(`var(--outcome-${name}-edge)`),
-      draw = DRAW[OUTCOMES[name].texture];
+      draw = DRAW[name];
     const pattern =
       draw &&
       tile(ratio, (context) => {
         context.strokeStyle = context.fillStyle = edge;
-        context.globalAlpha = STRENGTH[OUTCOMES[name].texture];
+        context.globalAlpha = STRENGTH[name];
         context.lineWidth = 1.3;
         draw(context);
       });
