@@ -8,7 +8,8 @@ const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
   MOST_MARKS = 20000,
   MOST_CHANGES = 400;
-const SKILLER = "SkillerInterface::";
+const SKILLER = "SkillerInterface::",
+  NOT_SENT = new Set(["FORMULATED", "PENDING"]);
 
 /** A moment: microseconds, and how many transitions there were up to then. */
 const pointAt = (time, step) => ({ time, step });
@@ -240,8 +241,11 @@ export class History {
     }
     append(action.changes, { ...this.step(), state: event.state });
     if (event.call) {
-      const of = (call) =>
-        call.sentAs === event.skiller + "\n" + event.call && (!call.env || call.env === event.env);
+      // a number may be used again: a call from before the action was sent is another one
+      const since = action.changes.findLast(({ state }) => NOT_SENT.has(state))?.step ?? 0,
+        sentAs = event.skiller + "\n" + event.call,
+        of = (call) =>
+          call.sentAs === sentAs && call.begin.step >= since && (!call.env || call.env === event.env);
       this.link(action, this.ofSkillers.findLast(of) || this.ofBoard.findLast(of));
     }
   }
@@ -349,7 +353,8 @@ export class History {
     // what the executive has read counts: it comes a loop later, and the plan-actions follow it
     const last = this.lastCalls.get(lane);
     if (!this.seen.has(lane)) this.skillIs({ ...held, skiller, env, lane }, held.error);
-    else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed") last.error ||= held.error;
+    else if (last?.end?.time === this.time && skillOutcome(last.status) === "failed")
+      last.error ||= held.error;
   }
 
   on_message(event) {
