@@ -17,7 +17,7 @@ DEEPEST = 12
 
 @dataclass(frozen=True, slots=True)
 class Look:
-    """How a state looks that is no outcome.
+    """The look of a state that is not an outcome.
 
     :param tone: the CSS class without ``t-``; base.css gives it a colour in light, dark and print.
     :param icon: one character.
