@@ -144,11 +144,6 @@ class RunHistory:
     def _now(self) -> tuple[int, int]:
         return self.events, self.clock.now_us
 
-    def set_orders(self, env: str, orders: Mapping[ActionKey, ActionOrder]) -> None:
-        """Note what plan-actions ask for, when that is known from elsewhere."""
-        for key, order in orders.items():
-            self._note_order(env, key, order)
-
     def left_out(self) -> list[str]:
         """Return what the limits left out, in whole sentences."""
         lost = self._lost | ({} if self._calls else {"skill call": self._board.lost})

@@ -23,7 +23,7 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.exchange import agent_of, is_exchanged
-from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, order_of
+from cxbridge.history.orders import PLAN_ACTION, ActionKey
 from cxbridge.history.transitions import unquote
 from cxbridge_studio.explain.action_look import ActionLook, look_at_action
 from cxbridge_studio.explain.preconditions import FactsOf
@@ -59,7 +59,7 @@ _FAILED_STATES: Final = ("EXECUTION-FAILED", "FAILED")
 
 @dataclass(frozen=True, slots=True)
 class EvidenceStep:
-    """A transition, a planner's call, or what says that a Skiller has another error than before.
+    """A transition, a planner's call, the fact of a plan-action, or another error of a Skiller than before.
 
     :param rules: the rules that fired just before it, the last one last: that one made it.
     :param look: of a plan-action that fails: what facts say about it then; they may be gone later.
@@ -77,7 +77,6 @@ class History:
     :param most_steps: transitions that are remembered.
     :param most_firings: firings that are remembered.
     :param facts_of: reads the facts of the environment as they are while an event is taken; None: nobody can.
-    :ivar orders: what plan-actions asked for, as far as facts showed.
     :ivar rules_known: whether firings were recorded at all.
     """
 
@@ -94,7 +93,6 @@ class History:
         self._facts_of = facts_of
         self.steps: deque[EvidenceStep] = deque(maxlen=most_steps)
         self.firings: deque[RuleFired] = deque(maxlen=most_firings)
-        self.orders: dict[ActionKey, ActionOrder] = {}
         self.rules_known = False
         self._errors: dict[str, str] = {}
         self._rules: deque[str] = deque(maxlen=RULES_BEFORE)
@@ -123,10 +121,10 @@ class History:
                     _, slots = parse_fact(event.text)
                     error, skiller = unquote(slots.get("error", "")), unquote(slots.get("id", ""))
                     self._skill_error(event, skiller, error)
-            elif event.template == PLAN_ACTION and event.asserted and len(self.orders) < MOST_STEPS:
-                with suppress(FactSyntaxError):
-                    key, order = order_of(parse_fact(event.text)[1])
-                    self.orders[key] = order
+            elif event.template == PLAN_ACTION and event.asserted:
+                self.steps.append(
+                    EvidenceStep(event, ())
+                )  # it has who is to execute the action, and with what
         else:
             look = self._look(event) if isinstance(event, PlanActionTransition) else None
             self.steps.append(EvidenceStep(event, tuple(self._rules), look))

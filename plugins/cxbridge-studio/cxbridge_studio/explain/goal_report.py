@@ -7,7 +7,6 @@ from dataclasses import asdict
 from typing import Any
 
 from cxbridge.errors import CxbridgeError
-from cxbridge.history.orders import PLAN_ACTION, order_of
 from cxbridge_studio.explain.evidence import Evidence
 from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, Cause, GoalReporter, GoalStory
 from cxbridge_studio.explain.goals import Goals
@@ -27,8 +26,7 @@ def explain_goals(evidence: Evidence, name: str) -> tuple[GoalStory, ...]:
     if evidence.history is None:
         raise CxbridgeError("goals are not known here")
     facts = {template: evidence.slots_of(template) for template in FACT_TEMPLATES}
-    orders = dict(order_of(slots) for slots in facts[PLAN_ACTION])
-    goals = Goals(evidence.history, orders)
+    goals = Goals(evidence.history)
     chosen = goals.find(name, now=evidence.is_moment)
     reporter = GoalReporter(evidence, goals, facts)
     return tuple(reporter.report(goal) for goal in chosen)

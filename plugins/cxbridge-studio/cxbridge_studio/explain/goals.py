@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import PlannerCall
@@ -16,22 +16,17 @@ from cxbridge.history.model import (
     goal_forest,
     goals_named,
 )
-from cxbridge.history.orders import ActionKey, ActionOrder
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.explain.action_look import ActionLook
 from cxbridge_studio.explain.evidence import History
 
 
 class Goals:
-    """All goals of a history.
+    """All goals of a history."""
 
-    :param orders: what plan-actions ask for that are there now; the history may know about more.
-    """
-
-    def __init__(self, history: History, orders: Mapping[ActionKey, ActionOrder]) -> None:
+    def __init__(self, history: History) -> None:
         self._steps = list(history.steps)
         run = RunHistory.of((step.event for step in self._steps), UNLIMITED)
-        run.set_orders(history.env, {**history.orders, **orders})
         self.all = run.goals
         self._forest = goal_forest(run.goals)
         self._skills = {link.action.number: link for link in links(run)}

@@ -37,6 +37,7 @@ from cxbridge_web.report.page import page_data
 from cxbridge_web.report.reading import read
 from cxbridge_web.timeline.export import trace_events
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
+from tests.history import runs as made
 from tests.history.runs import ListRun
 from tests.history.test_lives import recorded
 from tests.support import ROOT, many
@@ -95,7 +96,7 @@ def in_why(run: Run) -> Iterator[Pair]:
     for env in dict.fromkeys(event.env for event in run if isinstance(event, PlanActionTransition)):
         evidence = RecordedEvidence(run, None, env)
         assert evidence.history is not None
-        goals = Goals(evidence.history, {})
+        goals = Goals(evidence.history)
         for goal in goals.all:
             for action in goal.actions:
                 if (link := goals.skill(action)) is not None:
@@ -263,3 +264,14 @@ def test_the_page_has_both(recorded: Path, page_modules: Path):
         "HOUSE#2": "COMPLETED",
         "ROOM#2": "COMPLETED",
     }
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+def test_an_action_of_a_goal_that_is_tried_again_has_not_failed(page_modules: Path):
+    states = ("FORMULATED", "EXECUTION-FAILED", "FAILED", "FORMULATED", "RUNNING", "FINAL")
+    events = [
+        made.goal(0, "g", "DISPATCHED"),
+        *(made.action(1, "g", 1, "move", state) for state in states),
+    ]
+    assert in_page(ListRun(events[:4]), page_modules)["failed"] == ["1"]
+    assert in_page(ListRun(events), page_modules)["failed"] == []

@@ -21,7 +21,7 @@ def in_why(run: Run) -> Pairs:
     """Each goal's first action and its skill, as `why` sees it."""
     evidence = RecordedEvidence(run, None, None)
     assert evidence.history is not None
-    goals = Goals(evidence.history, {})
+    goals = Goals(evidence.history)
     found = {}
     for name, each in ((one.id, one) for one in goals.all):
         run_of = goals.skill(each.actions[0])
@@ -34,7 +34,7 @@ def skills_on_board(run, env=None):
     """Each goal's first action with the executor and the reason, as `why` sees it."""
     evidence = RecordedEvidence(run, None, env)
     assert evidence.history is not None
-    goals = Goals(evidence.history, {})
+    goals = Goals(evidence.history)
     skills = {name: goals.skill(each.actions[0]) for name, each in ((goal.id, goal) for goal in goals.all)}
     return {
         name: None if skill is None else (skill.call.skiller, skill.call.error)
@@ -83,7 +83,7 @@ def test_the_same_error_of_two_robots_and_twice_of_one_is_told_each_time():
             events.append(action(at, f"g{n}", 1, "move", state))
     evidence = RecordedEvidence(ListRun(events), None, None)
     assert evidence.history is not None
-    goals = Goals(evidence.history, {})
+    goals = Goals(evidence.history)
     skills = [goals.skill(one) for each in goals.all for one in each.actions]
     assert [skill and skill.call.error for skill in skills] == ["blocked"] * 3
 
@@ -107,7 +107,7 @@ def test_why_names_the_reason():
         ListRun([*run.events, goal(9, "g0", "FINISHED", "FAILED", "ACTION-FAILED")]), None, ENV
     )
     assert evidence.history is not None
-    goals = Goals(evidence.history, {})
+    goals = Goals(evidence.history)
     story = GoalReporter(evidence, goals, {}).report(goals.find("g0")[0])
     texts = [cause.text for cause in story.cause.because[0].because]
     assert texts == ["probably skill move to=place0 of robot1 of robot1-arm ended S_FAILED: door closed"]

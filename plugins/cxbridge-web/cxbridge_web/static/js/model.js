@@ -194,6 +194,7 @@ export class Model {
     action.state = event.state;
     action.since = event.time_us;
     if (event.state === "EXECUTION-FAILED" || event.state === "FAILED") action.hasFailed = true;
+    else if (event.state === "FORMULATED") action.hasFailed = false; // its goal is tried again
     actions.set(key, action);
     this.touch("goals");
   }
