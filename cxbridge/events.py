@@ -147,6 +147,11 @@ class GoalTransition(Event, frozen=True):
     is_new: bool = False
     slots: Mapping[str, str] = {}
 
+    @property
+    def is_unnamed(self) -> bool:
+        """Whether the goal has no id yet: the core gives it one at once, and its life begins with that."""
+        return self.goal == "nil" and self.mode == "FORMULATED"
+
 
 class PlanActionTransition(Event, frozen=True):
     """A plan-action got another state, or is new.

@@ -22,7 +22,6 @@ from cxbridge.events import (
     SkillStatus,
 )
 from cxbridge.history.board_executions import BoardExecutions
-from cxbridge.history.forest import NO_PARENT
 from cxbridge.history.keeping import LONGEST, cut
 from cxbridge.history.model import (
     ActionChange,
@@ -35,7 +34,7 @@ from cxbridge.history.model import (
 )
 from cxbridge.history.orders import PLAN_ACTION, ActionKey, ActionOrder, fields_of, order_of
 from cxbridge.history.steady import SteadyClock
-from cxbridge.history.transitions import FORMULATED, unquote
+from cxbridge.history.transitions import unquote
 
 IDLE: Final = "S_INACTIVE"
 RUNNING: Final = "S_RUNNING"
@@ -154,8 +153,8 @@ class RunHistory:
     # -- goals and plan-actions
 
     def _goal(self, event: GoalTransition) -> None:
-        if event.goal == NO_PARENT and event.mode == FORMULATED:
-            return  # of an older version: the goal gets an id at once
+        if event.is_unnamed:
+            return
         key = event.env, event.goal
         goal = before = self._goals.get(key)
         if event.is_new and before is not None:

@@ -103,7 +103,8 @@ class RunState:
         return (env, goal) in self.goals
 
     def _goal(self, event: GoalTransition) -> None:
-        self.goals[event.env, event.goal] = event
+        if not event.is_unnamed:
+            self.goals[event.env, event.goal] = event
 
     def _action(self, event: PlanActionTransition) -> None:
         self.actions[event.env, event.goal, event.plan, event.action_id] = event

@@ -51,10 +51,7 @@ Key = TypeVar("Key")
 State = TypeVar("State")
 
 
-FORMULATED: Final = "FORMULATED"
-"""The first mode of a goal, and the first state of a plan-action."""
-
-NOT_SENT: Final = (FORMULATED, "PENDING")
+NOT_SENT: Final = ("FORMULATED", "PENDING")
 """States of a plan-action that no message has been sent for."""
 
 _FIELDS: Final = (
@@ -194,8 +191,6 @@ class TransitionTracker:
         if not self._goals.is_new(goal, state):
             return None
         is_first = self._goals.is_first
-        if goal == NO_PARENT and mode == FORMULATED:
-            return None  # the core gives the goal an id at once: its life begins with that
         return GoalTransition(
             time_us=time_us,
             env=self.env,
