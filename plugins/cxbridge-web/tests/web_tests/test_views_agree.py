@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import random
 import shutil
 import subprocess
 from collections.abc import Iterator
 from itertools import groupby, pairwise
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -21,7 +23,7 @@ from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
-from cxbridge.history.outcome import plain_outcomes
+from cxbridge.history.outcome import ENDED_MODES, plain_outcomes
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import run_scenario
@@ -48,6 +50,8 @@ SHIPPED = sorted(
 DRAWN = [name for name in SHIPPED if name != "temporal"]
 """Those with skills of which a world draws how they end."""
 NODE = shutil.which("node")
+NEXT_CALL, NEXT_LIFE = 0.2, 0.3
+"""How often a message has another number, and a goal that is FORMULATED is a new one."""
 __all__ = ["recorded"]
 
 PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
@@ -171,7 +175,7 @@ def page_pairs(model: dict[str, list[dict[str, Any]]]) -> Iterator[Pair]:
 def compare_histories(history: RunHistory, model: dict[str, list[dict[str, Any]]]) -> None:
     """The page's own reader of a run finds what the one model finds."""
     states = [
-        [list(change) for change, _ in groupby((each.mode, each.outcome, each.time) for each in goal.changes)]
+        [[*state, next(changes).time] for state, changes in groupby(goal.changes, itemgetter(2, 3))]
         for goal in history.goals
     ]
     assert [goal["states"] for goal in model["goals"]] == states
@@ -247,6 +251,39 @@ def test_a_recording_that_does_not_say_it_is_guessed(tmp_path: Path):
     assert evidence.history is not None
     for before, after in pairwise(said):
         assert before.call.begin <= after.call.begin
+
+
+def drawn_events(draw: random.Random) -> list[Event]:
+    """Return transitions in any order: goals and actions that begin again, skills that are cut off."""
+    at, number = 1.0, 0
+    events = [made.goal(0, name, "FORMULATED") for name in "ab"]
+    for _ in range(draw.randrange(5, 40)):
+        at += draw.choice((0, 0, 0.1))
+        number += draw.random() < NEXT_CALL
+        name, kind = draw.choice("ab"), draw.randrange(3)
+        if kind == 0:
+            mode = draw.choice(("FORMULATED", "DISPATCHED", "FINISHED", "RETRACTED"))
+            ended = mode in ENDED_MODES
+            change = made.goal(at, name, mode, draw.choice(("COMPLETED", "FAILED")) if ended else "UNKNOWN")
+            events.append(replace(change, is_new=mode == "FORMULATED" and draw.random() < NEXT_LIFE))
+        elif kind == 1:
+            state = draw.choice(("FORMULATED", "PENDING", "WAITING", "RUNNING", "FINAL", "FAILED"))
+            call = draw.choice(("", str(number)))
+            params, skiller = draw.choice(("", "(x)", "(y z)")), "Skiller" if call else ""
+            moved = made.action(at, name, draw.randrange(1, 3), "move", state)
+            events.append(replace(moved, params=params, skiller=skiller, call=call))
+        else:
+            status = draw.choice(("S_RUNNING", "S_RUNNING", "S_FINAL", "S_FAILED", "S_INACTIVE"))
+            text = "" if status == "S_INACTIVE" else draw.choice(("m{}", "n{}"))
+            events.append(replace(made.skill(at, text, status), msgid=number))
+    return events
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+@pytest.mark.parametrize("seed", range(many(300, 10)))
+def test_the_page_reads_any_transitions_as_the_history_does(seed: int, page_modules: Path):
+    events = drawn_events(random.Random(seed))
+    compare_histories(RunHistory.of(events), in_page(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")

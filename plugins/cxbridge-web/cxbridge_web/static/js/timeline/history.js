@@ -303,7 +303,7 @@ export class History {
       this.lastCalls.set(lane, { text, msgid, end: this.end });
       return;
     }
-    if (isSame) {
+    if (isSame && !(last.end && isRunning)) {
       if (!last.end && !isRunning) this.endCall(last, outcome === "formulated" ? "stopped" : status, error);
       if (error && outcome === "failed") last.error = error;
       return;
