@@ -95,6 +95,7 @@ class RunHistory:
         self._orders: dict[tuple[str, ActionKey], ActionOrder] = {}
         self._calls: list[SkillExecution] = []
         self._last_call: dict[tuple[str, str], SkillExecution | None] = {}
+        self._read: set[str] = set()  # Skillers that an executive reads
         self._board = BoardExecutions(self._limits.calls)
         self._planning: dict[tuple[str, str], PlannerExecution] = {}
         self._errors: dict[str, str] = {}
@@ -137,7 +138,8 @@ class RunHistory:
     def calls(self) -> list[SkillExecution]:
         """The skills that ran, in order."""
         # a Skiller that is served by a skill board reports them, too
-        return self._calls or self._board.calls
+        of_skillers = self._calls and (self._read or not self._board.calls)
+        return self._calls if of_skillers else self._board.calls
 
     @property
     def _now(self) -> tuple[int, int]:
@@ -220,6 +222,15 @@ class RunHistory:
 
     def _skill(self, event: SkillStatus) -> None:
         key = event.env, event.skiller
+        if event.skiller not in self._read:
+            self._read.add(event.skiller)
+            shown = self._last_call.pop(("", event.skiller), None)
+            if shown is not None and key not in self._last_call:
+                shown.env = event.env
+                self._last_call[key] = shown
+        self._status(key, event)
+
+    def _status(self, key: tuple[str, str], event: SkillStatus) -> None:
         text, here = cut(event.skill_string, self._limits.text), self._now
         if key not in self._last_call and event.status in ENDED:
             self._last_call[key] = SkillExecution(*key, text, event.msgid, here, here, event.status)
@@ -250,9 +261,17 @@ class RunHistory:
             self._lost["skill call"] += 1
 
     def _write(self, event: InterfaceWrite) -> None:
-        kind, _, skiller = event.uid.partition("::")
-        if kind == _SKILLER:
-            self._note_error(skiller, str(event.values.get("error", "")))
+        kind, _, name = event.uid.partition("::")
+        if kind != _SKILLER:
+            return
+        values, skiller = event.values, name.rpartition("/")[2]
+        self._note_error(name, str(values.get("error", "")))
+        # what an executive reads counts, a loop later: its plan-actions follow it
+        if skiller not in self._read and {"skill_string", "msgid", "status"} <= values.keys():
+            status = getattr(values["status"], "name", str(values["status"]))
+            env = name.rpartition("/")[0]
+            text, msgid = str(values["skill_string"]), int(values["msgid"])
+            self._status((env, skiller), SkillStatus(event.time_us, env, skiller, text, msgid, status))
 
     def _error_of(self, env: str, skiller: str) -> str:
         """Return what a Skiller gives as a reason; of several agents each has its own on its blackboard."""

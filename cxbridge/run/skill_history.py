@@ -37,13 +37,16 @@ def read_samples(path: Path) -> list[Sample]:
     sources: tuple[type[Event], ...] = InterfaceWrite, FactChange, SkillStatus
     histories = {source: RunHistory(UNLIMITED) for source in sources}
     for event in run:
+        if isinstance(event, InterfaceWrite):
+            histories[InterfaceWrite].take(event)
+            continue
         status = _status(event)
         if status is not None:
             history = histories[type(event)]
-            if not isinstance(event, SkillStatus):
+            if isinstance(event, FactChange):
                 history.take(event)  # which has the reason of a failure
             history.take(status)
-    first = next((history for history in histories.values() if history.events), RunHistory())
+    first = next((history for history in histories.values() if history.calls), RunHistory())
     return [
         Sample(
             call.skill_string, (call.end[1] - call.begin[1]) / MICROSECONDS, _ENDS[call.status], call.error
@@ -62,8 +65,4 @@ def _status(event: Event) -> Transition | None:
             return TransitionTracker(_ENV).fact(event.time_us, *parse_fact(event.text))
         except FactSyntaxError:
             return None
-    if isinstance(event, InterfaceWrite) and event.uid.startswith(f"{_TYPE}::"):
-        values, skiller = event.values, event.uid.partition("::")[2]
-        status = getattr(values["status"], "name", str(values["status"]))
-        return SkillStatus(event.time_us, _ENV, skiller, values["skill_string"], int(values["msgid"]), status)
     return None

@@ -153,3 +153,34 @@ def test_times_are_since_the_begin_of_the_run():
     history = RunHistory(start_us=1_000_000)
     history.take(status("a", "S_RUNNING", time=3_500_000))
     assert history.calls[0].begin == (0, 2_500_000)
+
+
+def write(skiller: str, text: str, state: str, msgid: int, time: int, error: str = "") -> InterfaceWrite:
+    values = {"skill_string": text, "status": state, "msgid": msgid, "error": error}
+    return InterfaceWrite(time, f"SkillerInterface::{skiller}", values)
+
+
+def test_a_skiller_that_no_executive_reads_has_its_calls():
+    history = RunHistory.of(
+        [
+            write("r1/S", "", "S_INACTIVE", 0, 0),
+            write("r1/S", "a", "S_RUNNING", 1, 10),
+            write("r1/S", "a", "S_FAILED", 1, 20, "blocked"),
+        ]
+    )
+    (call,) = history.calls
+    assert (call.env, call.skiller, call.status, call.error) == ("r1", "S", "S_FAILED", "blocked")
+    assert (call.begin[1], call.end and call.end[1]) == (10, 20)
+
+
+def test_what_an_executive_reads_counts():
+    history = RunHistory.of(
+        [
+            write("Skiller", "a", "S_RUNNING", 1, 0),
+            status("a", "S_RUNNING", time=10),
+            write("Skiller", "a", "S_FINAL", 1, 20),
+            status("a", "S_FINAL", time=30),
+        ]
+    )
+    (call,) = history.calls
+    assert (call.env, call.begin[1], call.end and call.end[1]) == ("executive", 0, 30)

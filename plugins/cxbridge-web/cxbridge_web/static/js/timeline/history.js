@@ -68,7 +68,8 @@ export class History {
 
   /** The skill calls, in order: a Skiller that is served by a skill board tells its calls, too. */
   get calls() {
-    return this.ofSkillers.length ? this.ofSkillers : this.ofBoard;
+    const { ofSkillers, ofBoard } = this;
+    return ofSkillers.length && (this.seen.size || !ofBoard.length) ? ofSkillers : ofBoard;
   }
 
   /** The latest moment. */

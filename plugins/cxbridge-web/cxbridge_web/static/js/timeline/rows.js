@@ -95,7 +95,7 @@ export class Rows {
         rows.push({ key, kind: "group", name, item: lanes, depth: 0, open });
         if (open) for (const lane of lanes) rows.push({ ...lane, depth: 1, open: null });
       };
-    group("robots", this.history.ofSkillers.length ? "Robots" : "Executors", this.robots());
+    group("robots", this.history.calls === this.history.ofBoard ? "Executors" : "Robots", this.robots());
     group("planning", "Planning", this.planners());
     this.addGoals(rows);
     group(
