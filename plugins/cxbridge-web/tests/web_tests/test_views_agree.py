@@ -151,7 +151,7 @@ def page_modules(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "js"
 
 
-def in_page(run: Run, modules: Path) -> dict[str, list[dict[str, Any]]]:
+def in_page(run: Run, modules: Path) -> dict[str, list[Any]]:
     """Return the model that the page makes of a run."""
     assert NODE is not None
     lines = b"".join(encode_with_kind(event) + b"\n" for event in run if event.KIND.name)
@@ -159,11 +159,11 @@ def in_page(run: Run, modules: Path) -> dict[str, list[dict[str, Any]]]:
     command = [NODE, str(script), str(modules), json.dumps(plain_outcomes())]
     done = subprocess.run(command, input=lines, capture_output=True, check=False)
     assert done.returncode == 0, done.stderr.decode()
-    model: dict[str, list[dict[str, Any]]] = json.loads(done.stdout)
+    model: dict[str, list[Any]] = json.loads(done.stdout)
     return model
 
 
-def page_pairs(model: dict[str, list[dict[str, Any]]]) -> Iterator[Pair]:
+def page_pairs(model: dict[str, list[Any]]) -> Iterator[Pair]:
     for call in model["calls"]:
         if call["action"] is not None:
             assert not call["guessed"]
@@ -172,7 +172,7 @@ def page_pairs(model: dict[str, list[dict[str, Any]]]) -> Iterator[Pair]:
             yield (env, goal, plan, action), str(call["skiller"]), name_of(str(call["text"]))
 
 
-def compare_histories(history: RunHistory, model: dict[str, list[dict[str, Any]]]) -> None:
+def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:
     """The page's own reader of a run finds what the one model finds."""
     states = [
         [[*state, next(changes).time] for state, changes in groupby(goal.changes, itemgetter(2, 3))]
