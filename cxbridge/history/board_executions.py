@@ -30,12 +30,14 @@ class BoardExecutions:
             key = env, message.node_id
             if message.type == "CONFIRM":
                 self._begin(message, env, event.msgid, here)
-            elif message.type == "FEEDBACK" and key in self._running:
+            elif key not in self._running or self._running[key][0].request != message.request:
+                continue  # an executor that is busy refuses another request
+            elif message.type == "FEEDBACK":
                 call, what, count = self._running[key]
                 self._running[key] = call, what, count + 1
                 last = f"{message.progress:.0%} {message.status}".rstrip()
                 call.skill_string = cut(f"{what}: {count + 1} times feedback, the last: {last}")
-            elif message.type == "FINISH" and key in self._running:
+            elif message.type == "FINISH":
                 call, _what, _count = self._running.pop(key)
                 call.end = here
                 call.status = _FINAL if message.success else _FAILED
@@ -46,6 +48,9 @@ class BoardExecutions:
         call = SkillExecution(
             env, message.node_id, cut(what), msgid, here, None, _RUNNING, request=message.request
         )
+        before = self._running.get((env, message.node_id))
+        if before is not None:  # its executor began anew, or the answer was lost
+            before[0].end, before[0].status = here, "stopped"
         self._running[env, message.node_id] = call, what, 0
         if len(self.calls) < self._limit:
             self.calls.append(call)

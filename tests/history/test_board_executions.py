@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from msgspec.structs import replace
+
 from cxbridge.events import InterfaceMessage, PlanActionTransition, PlannerCall
 from cxbridge.history.builder import RunHistory
 
@@ -39,6 +41,23 @@ def test_an_execution_that_fails_says_why():
 def test_an_execution_that_is_not_over_has_no_end():
     (call,) = RunHistory.of(exchange()[:-1]).calls
     assert (call.status, call.end) == ("S_RUNNING", None)
+
+
+def test_an_execution_is_over_when_its_executor_begins_another():
+    first, second = RunHistory.of([*exchange()[:-1], *exchange()[:-1]]).calls
+    assert (first.status, first.end) == ("stopped", second.begin)
+    assert (second.status, second.end) == ("S_RUNNING", None)
+
+
+def test_an_executor_that_refuses_another_request_goes_on():
+    other = [
+        message(4, EXECUTOR, "Request", skill="lift", parameters="{}"),
+        message(4, BOARD, "Finish", outcome="REFUSED"),
+    ]
+    refused = [replace(each, values={**each.values, "master": 8}) for each in other]
+    begun, finished = exchange()[:-1], exchange()[-1:]
+    (call,) = RunHistory.of([*begun, *refused, *finished]).calls
+    assert (call.status, call.end and call.end[1]) == ("S_FINAL", 5)
 
 
 def test_what_began_before_the_recording_is_no_call():

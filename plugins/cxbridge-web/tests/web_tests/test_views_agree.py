@@ -20,7 +20,7 @@ pytest.importorskip("cxbridge_explore", reason="needs cxbridge-explore")
 from msgspec.structs import replace
 
 from cxbridge.clipstext.facts import parse_fact
-from cxbridge.events import Event, FactChange, PlanActionTransition, SkillStatus
+from cxbridge.events import Event, FactChange, InterfaceMessage, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
 from cxbridge.history.outcome import ENDED_MODES, plain_outcomes
@@ -50,8 +50,8 @@ SHIPPED = sorted(
 DRAWN = [name for name in SHIPPED if name != "temporal"]
 """Those with skills of which a world draws how they end."""
 NODE = shutil.which("node")
-NEXT_CALL, NEXT_LIFE = 0.2, 0.3
-"""How often a message has another number, and a goal that is FORMULATED is a new one."""
+NEXT_CALL, NEXT_LIFE, BUSY = 0.2, 0.3, 0.5
+"""How often a message has another number, a goal that is FORMULATED is a new one, an executor is busy."""
 __all__ = ["recorded"]
 
 PAGE = ROOT / "plugins/cxbridge-web/cxbridge_web" / "static" / "js"
@@ -277,6 +277,41 @@ def drawn_events(draw: random.Random) -> list[Event]:
             text = "" if status == "S_INACTIVE" else draw.choice(("m{}", "n{}"))
             events.append(replace(made.skill(at, text, status), msgid=number))
     return events
+
+
+def drawn_request(draw: random.Random, master: int) -> list[tuple[str, str, dict[str, Any]]]:
+    """Return the messages of a request on a skill board: an executor may be busy, fail, or never answer."""
+    arms = ["left", "right"]
+    draw.shuffle(arms)
+    ticket = {"board": "SkillBoard", "epoch": 1, "master": master}
+    board = "SkillBoardInterface::SkillBoard"
+    asked = {**ticket, "skill": "lift", "parameters": "{}", "agent": "r1", "name": f"lift-{master}"}
+    own = [f"SkillExecutorInterface::{arm}" for arm in arms]
+    said = [(uid, "Request", asked) for uid in own]
+    if draw.random() < BUSY:
+        said += [(own[0], "Confirm", ticket)] if draw.random() < BUSY else []
+        said += [(board, "Finish", {**ticket, "executor": arms[0], "outcome": "REFUSED", "error": "busy"})]
+        said += [(own[1], "Request", asked)]
+    said += [
+        (own[1], "Confirm", ticket),
+        (board, "Feedback", {**ticket, "executor": arms[1], "progress": 0.5}),
+    ]
+    outcome = draw.choice(("SUCCEEDED", "FAILED", "CANCELLED", ""))
+    end = {**ticket, "executor": arms[1], "outcome": outcome, "error": draw.choice(("", "stuck"))}
+    return [*said, (board, "Finish", end)] if outcome else said
+
+
+@pytest.mark.skipif(NODE is None, reason="needs node")
+@pytest.mark.parametrize("seed", range(many(300, 10)))
+def test_the_page_reads_a_skill_board_as_the_history_does(seed: int, page_modules: Path):
+    draw = random.Random(seed)
+    requests = [drawn_request(draw, master) for master in range(1, 5)]
+    events: list[Event] = []
+    while left := [request for request in requests if request]:
+        uid, kind, values = draw.choice(left).pop(0)
+        number = len(events)
+        events.append(InterfaceMessage(number * 1000, uid, f"{kind}Message", number, "", "queued", values))
+    compare_histories(RunHistory.of(events), in_page(ListRun(events), page_modules))
 
 
 @pytest.mark.skipif(NODE is None, reason="needs node")

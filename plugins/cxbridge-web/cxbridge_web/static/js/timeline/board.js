@@ -64,8 +64,7 @@ export class BoardMessages {
       found = { type, agent, executor, ...this.asked.get(ticket), progress: values.progress || 0 };
     if (type === "FEEDBACK") return [{ ...found, status: values.text || "" }];
     if (type !== "FINISH") return [found];
-    if (outcome === "REFUSED") return []; // the master asks others
-    this.asked.delete(ticket);
+    if (outcome !== "REFUSED") this.asked.delete(ticket); // else the master asks others
     const succeeded = outcome === "SUCCEEDED";
     return [{ ...found, succeeded, status: succeeded ? values.text || "" : values.error || outcome }];
   }

@@ -368,7 +368,7 @@ export class History {
         const { msgid } = event,
           about = { skiller: executor, skill_string: text, msgid, env: agent, lane, request };
         this.skillIs({ ...about, status: "S_RUNNING" });
-      } else if (!call || call.end) continue;
+      } else if (!call || call.end || call.sentAs !== "\n" + request) continue;
       else if (type === "FEEDBACK") {
         call.feedbacks = (call.feedbacks || 0) + 1;
         const last = (Math.round(progress * 100) + "% " + status).trimEnd();
