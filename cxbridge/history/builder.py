@@ -227,6 +227,7 @@ class RunHistory:
             shown = self._last_call.pop(("", event.skiller), None)
             if shown is not None and key not in self._last_call:
                 shown.env = event.env
+                shown.begin = shown.begin if shown.end else self._now
                 self._last_call[key] = shown
         self._status(key, event)
 

@@ -183,4 +183,4 @@ def test_what_an_executive_reads_counts():
         ]
     )
     (call,) = history.calls
-    assert (call.env, call.begin[1], call.end and call.end[1]) == ("executive", 0, 30)
+    assert (call.env, call.begin[1], call.end and call.end[1]) == ("executive", 10, 30)

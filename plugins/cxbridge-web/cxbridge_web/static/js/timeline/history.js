@@ -286,6 +286,8 @@ export class History {
       own = env && env !== MAIN_ENV ? env + "/" + skiller : skiller,
       isShared = this.skillers.has(skiller) && !this.skillers.has(own) && !this.lastCalls.has(own);
     const lane = isShared ? skiller : own;
+    const shown = this.lastCalls.get(lane);
+    if (!this.seen.has(lane) && shown && !shown.end) shown.begin = this.step();
     this.seen.add(lane);
     this.skillIs({ lane, ...event }, event.error);
   }
