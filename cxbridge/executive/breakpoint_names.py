@@ -1,7 +1,7 @@
 """Finds the breakpoints that nothing can ever reach: rules, modes, states and skills that there are not.
 
-Only what the loaded agent proves is a mistake. Rules make the names of goals and of plan-actions while they
-fire, so those are known to be wrong when the run is over: :class:`MetNames`.
+Only a name that the loaded agent refutes is a mistake. Rules make the names of goals and of plan-actions
+while they fire, so those are known to be wrong when the run is over: :class:`MetNames`.
 """
 
 from __future__ import annotations
@@ -39,11 +39,11 @@ Mistakes = Sequence[tuple[Breakpoint, ExecutiveError]]
 
 
 class AgentNames:
-    """What is known about the names that can occur in an agent.
+    """The names that can occur in an agent.
 
     :param env: its environment.
-    :param skills: returns the existing skills; None when others have them.
-    :param is_initial: whether a file is one of those that load the others, in the initialisation.
+    :param skills: returns the existing skills; None when they are unknown.
+    :param is_initial: whether a file is one of the loaders, in the initialisation.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class AgentNames:
 
     @property
     def are_complete(self) -> bool:
-        """Whether the agent is initialised: before, nobody knows what it will load."""
+        """Whether the agent is initialised: before, the files that it will load are unknown."""
         return next(self._env.facts("executive-initialized"), None) is not None
 
     def check(self, item: Breakpoint) -> None:
@@ -146,7 +146,7 @@ class AgentNames:
 
     @property
     def _may_load(self) -> bool:
-        """Whether the agent may still load something: it names a loader, and not just for what is loaded."""
+        """Whether the agent may still load a file: it names a loader, and not just for loaded files."""
         files = self._env.loader.files
         texts = (_text(file) for file in dict.fromkeys(files) if not self._is_initial(file))
         return any(_loads(text, files) for text in texts)
@@ -209,7 +209,7 @@ def _plain(pattern: str) -> str:
 
 
 def _literal_ends(rest: str) -> bool:
-    """Whether a skill's name is over where its pattern goes on like this."""
+    """Whether a skill's name ends where its pattern continues like this."""
     return not rest.startswith(tuple(_WILD))
 
 

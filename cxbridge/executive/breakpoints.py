@@ -14,7 +14,7 @@ from cxbridge.events import GoalTransition, PlanActionTransition
 from cxbridge.history.transitions import Transition
 
 ANY: Final = "*"
-"""What a part of a breakpoint is that was left out."""
+"""The value of a part of a breakpoint that was left out."""
 
 LONGEST = 4096
 """Characters of a breakpoint: clients of a daemon set breakpoints, too."""
@@ -115,7 +115,7 @@ class Breakpoint:
         )
 
     def logged(self, value: Callable[[str], str]) -> str:
-        """Return what it logs.
+        """Return its log line.
 
         :param value: gives the value of an expression, as text.
         """

@@ -1,4 +1,4 @@
-"""Stop the rules at breakpoints, step, go on; see docs/debugging.md.
+"""Stop the rules at breakpoints, step, continue; see docs/debugging.md.
 
 A right-hand side cannot be suspended: to stop is not to fire the rest of the agenda yet. Within one, a stop
 lasts as long as a function that it calls: :meth:`Debugger.at_line`.
@@ -38,7 +38,7 @@ class Debugger:
     Its methods wait for the environment's lock: from other threads they are done when the rules rest.
 
     :param env: the executive's environment.
-    :param names: what is known about the agent's names; that of the environment without it.
+    :param names: the agent's known names; without it those of the environment.
     """
 
     def __init__(self, env: ClipsEnvironment, names: AgentNames | None = None) -> None:
@@ -119,7 +119,7 @@ class Debugger:
         """Return how often a breakpoint was met, and how often with its condition."""
         return self._met_count[number], self._reached_count[number]
 
-    # -- how it stands, and going on
+    # -- state, and continuing
 
     @property
     def stopped(self) -> Stop | None:
@@ -142,14 +142,14 @@ class Debugger:
             self._asked = self._stopped is None
 
     def go_on(self) -> None:
-        """Go on, to the next breakpoint. No error when it is not stopped."""
+        """Continue to the next breakpoint. No error when it is not stopped."""
         with self._env.lock:
             self._asked = False
             self._stopped, self._step = None, ""
             self._set_hooks()
 
     def step(self, what: str = "rule") -> None:
-        """Go on for one ``rule``, ``loop`` or ``transition``; when it is not stopped, stop after that.
+        """Continue for one ``rule``, ``loop`` or ``transition``; when it is not stopped, stop after that.
 
         :raises ExecutiveError: when it is none of these.
         """
@@ -227,7 +227,7 @@ class Debugger:
             self._halt(stop)
         finally:
             self._stopped, self._firing = None, True
-        # what there is to stop at now may be another rule: look again when this one is over
+        # the next breakpoint may be at another rule: look again when this one is over
         self._interrupted = True
         if not self._one_by_one:
             self._env.api.after_fire(self._after_fire)
@@ -284,7 +284,7 @@ class Debugger:
         return None
 
     def _after(self, rules: list[Breakpoint], done: int) -> Stop | None:
-        """Return why to stop after what has fired."""
+        """Return why to stop after the last firing."""
         for item, event in self._hits:
             if item is None:
                 return self._make("step", f"at {describe(event)}", event=event)
@@ -388,4 +388,4 @@ class Debugger:
         if self._env.api.rules_halt():
             self._agent_halts = True
         if (self._hits or self._interrupted) and not self._one_by_one:
-            self._env.hold()  # not before: nobody could tell it from the agent's (halt)
+            self._env.hold()  # not before: it would look like the agent's (halt)

@@ -57,7 +57,7 @@ class MappedAction(Protocol):
 
     @property
     def messages(self) -> Sequence[tuple[Level, str]]:
-        """What there is to say about it."""
+        """Its description."""
 
 
 class ActionMapper(Protocol):
@@ -123,11 +123,11 @@ class Executive:
         self.goals = GoalWatch(self.env if self.knows_goals else None)
         self.skills = SkillWatch(self.env)
         self.known_skills: Callable[[], Collection[str] | None] = lambda: None
-        """Returns the existing skills; None when others have them, or nobody says."""
+        """Returns the existing skills; None when they are unknown."""
         self._initial_files: frozenset[Path] = frozenset()
         self._debugger: Debugger | None = None
         self.place_of_action: Callable[[str], str] = lambda _action: ""
-        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when nobody knows."""
+        """Returns ``FILE:LINE`` where plans get an action, for messages; empty when unknown."""
         self._time = NumberFact(self.env.env, "time")
         self.env.time_of = files.time_of
 
@@ -146,7 +146,7 @@ class Executive:
         self._check_stage()
 
     def load_core(self) -> None:
-        """Load the files that the initialisation begins with: they load the others.
+        """Load the loaders of the initialisation.
 
         :raises ExecutiveError: when they do not load.
         """
@@ -196,7 +196,7 @@ class Executive:
 
     @property
     def debugger(self) -> Debugger:
-        """The debugger of its rules, made when somebody asks for it."""
+        """The debugger of its rules, made on request."""
         if self._debugger is None:
             from cxbridge.executive.breakpoint_names import (  # noqa: PLC0415 - start-up time is a feature
                 AgentNames,
@@ -250,7 +250,7 @@ class Executive:
         """Whether there is nothing left to do: no root goal is open, no skill runs, the agenda is empty.
 
         MAINTAIN goals at rest are no open root goals here, once another root goal has ended. An agent with
-        MAINTAIN goals alone has no end of its own: what it maintains may need it at any time.
+        MAINTAIN goals alone never ends: the maintained condition may need it at any time.
         """
         self.goals.settle()
         if self.env.quit_requested:
@@ -301,7 +301,7 @@ class Executive:
         self._manager.destroy(self.env.name)
 
     def close(self) -> None:
-        """Let go of what is held in the environment. A second call does nothing."""
+        """Release the environment's resources. A second call does nothing."""
         self._time.dispose()
 
     def _map_action_skill(self, action: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> str:
@@ -348,7 +348,7 @@ def place_of_mapping(config: Configuration, spec: str, action: str) -> str:
 
 
 def place_of_skill(config: Configuration, spec: str, skill_string: str) -> str:
-    """Return where the only action is mapped that a skill string can come from; empty when nobody knows."""
+    """Return where the only action is mapped that a skill string can come from; empty when unknown."""
     name = _SKILL.match(skill_string)
     found = [
         action

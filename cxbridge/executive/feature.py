@@ -29,16 +29,16 @@ class Feature(ABC):
 
     @abstractmethod
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Give the environment what the feature consists of. Called once an environment."""
+        """Give the environment the feature's functions, templates and rules. Called once an environment."""
 
     def before_run(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features wait for nothing
-        """Report to the environment what came in since its last run, e.g. from other threads.
+        """Report new input to the environment since its last run, e.g. from other threads.
 
         Called before each run of its rules, once a loop, with its lock held.
         """
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:  # noqa: B027  most features hold nothing
-        """Let go of what is held for the environment. Called before it is destroyed."""
+        """Release the environment's resources. Called before it is destroyed."""
 
 
 class LazyFeature(Struct, frozen=True):

@@ -49,7 +49,7 @@ class GoalState(Struct, frozen=True):
 class GoalWatch:
     """Follows the goals of an environment; without an environment there are none.
 
-    :ivar open: goals whose facts are there, by id.
+    :ivar open: goals with a present fact, by id.
     :ivar ended: root goals that are retracted or gone, in that order; at most :data:`KEPT` of them.
     :ivar outcomes: how many root goals ended with which outcome.
     :ivar forgotten: how many goals that are gone are not listed any more.
@@ -110,7 +110,7 @@ class GoalWatch:
             self._gone.add(goal)
 
     def settle(self) -> None:
-        """Book what has ended. To be called between runs: a modify retracts and asserts within one."""
+        """Book ended goals. To be called between runs: a modify retracts and asserts within one."""
         for goal in self._gone:
             self._leave(goal)
         self._gone.clear()
@@ -152,7 +152,7 @@ class GoalWatch:
 
     @property
     def roots(self) -> list[GoalState]:
-        """The goals without a parent whose facts are there, in the order they appeared."""
+        """The present goals without a parent, in the order they appeared."""
         return [state for state in self.open.values() if state.is_root]
 
     @property

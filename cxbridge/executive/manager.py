@@ -2,7 +2,7 @@
 
 A feature gives an environment functions, templates and rules when the environment requests it, with
 ``(ff-feature-request "NAME")`` from CLIPS. The facts ``(ff-feature NAME)`` show which exist,
-``(ff-feature-loaded NAME)`` which are there; both survive a reset.
+``(ff-feature-loaded NAME)`` which ones the environment has; both survive a reset.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class _Entry(Struct):
 class FeatureInfo(Struct, frozen=True):
     """Describes a feature.
 
-    :param origin: its Python class; of a plug-in that was not loaded yet, what is known about it.
+    :param origin: its Python class; of a plug-in that is not loaded yet, its description.
     :param offered: whether environments may request it.
     :param environments: the names of those that have it.
     """
@@ -220,7 +220,9 @@ class EnvironmentManager:
         self.bus.emit_source("feature", name, feature_name)
         before = env.udfs.names
         feature.init_context(env)
-        of_others = frozenset[str]().union(*entry.functions.values())  # it may have requested others
+        of_others = frozenset[str]().union(
+            *entry.functions.values()
+        )  # it may have requested further features
         entry.functions[feature_name] = env.udfs.names - before - of_others
         if type(feature).before_run is not Feature.before_run:
             entry.waiting.append(feature)
@@ -267,7 +269,7 @@ class EnvironmentManager:
         return dict(self._entries[name].functions)
 
     def before_run(self, name: str) -> None:
-        """Let the features of an environment report to it what came in. Its lock must be held."""
+        """Let the features of an environment report new input to it. Its lock must be held."""
         entry = self._entries[name]
         for feature in entry.waiting:
             feature.before_run(entry.environment)

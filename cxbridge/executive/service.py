@@ -1,4 +1,4 @@
-"""Environments beside the executive's, for clients of a running daemon; see docs/debugging.md."""
+"""Environments besides the executive's, for clients of a running daemon; see docs/debugging.md."""
 
 from __future__ import annotations
 
@@ -135,7 +135,7 @@ class EnvironmentService:
         self._manager.destroy(name)
 
     def load(self, name: str, file: Path, *, batch: bool = False) -> Sequence[str]:
-        """Load a file's constructs, or with ``batch`` execute its commands; return what is wrong with it.
+        """Load a file's constructs, or with ``batch`` execute its commands; return its mistakes.
 
         :raises ClipsError: when there is no such environment, or the file cannot be read.
         """
@@ -145,7 +145,7 @@ class EnvironmentService:
         with env.lock:
             before = len(env.loader.diagnostics)
             (env.batch if batch else env.load)(file)
-            env.api.clear_halt()  # or what is wrong in it would end the next run
+            env.api.clear_halt()  # or a mistake in it would end the next run
             return [str(item) for item in env.loader.diagnostics[before:]]
 
     def request_feature(self, name: str, feature: str) -> None:
@@ -266,9 +266,9 @@ class EnvironmentService:
         replaces: bool = False,
         component: str = "",
     ) -> None:
-        """Give an environment another logger; it logs under a component of its own.
+        """Give an environment another logger; it logs under a separate component.
 
-        :param logger: its name, one of its own in the environment.
+        :param logger: its name, unique in the environment.
         :param component: under which it logs; ``LOGGER|ENVIRONMENT`` when it is empty.
         :raises ClipsError: when there is no such environment or level, or the logger cannot be added.
         """

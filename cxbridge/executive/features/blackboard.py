@@ -34,7 +34,7 @@ _PRELOAD_ID = "__clips_blackboard_preload__"
 
 
 class _BlackBoardContext(Struct):
-    """What the feature holds for one environment."""
+    """The feature's state of one environment."""
 
     env: ClipsEnvironment
     log: Logger
@@ -67,7 +67,7 @@ class BlackBoardFeature(Feature):
 
     :param board: the blackboard that environments see.
     :param retract_early: Fawkes' ``/clips/retract-early``: interface facts live for one run only.
-    :param sender: the thread name of messages: in Fawkes the executive has a thread of its own.
+    :param sender: the thread name of messages: in Fawkes the executive has a separate thread.
     """
 
     name = "blackboard"
@@ -226,7 +226,7 @@ class BlackBoardFeature(Feature):
                     break
 
     def _read(self, context: _BlackBoardContext) -> None:
-        """Read what is opened for reading; a refreshed one becomes a fact."""
+        """Read the opened interfaces; a refreshed one becomes a fact."""
         env = context.env
         for kind in sorted(context.reading):
             for interface in context.reading[kind]:

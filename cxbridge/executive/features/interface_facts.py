@@ -59,7 +59,7 @@ def cleanup_rule(kind: str) -> str:
 
 
 def slots(interface: Interface) -> dict[str, Value]:
-    """Return the slots of the fact that says what was read from an interface."""
+    """Return the slots of the fact about a read interface."""
     values: dict[str, Value] = {"id": interface.id, "time": split_us(interface.timestamp_us)}
     for field in interface.SCHEMA.fields:
         value = getattr(interface, field.name)

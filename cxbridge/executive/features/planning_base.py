@@ -34,7 +34,7 @@ class PlanningUser:
     """An environment that plans.
 
     :param env: the environment.
-    :param service: plans for it, and for nobody else.
+    :param service: plans for this environment only.
     :param settings: which planner, how long.
     :param domain_of: returns its domain.
     """
@@ -65,7 +65,7 @@ class PlanningUser:
         return []
 
     def part(self, domain: Domain, objects: Collection[str] | None) -> tuple[Known, Numbers]:
-        """Return what a problem with some objects only begins with, the constants being among them.
+        """Return the start of a problem with some objects only, the constants being among them.
 
         :param objects: None: all objects.
         """

@@ -46,7 +46,7 @@ class RobotMemoryFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Define the functions and load the helpers."""
-        # bson only for those who use it: start-up time is a feature
+        # bson is imported on request only: start-up time is a feature
         from cxbridge.executive.features.robmem_collections import CollectionFunctions  # noqa: PLC0415
         from cxbridge.executive.features.robmem_context import RobotMemoryContext  # noqa: PLC0415
         from cxbridge.executive.features.robmem_documents import DocumentFunctions  # noqa: PLC0415
@@ -67,7 +67,7 @@ class RobotMemoryFeature(Feature):
         self._contexts[env.name].deliver()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Unregister the triggers, and wait for what is under way."""
+        """Unregister the triggers, and wait for calls under way."""
         from cxbridge.executive.features.robmem_handles import Trigger  # noqa: PLC0415
 
         context = self._contexts.pop(env.name)

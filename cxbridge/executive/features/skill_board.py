@@ -19,7 +19,7 @@ class SkillAction(Protocol):
 
     @property
     def number(self) -> int:
-        """What it is called by."""
+        """Its name."""
 
     @property
     def skill(self) -> str:
@@ -27,7 +27,7 @@ class SkillAction(Protocol):
 
     @property
     def agent(self) -> str:
-        """Who shall execute it."""
+        """The agent that has to execute it."""
 
     @property
     def state(self) -> str:
@@ -47,7 +47,7 @@ class SkillAction(Protocol):
 
     @property
     def feedback(self) -> str:
-        """What the executor said last."""
+        """The executor's last message."""
 
     @property
     def error(self) -> str:
@@ -55,7 +55,7 @@ class SkillAction(Protocol):
 
 
 class Executor(Protocol):
-    """Somebody who executes skills."""
+    """An executor of skills."""
 
     @property
     def id(self) -> str:
@@ -67,7 +67,7 @@ class Executor(Protocol):
 
     @property
     def skills(self) -> tuple[str, ...]:
-        """What it can do."""
+        """Its skills."""
 
     @property
     def state(self) -> str:
@@ -75,7 +75,7 @@ class Executor(Protocol):
 
 
 class Skills(Protocol):
-    """What the feature needs of a skill board."""
+    """The skill board as the feature uses it."""
 
     @property
     def version(self) -> int:
@@ -83,7 +83,7 @@ class Skills(Protocol):
 
     @property
     def executors(self) -> Iterable[Executor]:
-        """Who is there."""
+        """The known executors."""
 
     def ask(
         self, skill: str, parameters: Mapping[str, Any], agent: str, on_change: Callable[[SkillAction], None]
@@ -106,7 +106,7 @@ class Skills(Protocol):
 
 @dataclass
 class _SkillBoardContext:
-    """What the feature holds for one environment."""
+    """The feature's state of one environment."""
 
     env: ClipsEnvironment
     log: Logger
@@ -160,7 +160,7 @@ class SkillBoardFeature(Feature):
             env.build(construct)
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Cancel what the environment has asked for."""
+        """Cancel the environment's requests."""
         for number in sorted(self._contexts.pop(env.name).open):
             self._cancel(number)
 

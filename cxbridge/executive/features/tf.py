@@ -22,7 +22,7 @@ _YES: tuple[Value, ...] = (TRUE,)
 
 
 class TfFeature(Feature):
-    """Gives the ``tf-*`` functions. Environments share what is known about frames, and the publishers.
+    """Gives the ``tf-*`` functions. Environments share the known frames, and the publishers.
 
     :param board: where transforms are read and written.
     """
@@ -37,7 +37,7 @@ class TfFeature(Feature):
 
     def init_context(self, env: ClipsEnvironment) -> None:
         """Listen to transforms, define the functions."""
-        # only for those who ask for it
+        # imported only on request
         from cxbridge.tf import TransformListener  # noqa: PLC0415
 
         if self._listener is None:
@@ -182,7 +182,7 @@ class _Questions:
         return int(time[0]) * 1_000_000 + int(time[1])
 
     def _numbers(self, what: str, given: Value, count: int) -> tuple[float, ...] | None:
-        """Return so many numbers, None after a warning."""
+        """Return this many numbers, None after a warning."""
         if not isinstance(given, tuple) or len(given) != count:
             words = {3: "three", 4: "four"}
             self._log.warn(f"Invalid {what}: must be list of exactly {words[count]} entries")

@@ -31,7 +31,7 @@ def executing(env: ClipsEnvironment) -> str:
 def executing_functions(env: ClipsEnvironment) -> list[str]:
     """Return the deffunctions of the current module that run at this moment, the outer ones first.
 
-    As far as they are defined after those that they call.
+    Functions that are defined before a function that they call are left out.
     """
     found: list[str] = []
     with env.life:

@@ -1,6 +1,6 @@
 """The C functions of CLIPS 6.4 that clipspy carries but does not wrap.
 
-clipspy 1.0.6 is one shared object that exports all of CLIPS. What it wraps is called through its own ``lib``
+clipspy 1.0.6 is one shared object that exports all of CLIPS. Wrapped functions are called through its ``lib``
 (fast); the rest, a handful, through cffi's ABI mode below. clipspy's Python classes are not used: its Fact
 leaks, its functions flatten multifields, and its builders refuse values that CLIPS itself accepts (see
 docs/clips.md). Source of the signatures: the CLIPS 6.4 Advanced Programming Guide and its header files.
@@ -178,7 +178,7 @@ class ClipsApi:
         EXTRA.SetHaltExecution(self._env, False)
 
     def halted(self) -> bool:
-        """Whether an error has ended what was under way."""
+        """Whether an error has ended the present work."""
         return bool(EXTRA.GetHaltExecution(self._env))
 
     def halt_rules(self) -> None:
@@ -190,7 +190,7 @@ class ClipsApi:
         return bool(EXTRA.GetHaltRules(self._env))
 
     def dispose(self) -> None:
-        """Take all hooks away and free what is held, so that CLIPS can free its environment."""
+        """Remove all hooks and free all held memory, so that CLIPS can free its environment."""
         self.on_assert(None)
         self.on_retract(None)
         self.on_fire(None)

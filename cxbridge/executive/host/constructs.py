@@ -52,7 +52,7 @@ def unknown_template(env: ClipsEnvironment, name: str) -> ClipsError:
 
 
 def allowed_values(env: ClipsEnvironment, template: str, slot: str) -> tuple[str, ...]:
-    """Return the values that a slot of a deftemplate can have; none when it can have any, or is not there."""
+    """Return the allowed values of a deftemplate's slot; none when any is allowed, or there is no slot."""
     if not env.has_template(template):
         return ()
     found = env.call("deftemplate-slot-allowed-values", Symbol(template), Symbol(slot))

@@ -1,6 +1,6 @@
 """Rules that fire without an end: found while they fire, and named.
 
-A run of the agenda that comes to its end uses up what is there: it fires for facts, and combinations of
+A run of the agenda that comes to its end uses up the present facts: it fires for facts, and combinations of
 facts, that no rule has fired for yet. Rules that make each other fire without an end fire for facts that
 they have just made themselves, and for the same few other facts again and again. A rule that loads 300,000
 objects fires for another object each time; a ring of rules does not.
@@ -42,7 +42,7 @@ class EndlessRules:
     """Watches the runs of an agenda, a chunk of firings at a time.
 
     The first quarter of a second of a run costs nothing. Then a window of firings is traced; while these fire
-    for nothing that was there before, the next window follows at once, else after a quarter of a second.
+    for no earlier fact, the next window follows at once, else after a quarter of a second.
 
     :param basis_of: returns the facts of an activation: ``f-1,*,f-2``.
     :param place_of: returns the file and line of a rule; None when they are not known.
@@ -171,7 +171,7 @@ class EndlessRules:
 def _takes_what_was_there(firings: Sequence[tuple[str, str]], first_new: int | None) -> bool:
     """Whether rules fire, in the second half of a window, for facts of before that they had not fired for.
 
-    In the first half a ring, too, fires for some: what it had in hand when the window began.
+    In the first half a ring, too, fires for some: those of the moment when the window began.
 
     :param firings: each with its rule and its facts: ``f-1,*,f-2``.
     :param first_new: facts of this index and above are made in the window; None: none is.

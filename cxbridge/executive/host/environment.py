@@ -1,6 +1,6 @@
 """A CLIPS environment as Fawkes makes it: CLIPS 6.4 that behaves like 6.30 where agents notice.
 
-docs/clips.md lists the differences between the two and what is done about each. Here are the shims: functions
+docs/clips.md lists the differences between the two and their remedies. Here are the shims: functions
 that 6.4 lost, changed or added come as 6.30 had them, and `modify` makes a new fact (in users' files; the
 built-in core is written for 6.4's faster one).
 """
@@ -37,7 +37,7 @@ from cxbridge.executive.host.watching import Watcher, slot_value, slot_values
 from cxbridge.file_access import is_readable_file
 
 CORE_DIR = Path(__file__).resolve().parent.parent / "clips"
-"""The built-in CX core; its files are loaded as they are, with 6.4's `modify`."""
+"""The built-in CX core; its files are loaded unchanged, with 6.4's `modify`."""
 
 _CONSTRUCT_NAME = re.compile(r"[^\s()]+")
 
@@ -78,9 +78,9 @@ class ClipsEnvironment:
         self._calls = lib.CreateFunctionCallBuilder(self.env, 8)
         self._alive = True
         self.life = threading.Lock()
-        """Keeps the environment from being destroyed, for those who look at it from other threads."""
+        """Keeps the environment from being destroyed while another thread looks at it."""
         self.is_firing = False
-        """Whether rules fire, or wait for what they have called."""
+        """Whether rules fire, or wait for a called function."""
         self.endless = EndlessRules(self.api, self.watcher.basis_of, self.loader.place_of, self.log)
         self._apply_shims()
         bus.emit_source("environment", name, name, clipspy=clips.__version__, removed=" ".join(REMOVED))
@@ -162,7 +162,7 @@ class ClipsEnvironment:
         return TRUE if self.loader.batch(file) else FALSE
 
     def _forget_templates(self) -> None:
-        """Forget what is known about deftemplates by their pointers: a file may redefine them."""
+        """Forget the cached deftemplates by their pointers: a file may redefine them."""
         self.watcher.forget_names()
         self.maker.forget()
 
@@ -263,7 +263,7 @@ class ClipsEnvironment:
     def assert_fact(self, template: str, slots: Mapping[str, Value]) -> int | None:
         """Assert a fact of a deftemplate; slots not named get their defaults.
 
-        :returns: its index; None when CLIPS refuses it (it was there already gives its index).
+        :returns: its index; None when CLIPS refuses it (an equal fact gives its index).
         :raises ClipsError: for an unknown deftemplate or slot.
         """
         fact = self.add_fact(template, slots)
@@ -440,11 +440,11 @@ class ClipsEnvironment:
     def break_off(self) -> None:
         """End the right-hand side and the run that are under way; later runs are as usual.
 
-        From any thread, and more than once: what a right-hand side calls may forget that it is to end.
+        From any thread, and more than once: a called function may clear the request to end.
         """
         with self.life:
             if self._alive and self.is_firing:
-                self.output.hush()  # each halt of a match is an error of its own; one will do
+                self.output.hush()  # each halt of a match is a separate error; one is enough
                 self._held = True
                 self.api.halt()
 

@@ -1,4 +1,4 @@
-"""Evaluate CLIPS that somebody has typed, with what it prints, in bounded time."""
+"""Evaluate typed CLIPS, with its output, in bounded time."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ MOST_LINES: Final = 1000
 
 @dataclass(frozen=True, slots=True)
 class Evaluation:
-    """What came of an expression.
+    """The result of an expression.
 
     :param text: its value as CLIPS text; empty: it has none.
     :param output: the first lines that it printed.

@@ -1,9 +1,9 @@
 """CLIPS environments with few functions: they compute, and reach nothing outside themselves.
 
-What they are made of may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
-and no other: what a later CLIPS or a shim adds is not there until it has a reason here. None of these opens a
-file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes facts, or calls
-into the process around it. See docs/security.md, "A recording is data".
+Their constructs may come from a stranger's recording. So they have the functions of :data:`ALLOWED`,
+and no other: a function that a later CLIPS or a shim adds is missing until it has a reason here. None of
+these opens a file, runs a program, reads input, prints, loads or builds constructs, evaluates text, changes
+facts, or calls into the process around it. See docs/security.md, "A recording is data".
 """
 
 from __future__ import annotations
@@ -59,7 +59,7 @@ _BY_REASON: Final = {
 }
 
 ALLOWED: Final = {name: reason for reason, names in _BY_REASON.items() for name in names.split()}
-"""The functions that an isolated environment has, and why each may be there."""
+"""The functions that an isolated environment has, and the reason of each."""
 
 _LIST: Final = "get-function-list"
 _DIRECTIVE: Final = re.compile(r"%(-?)(\d{0,3})(?:\.(\d{1,3}))?([dfegoxsucnrt%])")
@@ -76,7 +76,7 @@ class IsolatedEnvironment(ClipsEnvironment):
         self._forbid()
 
     def _build_functions(self) -> None:
-        # before the first construct: CLIPS keeps pointers to what a construct uses
+        # before the first construct: CLIPS keeps pointers to the functions of a construct
         self._forbid(but=_LIST)
         for function in ("print", "println", "printout", "format"):
             self.api.remove_udf(function)
@@ -88,7 +88,7 @@ class IsolatedEnvironment(ClipsEnvironment):
                 self._old.build(function)
 
     def _forbid(self, but: str = "") -> None:
-        """Take away what is not allowed, of the functions that are there now."""
+        """Take away the present functions that are not allowed."""
         present = frozenset(str(function) for function in self.call(_LIST))
         forbidden = present - ALLOWED.keys() - {but}
         for function in forbidden:

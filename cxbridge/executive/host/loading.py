@@ -1,6 +1,6 @@
 """Loading CLIPS files into an environment: `load`, `load*`, `batch`, `batch*` as Fawkes' agents use them.
 
-A broken construct is reported with its file and line, and loading goes on behind it, as in Fawkes.
+A broken construct is reported with its file and line, and loading continues behind it, as in Fawkes.
 """
 
 from __future__ import annotations
@@ -48,10 +48,10 @@ class Diagnostic(Struct, frozen=True):
     """Something wrong with a CLIPS file.
 
     :param file: path of the file.
-    :param line: where CLIPS, or the scan of the text, noticed it; None when nobody knows.
+    :param line: where CLIPS, or the scan of the text, noticed it; None when unknown.
     :param construct: ``defrule NAME`` ..., the construct that is not defined because of it; may be empty.
     :param code: CLIPS' code of the message, e.g. ``EXPRNPSR3``.
-    :param message: what is wrong.
+    :param message: the mistake.
     :param hint: what to do about it; may be empty.
     """
 
@@ -69,7 +69,7 @@ class Diagnostic(Struct, frozen=True):
 
 
 class ClipsLoader:
-    """Loads files into one environment and remembers what was wrong with them.
+    """Loads files into one environment and remembers their mistakes.
 
     :param env: the environment's pointer.
     :param output: the environment's router.
@@ -94,12 +94,12 @@ class ClipsLoader:
         self._loading: list[str] = []
         self._declared: set[str] = set()  # functions that have no actions yet
         self.is_parsing = False
-        """Whether CLIPS parses the constructs of a file: it cannot load another one meanwhile."""
+        """Whether CLIPS parses the constructs of a file: it cannot load another one at the same time."""
         self.diagnostics: list[Diagnostic] = []
         self.files: list[Path] = []
         self.warn_redefinitions = False
         self.quiet = False
-        """Whether mistakes are only for debugging logs: somebody else reports them, all in one piece."""
+        """Whether mistakes are only for debugging logs: the caller reports them, all in one piece."""
         self.rewrite: Callable[[str, str], str] | None = None
         """Gets a file's path and its text as CLIPS is to read it, returns another text of as many lines."""
 
@@ -147,7 +147,7 @@ class ClipsLoader:
             has_commands = batch and not (native and _COMMAND.search(text) is None)
             load = (self._batch_parts if native else lib.BatchStar) if has_commands else lib.Load
             fine = self._call(file, source, load)
-            fine = fine or batch != has_commands  # a batch goes on after a broken construct
+            fine = fine or batch != has_commands  # a batch continues after a broken construct
         finally:
             self._loading.pop()
         if source.unclosed_line is not None:
@@ -167,7 +167,7 @@ class ClipsLoader:
 
     @contextmanager
     def noting(self, file: str, *, batch: bool) -> Iterator[None]:
-        """Note a file that CLIPS itself loads meanwhile, as a source of the run."""
+        """Note a file that CLIPS itself loads during a load, as a source of the run."""
         self.files.append(Path(file))
         with suppress(OSError):
             self._emit_source(file, Path(file).read_bytes(), batch=batch, native=True)
@@ -192,7 +192,7 @@ class ClipsLoader:
             self.report(Diagnostic(place, line, "", "FILE", f"there is no file {file}"))
 
     def place_of_executing(self) -> tuple[str | None, int | None]:
-        """Return the file and line of the rule that fires; None when none does, or nobody knows."""
+        """Return the file and line of the rule that fires; None when none does, or the place is unknown."""
         rule = executing_rule(self._env)
         found = self.place_of(rule) if rule else None
         return (None, None) if found is None else (str(found[0]), found[1])
@@ -275,7 +275,7 @@ class ClipsLoader:
     ) -> None:
         """Note a mistake in a file that the agent uses, found by CLIPS or by a feature.
 
-        :param text: what the log gets; empty: nothing.
+        :param text: the text for the log; empty: none.
         :param log: which log that is; None: that of the environment.
         """
         self.diagnostics.append(diagnostic)

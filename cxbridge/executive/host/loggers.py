@@ -1,7 +1,8 @@
 """The loggers of an environment: they get its lines by priority, as the routers of CLIPS.
 
-Each environment begins with one, ``log``, that brings all lines into the log. Others come above or below it:
-one that replaces keeps the lines that it takes from those below, one that accompanies lets them pass.
+Each environment begins with one, ``log``, that brings all lines into the log. Further ones come above or
+below it: one that replaces keeps the lines that it takes from those below, one that accompanies lets them
+pass.
 """
 
 from __future__ import annotations
@@ -40,9 +41,9 @@ ORDER: Final = tuple(Level)
 class ClipsLogger(Struct, frozen=True):
     """Gets lines of an environment.
 
-    :param name: one of its own in the environment.
+    :param name: unique in the environment.
     :param sink: gets the lines that it takes.
-    :param priority: who has more is asked first; among equals, who came last.
+    :param priority: a logger with a greater one is asked first; among equals, the latest one.
     :param level: the least level that it takes.
     :param contains: takes only lines with this in them.
     :param replaces: messages that this entry takes do not reach the entries below it.
@@ -81,7 +82,7 @@ class LoggerStack:
         return self._loggers
 
     def log(self, level: Level, line: str) -> None:
-        """Hand a line to those who take it, down to the first one that replaces."""
+        """Hand a line to its loggers, down to the first one that replaces."""
         for logger in self._loggers:
             if logger.takes(level, line):
                 logger.sink(level, line)
@@ -89,7 +90,7 @@ class LoggerStack:
                     return
 
     def add(self, logger: ClipsLogger) -> None:
-        """Put a logger among the others, by its priority.
+        """Insert a logger, by its priority.
 
         :raises ClipsError: when there is one of that name, or there are too many, or the priority is out of
             bounds.

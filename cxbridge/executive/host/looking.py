@@ -67,7 +67,7 @@ _VALUES: Final[tuple[tuple[int, Value], ...]] = (
 
 
 class LookEnvironment(ClipsEnvironment):
-    """An environment where the functions of :data:`LOOKING` work, all others are stubs, and no rule fires.
+    """An environment where the functions of :data:`LOOKING` work, the rest are stubs, and no rule fires.
 
     :ivar folders: where ``load`` and ``batch`` look for files that the working directory does not have.
     """
@@ -87,7 +87,7 @@ class LookEnvironment(ClipsEnvironment):
 
     @property
     def stubs(self) -> frozenset[int]:
-        """The addresses of the C functions that stand for others."""
+        """The addresses of the C functions that replace functions."""
         return frozenset(int(ffi.cast("intptr_t", stub)) for stub in self._stubs.values())
 
     def define(
@@ -132,7 +132,7 @@ class LookEnvironment(ClipsEnvironment):
         record[_POINTER] = int(ffi.cast("intptr_t", self._stubs[kind]))
 
     def _counted(self, _env: CData, _context: CData) -> None:
-        """End what is evaluated when that has gone on for too long: a loop may have no end."""
+        """End an evaluation that takes too long: a loop may have no end."""
         self._steps += 1
         if self._steps > MOST_STEPS:
             self.api.halt()

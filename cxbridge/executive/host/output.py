@@ -41,7 +41,7 @@ _LEVELS = {
         (b"red", b"green", b"blue", b"yellow", b"magenta", b"cyan", b"white", b"bold"), Level.INFO
     ),
 }
-"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops what is sent to wdialog.
+"""Logical names and levels; source: Fawkes' CLIPS environment manager, which drops output to wdialog.
 
 The colours: ``cx_clips_env_manager`` of the CLIPS Executive for ROS 2, which logs them at the same level.
 """
@@ -99,7 +99,7 @@ class OutputRouter:
             self._gather(target, piece)
 
     def _gather(self, target: bytes, piece: str) -> None:
-        """Hand on the lines that a piece of text ends, and keep what it begins."""
+        """Hand on the complete lines of a piece of text, and keep the unfinished line."""
         if "\n" not in piece:
             self._open[target] = self._open.get(target, "") + piece
             return
@@ -140,7 +140,7 @@ class OutputRouter:
             self.flush()
 
     def flush(self) -> None:
-        """Hand on lines that nobody ended."""
+        """Hand on unfinished lines."""
         for target, text in list(self._open.items()):
             del self._open[target]
             if text.strip():
@@ -152,7 +152,7 @@ class OutputRouter:
         return outer
 
     def end_errors(self, outer: list[str] | None) -> str:
-        """Return what was kept since :meth:`begin_errors`, and do again as before it."""
+        """Return the output since :meth:`begin_errors`, and restore the earlier behaviour."""
         text = "".join(self._capture or ())
         self._capture = outer
         self.speak()

@@ -2,10 +2,10 @@
 
 Without one, ``(deffunction f () (f))`` ends the whole process as soon as the stack is used up. So the host
 puts ``(cx-guard-recursion NAME)`` at the beginning of every function of users' files that may come back to
-itself: one that names itself, one that was there before (mutual recursion needs that in CLIPS), one that
-calls what only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. So has a
-``default-dynamic`` that calls what only the run can tell: it may make another one of its own kind. The guard
-looks at how much of the thread's stack is left.
+itself: one that names itself, one that existed before (mutual recursion needs that in CLIPS), one that
+calls a function that only the run can tell (``funcall``, ``eval``, ``send``), and every message handler. So
+has a ``default-dynamic`` with such a call: it may make another fact of its kind. The guard looks at how much
+of the thread's stack is left.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ GUARD_FUNCTION = "cx-guard-recursion"
 """The host's function that recursive functions begin with."""
 
 _RESERVE = 2 * 1024 * 1024
-"""Bytes of the stack that are left alone: for what a function calls on its last level."""
+"""Bytes of the stack that are left alone: for the calls of a function on its last level."""
 
 _MOST = 256 * 1024 * 1024
 """Bytes of the stack that CLIPS may use, however large it is."""
@@ -46,7 +46,7 @@ _SLOTS = re.compile(r"\(\s*(?:deftemplate|defclass)\s+([^\s()]+)")
 _DYNAMIC = re.compile(r"\(\s*default-dynamic(?=[\s(])")
 
 _QUERY_DEPTH = 3
-"""Parentheses around what is in the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``."""
+"""Parentheses around the query of a method's parameter: ``((?x INTEGER (> ?x 3)))``."""
 
 
 def guards_at(code: str, start: int, end: int, is_known: Callable[[str], bool]) -> Iterator[tuple[int, str]]:
@@ -114,7 +114,7 @@ _stacks = _Stacks()
 
 
 def _stack_floor() -> int:
-    """Return the lowest address of this thread's stack that CLIPS may use; 0 when nobody knows."""
+    """Return the lowest address of this thread's stack that CLIPS may use; 0 when unknown."""
     library = ctypes.CDLL(None)
     attributes = ctypes.create_string_buffer(256)
     low, size = ctypes.c_void_p(), ctypes.c_size_t()

@@ -1,9 +1,10 @@
 """Slots of a fact that are read after it was retracted, as CLIPS 6.30 allows.
 
-There ``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name crlf))`` prints names: what a fact
-holds lives until the rule is done. In 6.4 it is an error that ends the right-hand side. Agents clean up that
-way. So a slot that the body of a query reads behind a ``retract`` or ``modify`` of its fact is read where the
-body begins, where it is what 6.30 would read later: ``?w:name`` becomes a variable that is bound there.
+There ``(do-for-all-facts ((?w item)) TRUE (retract ?w) (printout t ?w:name crlf))`` prints names: the values
+of a fact live until the rule is done. In 6.4 it is an error that ends the right-hand side. Agents clean up
+that way. So a slot that the body of a query reads behind a ``retract`` or ``modify`` of its fact is read
+where the body begins, where it is what 6.30 would read later: ``?w:name`` becomes a variable that is bound
+there.
 """
 
 from __future__ import annotations
@@ -20,7 +21,7 @@ _LIKELY: Final = re.compile(r"do-for-(?:all-)?facts?\b(?=.*\(\s*(?:retract|modif
 _LEAST_ARGUMENTS: Final = 3
 
 Edit = tuple[int, int, str]
-"""From, to, and what is to be there instead."""
+"""From, to, and the replacement."""
 
 
 def kept_slots(code: str, start: int, end: int) -> list[Edit]:

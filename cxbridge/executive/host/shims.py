@@ -1,6 +1,6 @@
 """Functions of CLIPS 6.30 that 6.4 has lost or changed, made from what 6.4 has.
 
-What is left different is listed in docs/clips.md; ``tests/executive/clips630`` holds every function against a
+Remaining differences are listed in docs/clips.md; ``tests/executive/clips630`` compares every function with a
 real CLIPS 6.30.
 """
 
@@ -80,7 +80,7 @@ ADDED = frozenset(
 """Functions that 6.30 does not have. An agent's own of such a name takes its place: :func:`give_way`."""
 
 OWN_NAMES: Final = {f"cx-{name}": name for name in _KEPT}
-"""What CLIPS calls a function in its messages, and what the agent's text has called."""
+"""CLIPS' name of a function in its messages, and the name that the agent's text has called."""
 
 _DROPPED: Final = frozenset(
     (
@@ -270,7 +270,7 @@ def round_half_down(value: Value) -> int:
 
 
 def make_room(env: CData, udfs: UdfTable) -> None:
-    """Take the changed built-ins away, and keep under other names what is needed of them."""
+    """Take the changed built-ins away, and keep the needed ones under other names."""
     for name, (function, least, most, types) in _KEPT.items():
         udfs.define_c(f"cx-{name}", getattr(EXTRA, function), least, most, types)
     for name in REMOVED:
@@ -281,7 +281,7 @@ def make_room(env: CData, udfs: UdfTable) -> None:
 def give_way(env: CData, names: Iterable[str]) -> None:
     """Rename functions that 6.30 or 6.4 does not have, so that an agent can define its own of these names.
 
-    Constructs that use them already go on doing so.
+    Existing constructs keep using them.
     """
     for name in names:
         if name in ADDED or name in _DROPPED:

@@ -55,7 +55,7 @@ _LETTERS = (
 
 Function = Callable[..., Value]
 Failure = Callable[[str, BaseException], None]
-"""Called when a Python function raises: the function's name and what it raised."""
+"""Called when a Python function raises: the function's name and the exception."""
 
 
 class UdfTable:
@@ -90,7 +90,7 @@ class UdfTable:
 
         CLIPS keeps their names, since rules may use them.
 
-        :param why: the error of those who call them.
+        :param why: the error of calls.
         """
 
         def refuse(*_arguments: Value) -> Value:
@@ -188,7 +188,7 @@ class UdfTable:
 
 
 def wrong_argument(types: str, arguments: Sequence[Value]) -> ClipsError | None:
-    """Return what is wrong with the first argument that is of none of the types that a function takes.
+    """Return the mistake of the first argument that has none of the types that a function takes.
 
     :param types: as for :meth:`UdfTable.define`.
     """

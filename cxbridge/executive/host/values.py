@@ -189,7 +189,7 @@ _PRINTED: tuple[Callable[[CData], str], ...] = (
     lambda value: f'"{decode(value.lexemeValue.contents)}"',
     _printed_fields,
 )
-"""By CLIPS' type codes, as :data:`TO_PYTHON`; what is not here takes the long way."""
+"""By CLIPS' type codes, as :data:`TO_PYTHON`; missing codes take the slow way."""
 
 
 def printed(value: CData) -> str:

@@ -2,7 +2,7 @@
 
 CLIPS' own ``watch`` prints text piece by piece, which through a Python router costs a hundred firings each.
 So the host keeps the watch items ``facts`` and ``rules`` itself, with CLIPS' meaning, and makes events of
-them from C hooks, formatting a fact in one call, and only when somebody listens.
+them from C hooks, formatting a fact in one call, and only while a listener takes them.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _FOUND = lib.GSE_NO_ERROR
 
 
 class WatchItems:
-    """A watch item: everything or nothing, except what is named.
+    """A watch item: everything or nothing, except the named constructs.
 
     CLIPS' meaning: ``(watch facts)`` turns all on, those defined later, too; ``(unwatch facts time)`` turns
     one off.
@@ -54,7 +54,7 @@ Follower: TypeAlias = Callable[[str, dict[str, str]], None]
 
 
 class _Followers:
-    """Those who follow one deftemplate, and the slots that they ask for."""
+    """The followers of one deftemplate, and the slots that they need."""
 
     def __init__(self) -> None:
         self._calls: list[Follower] = []
@@ -77,7 +77,7 @@ class _Followers:
 
 
 class Watcher:
-    """Makes events of what one environment does.
+    """Makes the events of one environment.
 
     :param env: the environment's pointer.
     :param name: its name, for the events.
@@ -130,7 +130,7 @@ class Watcher:
     def follow(self, template: str, follower: Follower, slots: Iterable[str]) -> None:
         """Call ``follower`` for each fact of this deftemplate that is asserted from now on.
 
-        :param slots: those that it needs; what the deftemplate does not have is left out.
+        :param slots: the needed ones; slots that the deftemplate lacks are left out.
         """
         self._assert_followers.setdefault(template, _Followers()).add(follower, slots)
         self.start()
@@ -149,7 +149,7 @@ class Watcher:
         self.start()
 
     def start(self) -> None:
-        """Set the hooks that somebody needs. To be called again when the bus has other listeners."""
+        """Set the hooks that listeners need. To be called again when the bus has other listeners."""
         self._emits_facts = self._bus.wants(FactChange)
         self._ignored.clear()
         self._texts.clear()
@@ -164,7 +164,7 @@ class Watcher:
         self._names.clear()
         self._ignored.clear()
 
-    # These two are called for every fact there is, most of which nobody asks for: they look that up first.
+    # These two are called for every fact, mostly without a follower: they look that up first.
 
     def _asserted(self, _env: CData, fact: CData, _context: CData) -> None:
         template = lib.FactDeftemplate(fact)

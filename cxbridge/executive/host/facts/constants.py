@@ -1,10 +1,10 @@
-"""Facts and values of constants only: CLIPS text from those who must not run programs.
+"""Facts and values of constants only: CLIPS text from clients that must not run programs.
 
-CLIPS evaluates what is written in a fact: ``(battery (level (system "...")))``. So such a text is
-read here, and what CLIPS gets is written from what was read: a name, slots, constants. There is no
+CLIPS evaluates function calls in a fact: ``(battery (level (system "...")))``. So such a text is
+read here, and the text for CLIPS is written from the result: a name, slots, constants. There is no
 parenthesis in it but that of the fact and those of slots that its deftemplate has: in the fact of a relation
-without slots CLIPS would call what is in parentheses. A filter of forbidden words would have to know each
-way to call one, in deffunctions and by name, too.
+without slots CLIPS would call the function in parentheses. A filter of forbidden words would have to know
+each way to call one, in deffunctions and by name, too.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from cxbridge.executive.host.facts.copying import template_of
 from cxbridge.executive.host.values import FALSE, FactAddress, Value
 
 DATA_FUNCTION = "cx-assert-data"
-"""As CLIPS' `assert-string`, for text that is made of what others have sent: it takes constants only."""
+"""As CLIPS' `assert-string`, for text of clients: it takes constants only."""
 
 _NUMBER: Final = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _SYMBOL: Final = re.compile(r"(?![?$=:])[^\s()&|~<;\"\0`\[\]]+|<|<=|<>|=|=>|>=|:")
@@ -32,7 +32,7 @@ _ESCAPED: Final = re.compile(r"\\(.)", re.DOTALL)
 
 
 def constant_values(text: str) -> str:
-    """Return values as CLIPS text, written from what they are.
+    """Return values as CLIPS text, written from their types.
 
     :raises ClipsError: when they are not constants.
     """

@@ -75,7 +75,7 @@ class FactCopy(Struct):
 
 
 def template_of(pointer: CData) -> FactTemplate:
-    """Return what there is to know about a deftemplate."""
+    """Return the description of a deftemplate."""
     value = ffi.new("CLIPSValue *")
     lib.DeftemplateSlotNames(pointer, value)
     names = [str(name) for name in to_python(value)]
@@ -84,9 +84,9 @@ def template_of(pointer: CData) -> FactTemplate:
 
 
 class FactCopier:
-    """Copies facts piece by piece. Between two pieces rules may run: then a fact comes as it was or as it is.
+    """Copies facts piece by piece. Between two pieces rules may run: a fact has its old or its new slots then.
 
-    A fact that is there at the end is in the copy, and none that is gone by then.
+    A fact that exists at the end is in the copy, and a fact that is gone by then is not.
 
     :param env: the environment's pointer.
     :param wanted: whether those of a deftemplate are, by its name.
@@ -113,7 +113,7 @@ class FactCopier:
         self._known: dict[CData, tuple[FactTemplate, int] | None] = {}
         self._first = contents_offset() // _WORD_BYTES
         self.copy = FactCopy()
-        """What was copied so far."""
+        """The facts copied so far."""
 
     def pieces(self) -> Iterator[None]:
         """Copy a piece before each ``yield``. To be advanced with the lock of a living environment held."""
@@ -164,7 +164,7 @@ class FactCopier:
             self.copy.rows.append(FactRow(int(lib.FactIndex(fact)), template.name, values))
 
     def _words(self, words: CData, count: int) -> tuple[Value, ...]:
-        """Return the values that so many pointers lead to."""
+        """Return the values behind this many pointers."""
         seen, values = self._seen, []
         for word in ffi.unpack(words, count):
             value = seen.get(word, seen)

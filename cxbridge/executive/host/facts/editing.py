@@ -45,9 +45,9 @@ def find_facts(
 
     :param words: part of the text, capital or not; empty: all facts.
     :param after: only facts with a greater index.
-    :param most: so many at most.
+    :param most: the number of facts at most.
     :param seconds: look no longer than this.
-    :returns: index and text of those that were found, and the index to go on after; None when that was all.
+    :returns: index and text of the facts, and the index to continue after; None after the last fact.
     """
     found: list[tuple[int, str]] = []
     wanted, until = words.lower(), perf_counter() + seconds
@@ -74,7 +74,7 @@ def count_facts(env: ClipsEnvironment) -> int:
 
 
 def assert_text(env: ClipsEnvironment, text: str, *, constant: bool = False) -> int:
-    """Assert a fact; returns its index, that of the fact which is there when it is.
+    """Assert a fact; returns its index, or that of an equal fact.
 
     :param constant: take constants only, nothing that CLIPS evaluates.
     :raises ClipsError: when CLIPS refuses it.

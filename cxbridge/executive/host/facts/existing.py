@@ -23,7 +23,7 @@ _MOST: Final = 4096
 
 
 class FactsByIndex:
-    """The facts of an environment that somebody has asked for by their indices.
+    """The facts of an environment whose indices were requested.
 
     :param env: the environment's pointer.
     """
@@ -65,7 +65,7 @@ class FactsByIndex:
         kind = argument.header.type
         if kind == _FACT_ADDRESS:
             there = lib.FactExistp(argument.factValue)
-        else:  # of what is no index, CLIPS says that there is no such fact
+        else:  # for a value that is no index, CLIPS reports a missing fact
             there = kind == _INTEGER and self.exists(argument.integerValue.contents)
         if there:
             result.lexemeValue = self._true

@@ -157,7 +157,7 @@ class NumberFact:
         return bool(EXTRA.Assert(new))
 
     def dispose(self) -> None:
-        """Free what it holds, before the environment goes. A second call does nothing."""
+        """Free its memory, before the environment is destroyed. A second call does nothing."""
         if self._builder is not None:
             lib.MBDispose(self._builder)
             self._builder = None

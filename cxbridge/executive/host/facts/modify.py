@@ -25,7 +25,7 @@ Complain = Callable[[str], None]
 class Modify:
     """The function behind ``(cx-modify FACT slot (create$ value...) ...)``.
 
-    :cvar name: what the user has called.
+    :cvar name: the called name.
     :cvar retracts: whether the old fact goes.
     :param env: the environment's pointer.
     :param complain: called, with CLIPS' words, when a modify cannot be done; the right-hand side then ends.
@@ -66,7 +66,7 @@ class Modify:
             self._facts.replaces = False
             asserted = self._facts.add(new)
             lib.ReleaseFact(old)
-        # CLIPS returns the fact that is there when there is one
+        # CLIPS returns the equal fact when there is one
         return FactAddress(asserted) if asserted == new else FALSE
 
     def _find(self, fact: Value) -> CData | None:
@@ -83,7 +83,7 @@ class Modify:
             if found == NULL:
                 self._complain(
                     f"Unable to find fact f-{fact}."
-                )  # and the right-hand side goes on, as in 6.30
+                )  # and the right-hand side continues, as in 6.30
                 return None
             return found
         if fact != FALSE:
@@ -100,7 +100,7 @@ class Modify:
         return self._ordered[template]
 
     def _slot_value(self, deftemplate: CData, slot: Symbol, values: tuple[Value, ...]) -> CData | None:
-        """Return what goes into the slot, or None after a complaint."""
+        """Return the value for the slot, or None after a complaint."""
         template = decode(lib.DeftemplateName(deftemplate))
         key = (template, slot)
         if key not in self._multislots:
