@@ -6,11 +6,11 @@ import pytest
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl import parse_formula
-from cxbridge.executive.problem.truth import holds
+from cxbridge.executive.problem.truth import KnownState
 
 
 def test_a_formula_whose_variables_have_too_many_choices_is_refused():
     variables = " ".join(f"?v{number}" for number in range(9))
     formula = parse_formula(f"(exists ({variables} - place) (at ?v0 ?v8))")
     with pytest.raises(PddlError, match="cases"):
-        holds(formula, [], {}, lambda _types: [f"p{number}" for number in range(9)])
+        formula.holds(KnownState([], {}, lambda _types: [f"p{number}" for number in range(9)]))

@@ -7,10 +7,11 @@ facts for (quantifiers, conditional effects, numbers): planners understand it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from operator import attrgetter, is_
-from typing import Any, ClassVar, Final, NamedTuple
+from types import MappingProxyType
+from typing import Any, ClassVar, Final, NamedTuple, Protocol
 
 from msgspec import Struct, field
 from msgspec.structs import replace
@@ -114,8 +115,36 @@ Term = Variable | Constant | FunctionTerm
 # ---- formulas
 
 
+Ground = tuple[str, tuple[str, ...]]
+"""A predicate or function with its objects."""
+
+Bound = Mapping[str, str]
+"""The objects that variables stand for."""
+
+NOTHING_BOUND: Final[Bound] = MappingProxyType({})
+
+
+class State(Protocol):
+    """What is true at a moment, as conditions ask for it."""
+
+    def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
+        """Whether the fact of a predicate is true."""
+
+    def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
+        """Whether two terms compare so."""
+
+    def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
+        """Yield ``bound`` with a choice of objects for the variables, for each choice."""
+
+    def look(self) -> None:
+        """Count a formula that is looked at.
+
+        :raises PddlError: when there are too many.
+        """
+
+
 class FormulaNode(PddlNode, frozen=True):
-    """A formula, the one tree of conditions and effects, gone through with walk and map.
+    """A formula, the one tree of conditions and effects, gone through with walk, map and holds.
 
     :cvar PARTS: the fields that hold formulas, one or a tuple of them.
     :cvar TERMS: the fields that hold terms.
@@ -139,6 +168,18 @@ class FormulaNode(PddlNode, frozen=True):
         yield self  # type: ignore[misc]  # Formula is all subclasses
         for child in self.children:
             yield from child.walk()
+
+    def holds(self, state: State, bound: Bound = NOTHING_BOUND) -> bool:
+        """Return whether the condition is true in a state.
+
+        :param bound: the objects that its free variables stand for.
+        :raises PddlError: when quantified variables make too many cases.
+        """
+        state.look()
+        return self._holds(state, bound)
+
+    def _holds(self, state: State, bound: Bound) -> bool:  # noqa: ARG002 - for subclasses
+        return False  # an effect, or a part of a durative action: no condition
 
     def map(self, change: Callable[[Formula], Formula]) -> Formula:
         """Return the formula with each formula in it changed, children first."""
@@ -185,6 +226,9 @@ class Atom(FormulaNode, frozen=True):
     arguments: tuple[Term, ...]
     position: Position = Position()
 
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return state.has(self.predicate, self.arguments, bound)
+
 
 class And(FormulaNode, frozen=True):
     """A conjunction; an empty one is true."""
@@ -193,6 +237,9 @@ class And(FormulaNode, frozen=True):
 
     parts: tuple[Formula, ...]
     position: Position = Position()
+
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return all(part.holds(state, bound) for part in self.parts)
 
 
 class Or(FormulaNode, frozen=True):
@@ -203,6 +250,9 @@ class Or(FormulaNode, frozen=True):
     parts: tuple[Formula, ...]
     position: Position = Position()
 
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return any(part.holds(state, bound) for part in self.parts)
+
 
 class Not(FormulaNode, frozen=True):
     """A negation."""
@@ -211,6 +261,9 @@ class Not(FormulaNode, frozen=True):
 
     part: Formula
     position: Position = Position()
+
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return not self.part.holds(state, bound)
 
 
 class Imply(FormulaNode, frozen=True):
@@ -222,6 +275,9 @@ class Imply(FormulaNode, frozen=True):
     consequence: Formula
     position: Position = Position()
 
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return not self.condition.holds(state, bound) or self.consequence.holds(state, bound)
+
 
 class TermComparison(FormulaNode, frozen=True):
     """``=`` of two terms, or one of ``< > <= >=`` of two numbers."""
@@ -232,6 +288,9 @@ class TermComparison(FormulaNode, frozen=True):
     left: Term
     right: Term
     position: Position = Position()
+
+    def _holds(self, state: State, bound: Bound) -> bool:
+        return state.compares(self.operator, self.left, self.right, bound)
 
 
 class Timed(FormulaNode, frozen=True):
@@ -253,6 +312,10 @@ class Quantified(FormulaNode, frozen=True):
     variables: TypedList
     part: Formula
     position: Position = Position()
+
+    def _holds(self, state: State, bound: Bound) -> bool:
+        some = any if self.quantifier == "exists" else all
+        return some(self.part.holds(state, inner) for inner in state.bindings(self.variables, bound))
 
 
 class When(FormulaNode, frozen=True):

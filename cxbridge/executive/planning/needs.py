@@ -7,7 +7,6 @@ from enum import Enum
 
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
-    And,
     Constant,
     Domain,
     Formula,
@@ -60,7 +59,7 @@ def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
     """Return what the problem needs, each with where it was seen first, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
     for where, formula, effect in _formulas(domain, problem):
-        for need in _needs(formula, effect=effect):
+        for need in () if formula is None else _needs(formula, effect=effect):
             needs.setdefault(need, where)
     for action in domain.actions:
         if action.durative:
@@ -105,41 +104,30 @@ def _is_fraction(term: Term) -> bool:
             return False
 
 
-def _needs(  # noqa: C901, PLR0912  a case for each kind of formula
-    formula: Formula | None, *, effect: bool
-) -> Iterator[Need]:
+def _needs(formula: Formula, *, effect: bool) -> Iterator[Need]:
+    """Yield what a formula needs.
+
+    :param effect: whether it is an effect, where a negation is none that a planner must understand.
+    """
     match formula:
-        case And(parts=parts):
-            for part in parts:
-                yield from _needs(part, effect=effect)
-        case Or(parts=parts):
+        case Or() | Imply():
             yield Need.DISJUNCTION
-            for part in parts:
-                yield from _needs(part, effect=effect)
-        case Imply(condition=condition, consequence=part):
-            yield Need.DISJUNCTION
-            yield from _needs(condition, effect=effect)
-            yield from _needs(part, effect=effect)
-        case Not(part=part):
-            if not effect and not isinstance(part, TermComparison):
-                yield Need.NEGATION
-            yield from _needs(part, effect=effect)
-        case Quantified(part=part):
+        case Not(part=part) if not effect and not isinstance(part, TermComparison):
+            yield Need.NEGATION
+        case Quantified():
             yield Need.QUANTIFIERS
-            yield from _needs(part, effect=effect)
         case When(condition=condition, effect=part):
             yield Need.CONDITIONAL_EFFECTS
             yield from _needs(condition, effect=False)
             yield from _needs(part, effect=True)
-        case Timed(part=part):
+            return
+        case Timed():
             yield Need.TIME
-            yield from _needs(part, effect=effect)
         case TermComparison(operator=operator, left=left, right=right):
             numeric = operator != "=" or isinstance(left, FunctionTerm) or isinstance(right, FunctionTerm)
             yield Need.NUMBERS if numeric else Need.EQUALITY
         case NumericChange(operator=operator, target=target):
-            cost = operator == "increase" and target == FunctionTerm(TOTAL_COST, ())
-            if not cost:
+            if operator != "increase" or target != FunctionTerm(TOTAL_COST, ()):
                 yield Need.COUNTERS
-        case _:
-            return
+    for part in formula.children:
+        yield from _needs(part, effect=effect)

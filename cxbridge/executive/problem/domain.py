@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
-from typing import Final
+from collections.abc import Iterable, Iterator, Mapping
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.clipstext.terms import constants_of
-from cxbridge.executive.host.environment import ClipsEnvironment
-from cxbridge.executive.host.values import Value
 from cxbridge.executive.pddl.ast import (
     ROOT_TYPE,
     ActionSchema,
@@ -27,13 +25,19 @@ from cxbridge.executive.pddl.ast import (
 )
 from cxbridge.executive.pddl.facts import EQUALITY
 
+if TYPE_CHECKING:
+    from cxbridge.executive.host.environment import ClipsEnvironment
+    from cxbridge.executive.host.values import Value
+
 UNNAMED: Final = "domain"
 """What a domain is called that nobody has parsed."""
 
 _REQUIREMENTS: Final = ("strips", "typing", "negative-preconditions")
 _PAIR: Final = 2
+_DEEPEST: Final = 50
+"""Levels of a formula; facts that an agent asserts may be part of each other."""
 
-Slots = Mapping[str, Value]
+Slots = Mapping[str, "Value"]
 
 
 def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | None:
@@ -69,13 +73,50 @@ def domain_of_facts(env: ClipsEnvironment, parsed: Domain | None) -> Domain | No
     )
 
 
+class Conditions:
+    """Makes formulas of the facts about them.
+
+    :param formulas: the facts ``pddl-formula``.
+    :param atoms: the facts ``pddl-predicate``.
+    """
+
+    def __init__(self, formulas: Iterable[Slots], atoms: Iterable[Slots]) -> None:
+        # a formula of which two formulas are parents would be looked at 2^N times below N such formulas
+        self._formulas: dict[str, list[Slots]] = {}
+        for slots in {_text(slots, "id"): slots for slots in formulas}.values():
+            self._formulas.setdefault(_text(slots, "part-of"), []).append(slots)
+        self._atoms: dict[str, list[Slots]] = {}
+        for slots in atoms:
+            self._atoms.setdefault(_text(slots, "part-of"), []).append(slots)
+
+    def of(self, operator: str) -> Formula | None:
+        """Return the condition of an operator; None when it has none."""
+        parts = self._below(operator, ())
+        return parts[0] if len(parts) == 1 else And(tuple(parts)) if parts else None
+
+    def _below(self, parent: str, above: tuple[str, ...]) -> list[Formula]:
+        """Return the formulas and atoms that are part of something. A formula that is part of itself ends."""
+        atoms = [_atom(each) for each in self._atoms.get(parent, ())]
+        if parent in above or len(above) > _DEEPEST:
+            return [*atoms]
+        inner = (*above, parent)
+        return [*atoms, *(self._formula(each, inner) for each in self._formulas.get(parent, ()))]
+
+    def _formula(self, slots: Slots, above: tuple[str, ...]) -> Formula:
+        parts, kind = self._below(_text(slots, "id"), above), _text(slots, "type")
+        if kind == "negation" and parts:
+            return Not(parts[0] if len(parts) == 1 else And(tuple(parts)))
+        if kind == "disjunction":
+            return Or(tuple(parts))
+        return parts[0] if kind == "atom" and parts else And(tuple(parts))
+
+
 class _Operators:
     """Makes actions of the facts about operators."""
 
     def __init__(self, env: ClipsEnvironment) -> None:
         self._parameters = _rows(env, "domain-operator-parameter")
-        self._formulas = _rows(env, "pddl-formula")
-        self._atoms = _rows(env, "pddl-predicate")
+        self._conditions = Conditions(_rows(env, "pddl-formula"), _rows(env, "pddl-predicate"))
         self._effects = _rows(env, "domain-effect")
 
     def actions(self, operators: list[Slots]) -> Iterator[ActionSchema]:
@@ -87,27 +128,12 @@ class _Operators:
                 if _text(each, "operator") == name
             }
             names = _list(slots, "param-names") or [*types]
-            conditions = self._below(name)
             yield ActionSchema(
                 name,
                 _parameters(names, [types.get(each, ROOT_TYPE) for each in names]),
-                conditions[0] if len(conditions) == 1 else And(tuple(conditions)) if conditions else None,
+                self._conditions.of(name),
                 And(tuple(self._effects_of(name))),
             )
-
-    def _below(self, parent: str) -> list[Formula]:
-        """Return the formulas and atoms that are part of something."""
-        atoms = [_atom(each) for each in self._atoms if _text(each, "part-of") == parent]
-        formulas = [self._formula(each) for each in self._formulas if _text(each, "part-of") == parent]
-        return [*atoms, *formulas]
-
-    def _formula(self, slots: Slots) -> Formula:
-        parts, kind = self._below(_text(slots, "id")), _text(slots, "type")
-        if kind == "negation" and parts:
-            return Not(parts[0])
-        if kind == "disjunction":
-            return Or(tuple(parts))
-        return parts[0] if kind == "atom" and parts else And(tuple(parts))
 
     def _effects_of(self, operator: str) -> Iterator[Formula]:
         for slots in self._effects:
@@ -142,9 +168,9 @@ def _texts(env: ClipsEnvironment, template: str, *slots: str) -> list[tuple[str,
 
 
 def _text(slots: Slots, name: str) -> str:
-    return str(slots[name])
+    return str(slots.get(name, ""))
 
 
 def _list(slots: Slots, name: str) -> list[str]:
-    values = slots[name]
+    values = slots.get(name, ())
     return [str(each) for each in values] if isinstance(values, tuple) else []

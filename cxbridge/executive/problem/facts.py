@@ -9,8 +9,8 @@ from cxbridge.errors import PddlError
 from cxbridge.executive.features.config import clips_scalar
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.values import Symbol, Value
+from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.problem.knowledge import Knowledge
-from cxbridge.executive.problem.truth import Ground
 
 FUNCTION: Final = "problem-function"
 GOAL: Final = "problem-goal"

@@ -21,6 +21,7 @@ from cxbridge.executive.pddl.ast import (
     Domain,
     Formula,
     FunctionTerm,
+    Ground,
     Problem,
     TermComparison,
     TypedNames,
@@ -31,7 +32,7 @@ from cxbridge.executive.pddl.parser import parse_formula, parse_problem
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.semantics import DomainChecker
-from cxbridge.executive.problem.truth import Ground, holds, words_of
+from cxbridge.executive.problem.truth import KnownState, words_of
 
 _NAME: Final = re.compile(r"\w[\w.:+-]*")
 _ZERO: Final = Constant("0")
@@ -277,7 +278,7 @@ class ProblemExpert:
         :raises PddlError: when the domain has no words for it, or a constant is not an instance.
         """
         self.check(goal)
-        return holds(goal, set(self.knowledge.predicates), self.knowledge.functions, self._is_a)
+        return goal.holds(KnownState(set(self.knowledge.predicates), self.knowledge.functions, self._is_a))
 
     def _is_a(self, types: tuple[str, ...]) -> list[str]:
         """Return the instances of some types; of no types: all."""

@@ -52,12 +52,12 @@ class PddlNumbers:
     def holds(self, text: str, names: tuple[Value, ...], values: tuple[Value, ...]) -> Value:
         """Return whether a comparison of numbers is true, as TRUE or FALSE."""
         from cxbridge.executive.pddl import parse_formula  # noqa: PLC0415 - only domains with numbers pay
-        from cxbridge.executive.problem.truth import Truth  # noqa: PLC0415
+        from cxbridge.executive.problem.truth import KnownState  # noqa: PLC0415
 
         if text not in self._formulas:
             self._formulas[text] = parse_formula(text)
-        truth = Truth((), numbers_in(self._env), lambda _types: ())
-        return TRUE if truth.of(self._formulas[text], _bound(names, values)) else FALSE
+        truth = KnownState((), numbers_in(self._env), lambda _types: ())
+        return TRUE if self._formulas[text].holds(truth, _bound(names, values)) else FALSE
 
     def change(
         self, operator: str, names: tuple[Value, ...], values: tuple[Value, ...], duration: float

@@ -1,4 +1,4 @@
-"""Whether a formula without parameters is true, given what is known."""
+"""What is known at a moment, as ``Formula.holds`` asks for it; and which parts make a condition false."""
 
 from __future__ import annotations
 
@@ -6,21 +6,22 @@ import operator
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import product
-from typing import Final
+from typing import Final, NamedTuple
 
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.ast import (
     And,
-    Atom,
+    Bound,
     Constant,
     Formula,
     FunctionTerm,
+    Ground,
     Imply,
     Not,
     Or,
     Quantified,
+    State,
     Term,
-    TermComparison,
     TypedList,
     Variable,
     number_of,
@@ -28,9 +29,6 @@ from cxbridge.executive.pddl.ast import (
 
 MOST_STEPS: Final = 200_000
 """Parts of a formula that are looked at, each for each choice of objects: a second of work at most."""
-
-Ground = tuple[str, tuple[str, ...]]
-"""A predicate or function with its objects."""
 
 InstancesOf = Callable[[tuple[str, ...]], Collection[str]]
 """Returns the instances of some types; of no types: all."""
@@ -60,21 +58,8 @@ def words_of(text: str) -> list[str]:
     return _WORDS.findall(text)
 
 
-def holds(
-    formula: Formula,
-    predicates: Collection[Ground],
-    functions: Mapping[Ground, float],
-    instances_of: InstancesOf,
-) -> bool:
-    """Return whether a formula is true. A comparison with a function that has no value is not.
-
-    :raises PddlError: when quantified variables make too many cases.
-    """
-    return Truth(predicates, functions, instances_of).of(formula, {})
-
-
-class Truth:
-    """The truth of formulas in one state.
+class KnownState:
+    """A state of which the facts, the values of functions and the objects are known.
 
     :param predicates: what is true.
     :param functions: the values of functions.
@@ -94,10 +79,9 @@ class Truth:
         self._duration = duration
         self._steps = 0
 
-    def of(self, formula: Formula, bound: Mapping[str, str]) -> bool:
-        """Return whether a formula is true.
+    def look(self) -> None:
+        """Count a formula that is looked at.
 
-        :param bound: the objects that its variables stand for.
         :raises PddlError: when quantified variables make too many cases.
         """
         self._steps += 1
@@ -106,48 +90,34 @@ class Truth:
                 f"the formula has more than {MOST_STEPS} cases to look at",
                 hint="use fewer variables in 'exists' and 'forall', or types with fewer objects",
             )
-        match formula:
-            case Atom(predicate=name, arguments=terms):
-                found = self._ground(name, terms, bound) in self._predicates
-            case And(parts=parts):
-                found = all(self.of(part, bound) for part in parts)
-            case Or(parts=parts):
-                found = any(self.of(part, bound) for part in parts)
-            case Not(part=part):
-                found = not self.of(part, bound)
-            case Imply(condition=first, consequence=second):
-                found = not self.of(first, bound) or self.of(second, bound)
-            case Quantified(quantifier=quantifier, part=part):
-                some = any if quantifier == "exists" else all
-                found = some(self.of(part, inner) for inner in self.bindings(formula.variables, bound))
-            case TermComparison(operator=sign, left=left, right=right):
-                found = self._compared(sign, left, right, bound)
-            case _:
-                found = False  # an effect, or a part of a durative action: no condition
-        return found
 
-    def _compared(self, sign: str, left: Term, right: Term, bound: Mapping[str, str]) -> bool:
-        if sign == "=" and not (self._is_number(left) or self._is_number(right)):
+    def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
+        """Whether a fact is true."""
+        return self._ground(predicate, terms, bound) in self._predicates
+
+    def compares(self, operator: str, left: Term, right: Term, bound: Bound) -> bool:
+        """Whether two terms compare so. A comparison with a function that has no value is false."""
+        if operator == "=" and not (self._is_number(left) or self._is_number(right)):
             name = _object(left, bound)
             return name is not None and name == _object(right, bound)
-        return _compare(sign, self.number(left, bound), self.number(right, bound))
+        return _compare(operator, self.number(left, bound), self.number(right, bound))
 
     def _is_number(self, term: Term) -> bool:
         return isinstance(term, FunctionTerm) or (
             self._duration is not None and isinstance(term, Variable) and term.name == DURATION
         )
 
-    def _ground(self, name: str, terms: Iterable[Term], bound: Mapping[str, str]) -> Ground:
+    def _ground(self, name: str, terms: Iterable[Term], bound: Bound) -> Ground:
         return name, tuple(str(_object(term, bound)) for term in terms)
 
-    def bindings(self, variables: TypedList, bound: Mapping[str, str]) -> Iterator[dict[str, str]]:
+    def bindings(self, variables: TypedList, bound: Bound) -> Iterator[Bound]:
         """Yield ``bound`` with a choice of objects for some variables more, for each choice."""
         names = [name for group in variables for name in group.names]
         each = [self._instances_of(group.types) for group in variables for _ in group.names]
         for values in product(*each):
             yield {**bound, **dict(zip(names, values, strict=True))}
 
-    def number(self, term: Term, bound: Mapping[str, str]) -> float | None:
+    def number(self, term: Term, bound: Bound) -> float | None:
         """Return the number that a term stands for; None for an object, and a function without a value."""
         match term:
             case Variable(name=name):
@@ -161,7 +131,7 @@ class Truth:
                 return _compute(name, [each for each in numbers if each is not None], len(terms))
 
 
-def _object(term: Term, bound: Mapping[str, str]) -> str | None:
+def _object(term: Term, bound: Bound) -> str | None:
     """Return the object that a term stands for; None for a number, and a variable without a value."""
     match term:
         case Variable(name=name):
@@ -191,3 +161,51 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
     if sign in ("=", "<=", ">=") and abs(first - second) <= _SAME:
         return True
     return _COMPARE[sign](first, second)
+
+
+class Blamed(NamedTuple):
+    """A part of a condition that is not as it must be.
+
+    :param wanted: what it must be.
+    """
+
+    formula: Formula
+    bound: Bound
+    wanted: bool
+
+
+def to_blame(
+    formula: Formula, state: State, bound: Bound, *, wanted: bool = True, whole: bool = False
+) -> Iterator[Blamed]:
+    """Yield the smallest parts that keep a condition from being true, or false.
+
+    Of a conjunction that is false the false parts are to blame; of a disjunction that is false all parts are.
+
+    :param whole: leave disjunctions and negations whole.
+    """
+    if formula.holds(state, bound) == wanted:
+        return
+    parts: Iterable[tuple[Formula, Bound, bool]]
+    match formula:
+        case And() | Quantified(quantifier="forall"):
+            divided = True
+        case Or() | Quantified() | Not():
+            divided = not whole
+        case Imply():
+            divided = wanted or not whole
+        case _:
+            divided = False
+    if not divided:
+        yield Blamed(formula, bound, wanted)
+        return
+    match formula:
+        case Quantified(variables=variables, part=part):
+            parts = ((part, inner, wanted) for inner in state.bindings(variables, bound))
+        case Not(part=part):
+            parts = ((part, bound, not wanted),)
+        case Imply(condition=first, consequence=second):
+            parts = ((second, bound, wanted), *(((first, bound, True),) if not wanted else ()))
+        case _:
+            parts = ((part, bound, wanted) for part in formula.children)
+    for part, inner, value in parts:
+        yield from to_blame(part, state, inner, wanted=value, whole=whole)

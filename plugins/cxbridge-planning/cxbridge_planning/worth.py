@@ -6,10 +6,11 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from cxbridge.executive.pddl import Problem
+from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.planning.needs import TOTAL_TIME
 from cxbridge.executive.planning.planner import PlannedAction
 from cxbridge.executive.planning.validation.plan import PlanCheck
-from cxbridge.executive.problem.truth import Ground, Truth
+from cxbridge.executive.problem.truth import KnownState
 
 GOAL = 0
 """The number that stands for the goal among the steps."""
@@ -59,4 +60,4 @@ def value_of_metric(problem: Problem, actions: Iterable[PlannedAction], check: P
     ends = [step.start + (step.duration or 0.0) for step in steps if step.start is not None]
     took = max(ends) if ends else float(len(steps))
     numbers = {**check.end.numbers, (TOTAL_TIME, ()): took}
-    return Truth((), numbers, lambda _types: ()).number(problem.metric[1], {})
+    return KnownState((), numbers, lambda _types: ()).number(problem.metric[1], {})

@@ -40,16 +40,13 @@ class Case:
 
 def changed_predicates(effect: Formula | None) -> Iterator[str]:
     """Yield the predicates that an effect may change."""
-    match effect:
-        case Atom(predicate=predicate):
-            yield predicate
-        case And(parts=parts):
-            for part in parts:
-                yield from changed_predicates(part)
-        case Not(part=part) | Quantified(part=part) | When(effect=part):
+    if isinstance(effect, Atom):
+        yield effect.predicate
+    elif isinstance(effect, When):
+        yield from changed_predicates(effect.effect)
+    elif effect is not None:
+        for part in effect.children:
             yield from changed_predicates(part)
-        case _:
-            return
 
 
 def cases(

@@ -9,15 +9,15 @@ from typing import Final, NamedTuple
 from cxbridge.executive.pddl.ast import (
     And,
     Atom,
+    Bound,
     Constant,
     Formula,
     FunctionTerm,
-    Imply,
+    Ground,
     Not,
     NumericChange,
     Quantified,
     Term,
-    TermComparison,
     Timed,
     Variable,
     When,
@@ -26,14 +26,11 @@ from cxbridge.executive.pddl.printer import format_formula, format_number, forma
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import TOTAL_COST
 from cxbridge.executive.planning.validation.world import Changes, FactsRead, NumbersRead, Objects, WorldState
-from cxbridge.executive.problem.truth import Ground, Truth
+from cxbridge.executive.problem.truth import KnownState, to_blame
 
 AT_START: Final = "at start"
 AT_END: Final = "at end"
 OVER_ALL: Final = "over all"
-
-Bound = Mapping[str, str]
-"""The objects that variables stand for."""
 
 _CHANGE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "assign": lambda _old, amount: amount,
@@ -65,17 +62,17 @@ class Moment:
     duration: float | None = None
     start: Moment | None = None
 
-    def truth(self, state: WorldState | None = None) -> Truth:
+    def truth(self, state: WorldState | None = None) -> KnownState:
         """Return the truth of formulas now, or in another state."""
         now = state or self.state
-        return Truth(now.facts, now.numbers, self.objects.of, self.duration)
+        return KnownState(now.facts, now.numbers, self.objects.of, self.duration)
 
     def read_by(self, formulas: list[Formula], bound: Bound) -> tuple[set[Ground], set[Ground]]:
         """Return the facts that conditions find true, and the other facts and functions that they read."""
         facts, numbers = FactsRead(self.state.facts), NumbersRead(self.state.numbers)
-        truth = Truth(facts, numbers, self.objects.of, self.duration)
+        truth = KnownState(facts, numbers, self.objects.of, self.duration)
         for formula in formulas:
-            truth.of(formula, bound)
+            formula.holds(truth, bound)
         return facts.true, facts.false | numbers.read
 
 
@@ -112,31 +109,20 @@ def _is_timed(formula: Formula) -> bool:
             return False
 
 
-def false_part(  # noqa: PLR0911  a case for each kind of formula
-    formula: Formula, bound: Bound, moment: Moment
-) -> str:
+def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
     """Return the smallest part that makes a formula false, with its objects, as text; empty: it is true."""
     truth = moment.truth()
-    if truth.of(formula, bound):
+    blamed = next(to_blame(formula, truth, bound, whole=True), None)
+    if blamed is None:
         return ""
-    match formula:
-        case And(parts=parts):
-            return next(filter(None, (false_part(part, bound, moment) for part in parts)))
-        case Quantified(quantifier="forall", variables=variables, part=part):
-            inner = truth.bindings(variables, bound)
-            return next(filter(None, (false_part(part, each, moment) for each in inner)))
-        case Imply(consequence=part):
-            return false_part(part, bound, moment)
-        case Not(part=part):
-            return f"{_text(part, bound)} is true"
-        case TermComparison(left=left, right=right):
-            values = ", ".join(_values(left, bound, truth) + _values(right, bound, truth))
-            return f"{_text(formula, bound)} is false" + (f": {values}" if values else "")
-        case _:
-            return f"{_text(formula, bound)} is false"
+    part, inner = blamed.formula, blamed.bound
+    if isinstance(part, Not):
+        return f"{_text(part.part, inner)} is true"
+    values = ", ".join(value for term in part.terms for value in _values(term, inner, truth))
+    return f"{_text(part, inner)} is false" + (f": {values}" if values else "")
 
 
-def _values(term: Term, bound: Bound, truth: Truth) -> list[str]:
+def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
     """Return what the functions of a term are."""
     if not isinstance(term, FunctionTerm):
         return []
@@ -189,7 +175,7 @@ def numbers_after(
     :raises PlanningError: for a number without a value.
     """
     changes = Changes()
-    truth = Truth((), numbers, lambda _types: (), duration)
+    truth = KnownState((), numbers, lambda _types: (), duration)
     for each in () if effect is None else effect.walk():
         if isinstance(each, NumericChange):
             _change_number(each, bound, truth, changes)
@@ -202,7 +188,7 @@ def _object(term: Term, bound: Bound) -> str:
     return bound[term.name] if isinstance(term, Variable) else term.name
 
 
-def _change_number(change: NumericChange, bound: Bound, truth: Truth, changes: Changes) -> None:
+def _change_number(change: NumericChange, bound: Bound, truth: KnownState, changes: Changes) -> None:
     target = change.target
     assert isinstance(target, FunctionTerm)
     ground = (target.function, tuple(_object(term, bound) for term in target.arguments))
@@ -248,10 +234,10 @@ def _effects(
 def _condition_holds(condition: Formula, bound: Bound, moment: Moment) -> bool:
     """Whether the condition of an effect holds; its parts ``at start`` held then."""
     if not _is_timed(condition):
-        return moment.truth().of(condition, bound)
+        return condition.holds(moment.truth(), bound)
     if any(True for _ in parts_at(condition, OVER_ALL)):
         raise PlanningError("a conditional effect with a condition 'over all' cannot be checked")
     start = moment.start or moment
-    return all(start.truth().of(part, bound) for part in parts_at(condition, AT_START)) and all(
-        moment.truth().of(part, bound) for part in parts_at(condition, AT_END)
+    return all(part.holds(start.truth(), bound) for part in parts_at(condition, AT_START)) and all(
+        part.holds(moment.truth(), bound) for part in parts_at(condition, AT_END)
     )

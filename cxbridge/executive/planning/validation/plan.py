@@ -16,6 +16,7 @@ from cxbridge.executive.pddl.ast import (
     ActionSchema,
     Domain,
     Formula,
+    Ground,
     Problem,
     TermComparison,
     Variable,
@@ -33,7 +34,7 @@ from cxbridge.executive.planning.validation.formulas import (
     parts_at,
 )
 from cxbridge.executive.planning.validation.world import Changes, Objects, WorldState
-from cxbridge.executive.problem.truth import DURATION, Ground
+from cxbridge.executive.problem.truth import DURATION
 
 SAME_TIME_S: Final = 1e-7
 """Moments that are not further apart are at the same time."""

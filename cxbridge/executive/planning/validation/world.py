@@ -5,9 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 
-from cxbridge.executive.pddl.ast import Atom, Constant, Domain, FunctionTerm, Problem
+from cxbridge.executive.pddl.ast import Atom, Constant, Domain, FunctionTerm, Ground, Problem
 from cxbridge.executive.planning.compile.objects import ObjectTable
-from cxbridge.executive.problem.truth import Ground
 
 
 def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:

@@ -6,11 +6,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Final
 
 from cxbridge.executive.pddl import Domain, Problem, format_formula
+from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.printer import format_number
 from cxbridge.executive.planning import PlannedAction, PlanResult
 from cxbridge.executive.planning.validation.plan import PlanCheck, PlanMoment, check_plan
 from cxbridge.executive.planning.validation.world import WorldState
-from cxbridge.executive.problem.truth import Ground
 from cxbridge.trace.html.page import Page, Section, asset
 from cxbridge.trace.html.parts import notes, pairs, table
 from cxbridge.trace.html.text import html

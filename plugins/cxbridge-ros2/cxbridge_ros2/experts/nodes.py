@@ -13,6 +13,7 @@ from cxbridge.executive.pddl.ast import (
     Constant,
     Formula,
     FunctionTerm,
+    Ground,
     Imply,
     Not,
     NumericChange,
@@ -25,7 +26,6 @@ from cxbridge.executive.pddl.ast import (
     number_of,
 )
 from cxbridge.executive.pddl.printer import format_formula, format_number, format_term
-from cxbridge.executive.problem.truth import Ground
 from cxbridge_ros2.experts.names import BEFORE_JAZZY
 from cxbridge_ros2.messages import Message
 

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Final
+from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import cached_property
+from typing import Any, Final
 
 from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.terms import constants_of
 from cxbridge.clipstext.values import show_alone
+from cxbridge.executive.pddl.ast import TermComparison, Variable
+from cxbridge.executive.problem.domain import Conditions
+from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame
 from cxbridge.suggestions import LIKE, likeness
 
 FactsOf = Callable[[str], Sequence[Mapping[str, str]]]
 """Returns the facts of a deftemplate: slots, as CLIPS prints their values."""
 
-_DEEPEST: Final = 50
 _EQUALITY: Final = "EQUALITY"
+
+
+def _no_objects(_types: tuple[str, ...]) -> Collection[str]:
+    return ()
+
 
 Atom = tuple[str, ...]
 """A predicate and its arguments."""
@@ -38,65 +46,31 @@ class Preconditions:
 
     def __init__(self, facts_of: FactsOf) -> None:
         self._facts_of = facts_of
-        # A formula of which two formulas are parents would be looked at 2^N times below N such formulas.
-        self._formulas = list({slots.get("id", ""): slots for slots in facts_of("pddl-formula")}.values())
-        self._predicates = list(facts_of("pddl-predicate"))
-        self._facts: list[Atom] | None = None
+        self._conditions = Conditions(facts_of("pddl-formula"), map(_with_fields, facts_of("pddl-predicate")))
 
-    @property
+    @cached_property
     def _true(self) -> list[Atom]:
         """The atoms that are true; read when they are first needed."""
-        if self._facts is None:
-            self._facts = [
-                (slots.get("name", ""), *fields(slots.get("param-values", "")))
-                for slots in self._facts_of("domain-fact")
-            ]
-        return self._facts
+        return [
+            (slots.get("name", ""), *fields(slots.get("param-values", "")))
+            for slots in self._facts_of("domain-fact")
+        ]
 
     def blame(self, operator: str, arguments: Mapping[str, str]) -> list[str]:
         """Return in words which atoms make the precondition of an operator false; none when it holds.
 
         :param arguments: the values of its parameters.
         """
-        return list(dict.fromkeys(self._blame_parts(operator, arguments, wanted=True, depth=0)))
-
-    def _blame_parts(
-        self, parent: str, arguments: Mapping[str, str], *, wanted: bool, depth: int
-    ) -> Iterator[str]:
-        """Yield what is to blame among the parts of a formula.
-
-        The same for all kinds: of a conjunction that is false the false parts are to blame, and all parts of
-        a disjunction that is false are.
-        """
-        if depth > _DEEPEST:
-            return
-        for formula in self._formulas:
-            if formula.get("part-of") == parent and self._holds(formula, arguments, depth) != wanted:
-                inner = wanted if formula.get("type") != "negation" else not wanted
-                yield from self._blame_parts(formula.get("id", ""), arguments, wanted=inner, depth=depth + 1)
-        for predicate in self._predicates:
-            if predicate.get("part-of") == parent:
-                atom = ground(predicate, arguments)
-                if self._is_true(atom) != wanted:
-                    yield self._described(atom, wanted=wanted)
-
-    def _holds(self, formula: Mapping[str, str], arguments: Mapping[str, str], depth: int) -> bool:
-        name = formula.get("id", "")
-        parts = [self._is_true(ground(p, arguments)) for p in self._predicates if p.get("part-of") == name]
-        if depth < _DEEPEST:
-            inner = (f for f in self._formulas if f.get("part-of") == name)
-            parts += [self._holds(each, arguments, depth + 1) for each in inner]
-        match formula.get("type"):
-            case "disjunction":
-                return any(parts)
-            case "negation":
-                return not all(parts)
-        return all(parts)
-
-    def _is_true(self, atom: Atom) -> bool:
-        if atom[0] == "=":
-            return len(set(atom[1:])) == 1
-        return atom in self._true
+        condition = self._conditions.of(operator)
+        if condition is None:
+            return []
+        variables = {
+            term.name for part in condition.walk() for term in part.terms if isinstance(term, Variable)
+        }
+        bound = {name: arguments.get(name, f"?{name}") for name in variables}
+        state = KnownState({(name, tuple(values)) for name, *values in self._true}, {}, _no_objects)
+        blamed = to_blame(condition, state, bound)
+        return list(dict.fromkeys(self._described(_ground(each), wanted=each.wanted) for each in blamed))
 
     def _described(self, atom: Atom, *, wanted: bool) -> str:
         unknown = [word for word in atom if word.startswith("?")]
@@ -108,6 +82,19 @@ class Preconditions:
         near = sorted(((_likeness(atom, other), other) for other in others), reverse=True)[:1]
         also = "".join(f" ({atom_text(other)} is true)" for like, other in near if like > LIKE)
         return f"{atom_text(atom)} is false{also}"
+
+
+def _with_fields(slots: Mapping[str, str]) -> Mapping[str, Any]:
+    return slots | {name: fields(slots.get(name, "")) for name in ("param-names", "param-constants")}
+
+
+def _ground(blamed: Blamed) -> Atom:
+    name = "=" if isinstance(blamed.formula, TermComparison) else getattr(blamed.formula, "predicate", "")
+    terms = (
+        blamed.bound[term.name] if isinstance(term, Variable) else getattr(term, "name", "")
+        for term in blamed.formula.terms
+    )
+    return (name, *terms)
 
 
 def ground(predicate: Mapping[str, str], arguments: Mapping[str, str]) -> Atom:

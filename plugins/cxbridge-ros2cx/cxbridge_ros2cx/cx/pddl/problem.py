@@ -21,6 +21,7 @@ from cxbridge.executive.pddl.ast import (
     Constant,
     Formula,
     FunctionTerm,
+    Ground,
     Not,
     NumericChange,
     Term,
@@ -31,7 +32,7 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.problems import problem_of_facts
-from cxbridge.executive.problem.truth import Ground, Truth
+from cxbridge.executive.problem.truth import KnownState
 
 BASE: Final = "base"
 """The goal that each problem has."""
@@ -186,11 +187,11 @@ class ManagedProblem:
         :raises PddlError: when there is no such action or object.
         """
         condition, _, bound = self._bound(action, arguments)
-        truth = Truth(self.fluents, self.functions, self.instances_of)
+        truth = KnownState(self.fluents, self.functions, self.instances_of)
         return [
             _text(part, bound)
             for time, part in _parts(condition)
-            if time == "START" and not truth.of(part, bound)
+            if time == "START" and not part.holds(truth, bound)
         ]
 
     def changes(self, action: str, arguments: Sequence[str]) -> Iterator[Change]:
@@ -199,7 +200,7 @@ class ManagedProblem:
         :raises PddlError: when there is no such action or object, or the effect depends on something.
         """
         _, effect, bound = self._bound(action, arguments)
-        truth = Truth(self.fluents, self.functions, self.instances_of)
+        truth = KnownState(self.fluents, self.functions, self.instances_of)
         for time, part in _parts(effect):
             match part:
                 case Atom(predicate=name, arguments=terms):
