@@ -46,7 +46,8 @@ class Attempts:
         if self._asked != AUTO:
             return result
         before = [each.message for each in self._results[:-1] if each.message]
-        return replace(result, why="; ".join((*self._choice.reasons, *before)))
+        reasons = (result.why, *self._choice.reasons, *before)
+        return replace(result, why="; ".join(filter(None, reasons)))
 
     def summary(self) -> PlanResult:
         """Return the result when no planner had the last word."""

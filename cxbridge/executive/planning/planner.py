@@ -7,6 +7,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from math import inf
+from pathlib import Path
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Domain, Problem
@@ -125,6 +126,18 @@ class Planner(ABC):
         reason = self.not_installed or self.refuses(needs)
         if reason:
             raise UnsupportedProblemError(reason)
+
+    def best_so_far(
+        self,
+        folder: Path,  # noqa: ARG002 - for planners that look for better plans
+        domain: Domain,  # noqa: ARG002
+        problem: Problem,  # noqa: ARG002
+    ) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan that the planner's process left behind when its time was over.
+
+        :param folder: the temporary files of the process, which is gone.
+        """
+        return None
 
     @abstractmethod
     def solve(self, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import tempfile
 from contextlib import suppress
+from pathlib import Path
 from typing import Final
 
 from cxbridge.executive.planning.folder import EngineFolder
@@ -40,6 +41,11 @@ class PlannerProcess:
         """Whether it can take another job."""
         # who was killed lives on for a moment
         return not self._killed and self._process.poll() is None
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the planner's temporary files."""
+        return self._folder.path
 
     @property
     def killed(self) -> bool:

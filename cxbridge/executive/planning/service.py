@@ -84,12 +84,15 @@ class PlanCall:
             timer.cancel()
         seconds = time.monotonic() - start
         with self._lock:  # who gives it up from now on comes too late
-            if self._ended_as is not None:
+            ended_as = self._ended_as
+            if ended_as is not None and not (
+                ended_as is PlanStatus.TIMEOUT and result.status is PlanStatus.PLANNED
+            ):
                 text = {
                     PlanStatus.TIMEOUT: f"no plan within {self.request.timeout:g} s{attempts.advice}",
                     PlanStatus.CANCELLED: "planning was cancelled",
-                }[self._ended_as]
-                result = PlanResult(self._ended_as, self.request.planner, message=text, seconds=seconds)
+                }[ended_as]
+                result = PlanResult(ended_as, self.request.planner, message=text, seconds=seconds)
             self._result = result
         self._done.set()
 
@@ -132,13 +135,22 @@ class PlanCall:
         over.cancel()
         with self._lock:
             self._process = None
-        timed_out = not alone and not process.alive and result.status is PlanStatus.FAILED and process.killed
+        if process.killed and result.status is PlanStatus.FAILED:
+            result = self._left(planner, process, seconds)
         self._service.give_back(process)
-        if timed_out:
-            return PlanResult(
-                PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s"
-            )
         return result
+
+    def _left(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
+        """Return what a planner whose process was ended has left: its best plan so far, or none."""
+        from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415 - seldom needed
+
+        name, domain, problem = planner.name, self.request.domain, self.request.problem
+        if self._ended_as is not PlanStatus.CANCELLED:
+            actions = planner.best_so_far(process.folder, domain, problem)
+            if actions is not None and check_plan(domain, problem, actions).holds:
+                why = f"the time was over: the best plan within {seconds:.3g} s"
+                return PlanResult(PlanStatus.PLANNED, name, actions, why=why)
+        return PlanResult(PlanStatus.TIMEOUT, name, message=f"{name} found no plan within {seconds:.3g} s")
 
     @property
     def ended(self) -> bool:

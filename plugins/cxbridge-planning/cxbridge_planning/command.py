@@ -16,7 +16,7 @@ from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need, needs_of
 from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge_planning.engine import EnginePlanner
+from cxbridge_planning.engine import FOLDER, EnginePlanner
 from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.programs import PROGRAMS, PlannerProgram
 from cxbridge_planning.texts import PddlTexts, named, original_texts, plain_texts
@@ -68,7 +68,7 @@ class CommandPlanner(EnginePlanner):
 
     def _solve(self, pddl: PddlTexts, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
         names = PlanNames(domain, problem)
-        with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
+        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
             files = {key: Path(folder, f"{key}.pddl") for key in ("domain", "problem")}
             files["domain"].write_text(pddl.domain)
             # LPG takes no problem that is named problem
@@ -77,11 +77,11 @@ class CommandPlanner(EnginePlanner):
             if self._program.improving and self.improve > 0 and Need.COSTS in needs_of(domain, problem):
                 texts["improve"] = str(max(1, round(self.improve)))
                 self._call(self._program.improving, texts, folder)
-                if plan := self._plan_in(folder, names):
+                if plan := self.plan_in(Path(folder), names):
                     return plan
             output = self._call(self._program.arguments, texts, folder)
             if not self._program.step:
-                plan = self._plan_in(folder, names)
+                plan = self.plan_in(Path(folder), names)
                 if plan is not None:
                     return plan
         for key, file in zip(files, pddl.files, strict=True):
@@ -101,9 +101,9 @@ class CommandPlanner(EnginePlanner):
         output = (done.stdout + done.stderr).decode(errors="replace")
         return f"{output}\n{_STATUS}{done.returncode}"
 
-    def _plan_in(self, folder: str, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
         """Return the best plan that the program wrote, which is the last one; None when it wrote none."""
-        paths = [path for path in Path(folder).glob(f"{_PLAN}*") if path.is_file()]
+        paths = [path for path in folder.glob(f"{_PLAN}*") if path.is_file()]
         for path in sorted(paths, key=lambda path: (path.stat().st_mtime_ns, path.name), reverse=True):
             if self._program.no_plan and self._program.no_plan in path.read_text(errors="replace"):
                 continue

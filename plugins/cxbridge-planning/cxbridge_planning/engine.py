@@ -2,20 +2,28 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Collection
+from contextlib import suppress
 from math import isfinite
+from pathlib import Path
 from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.executive.planning.errors import UnknownPlannerError
+from cxbridge.executive.pddl import Domain, Problem
+from cxbridge.executive.planning.errors import PlanningError, UnknownPlannerError
 from cxbridge.executive.planning.needs import Need
-from cxbridge.executive.planning.planner import RANK, Planner
+from cxbridge.executive.planning.planner import RANK, PlannedAction, Planner
+from cxbridge_planning.plan_files import PlanNames
 
 _FIRST: Final = ("fast-downward",)
 _CLASSICAL: Final = ("lpg", "enhsp", "fd", "ff", "aries", "tamer")
 _NUMERIC: Final = ("enhsp", "lpg", "tamer", "aries")
 _TEMPORAL: Final = ("lpg", "aries", "tamer", "optic", "popf")
+FOLDER: Final = "cxbridge-plan-"
+"""Begins the names of folders in which engines work."""
+
 _END_S: Final = 0.5
 """How long before the end of its time an engine that looks for better plans ends."""
 
@@ -51,6 +59,22 @@ class EnginePlanner(Planner):
     def improve(self) -> float:
         """How long the engine may look for better plans, in seconds."""
         return min(self._improve, max(0.0, self.seconds - _END_S))
+
+    def best_so_far(self, folder: Path, domain: Domain, problem: Problem) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan that the engine left behind when its time was over."""
+        names = PlanNames(domain, problem)
+        for each in folder.glob(f"{FOLDER}*"):
+            with suppress(PlanningError):
+                if plan := self.plan_in(each, names):
+                    return plan
+        return None
+
+    @abstractmethod
+    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan in a folder of the engine, which is the last one; None when there is none.
+
+        :raises PlanningError: when the engine wrote something else.
+        """
 
     def rank(self, needs: Collection[Need]) -> int:
         """Return the place in the order of measured success (docs/planning.md)."""

@@ -13,12 +13,14 @@ from typing import Any, Final
 from cxbridge.executive.pddl import Domain, Problem
 from cxbridge.executive.planning.errors import PlanningError
 from cxbridge.executive.planning.needs import Need
+from cxbridge.executive.planning.plan_text import plan_text
 from cxbridge.executive.planning.planner import PlannedAction
-from cxbridge_planning.engine import Engine, EnginePlanner
-from cxbridge_planning.plan_files import PlanNames
+from cxbridge_planning.engine import FOLDER, Engine, EnginePlanner
+from cxbridge_planning.plan_files import PlanNames, load_plan
 from cxbridge_planning.texts import read_task
 
 _WORDS: Final = 300
+_BEST: Final = "best"
 
 
 class UnifiedEngine(Engine, frozen=True):
@@ -95,26 +97,34 @@ class UnifiedPlanner(EnginePlanner):
         if self._engine.integers:
             _count_in_integers(task)
         # engines leave files behind where they stand
-        with tempfile.TemporaryDirectory(prefix="cxbridge-plan-") as folder:
+        with tempfile.TemporaryDirectory(prefix=FOLDER) as folder:
             before = Path.cwd()
             os.chdir(folder)
             try:
-                result = self._call(shortcuts, task, improve=problem.metric is not None)
+                result = self._call(shortcuts, task, names, improve=problem.metric is not None)
             except Exception as error:
                 raise PlanningError(f"{self.name} failed: {_reason(error)}") from error
             finally:
                 os.chdir(before)
         return self._plan(result, names)
 
-    def _call(self, shortcuts: Any, task: Any, *, improve: bool) -> Any:
+    def plan_in(self, folder: Path, names: PlanNames) -> tuple[PlannedAction, ...] | None:
+        """Return the best plan that the engine had when its time was over."""
+        file = folder / _BEST
+        return load_plan(file, names) if file.exists() else None
+
+    def _call(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
         """Return the engine's result, the last one when it may go on looking."""
         if improve and self.improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)
-                results = list(engine.get_solutions(task, timeout=self.improve))
-            found = [each for each in results if each.plan is not None]
-            if found:
-                return found[-1]
+                found = None
+                for each in engine.get_solutions(task, timeout=self.improve):
+                    if each.plan is not None:
+                        found = each
+                        _keep(self._plan(each, names))
+            if found is not None:
+                return found
         with shortcuts.OneshotPlanner(name=self.name) as engine:
             _avoid_spaces(engine)
             return engine.solve(task)
@@ -146,6 +156,14 @@ def _count_in_integers(task: Any) -> None:
     for fluent in task.fluents:
         if fluent.type.is_real_type():
             fluent._typename = kinds.IntType()  # noqa: SLF001 - a reader of PDDL cannot be told
+
+
+def _keep(plan: tuple[PlannedAction, ...] | None) -> None:
+    """Write a plan into the current folder, in one piece: the time may be over at any moment."""
+    if plan:
+        part = Path(f"{_BEST}.part")
+        part.write_text(plan_text(plan))
+        part.replace(_BEST)
 
 
 def _avoid_spaces(engine: Any) -> None:

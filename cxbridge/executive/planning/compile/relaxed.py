@@ -6,7 +6,7 @@ plan does not reach has no plan.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from typing import Final
 
 from msgspec.structs import replace
@@ -66,21 +66,24 @@ def why_none(domain: Domain, problem: Problem) -> str:
 
 
 def _relaxed_action(action: ActionSchema) -> ActionSchema:
-    condition = None if action.condition is None else _relaxed(action.condition, at_start=True)
+    own = frozenset(changed_predicates(action.effect))
+    condition = None if action.condition is None else _relaxed(action.condition, own)
     effect = None if action.effect is None else _relaxed(action.effect)
     return replace(action, condition=condition, effect=effect, durative=False, duration=None)
 
 
-def _relaxed(formula: Formula, *, at_start: bool = False) -> Formula:
+def _relaxed(formula: Formula, own: Collection[str] = ()) -> Formula:
     """Return a formula without times and numbers.
 
-    :param at_start: leave out what must hold later: the action itself may reach it.
+    :param own: the predicates that the action itself changes: it may reach what must hold later.
     """
 
     def relax(part: Formula) -> Formula:
         match part:
-            case Timed(when=when, part=inner):
-                return And(()) if at_start and when != "at start" else inner
+            case Timed(when=when, part=inner) if when != "at start" and _names_one(inner, own):
+                return And(())
+            case Timed(part=inner):
+                return inner
             case TermComparison(left=left, right=right) if _is_number(left) or _is_number(right):
                 return And(())
             case Not(part=And(parts=())) | NumericChange():
@@ -89,6 +92,10 @@ def _relaxed(formula: Formula, *, at_start: bool = False) -> Formula:
                 return part
 
     return formula.map(relax)
+
+
+def _names_one(formula: Formula, predicates: Collection[str]) -> bool:
+    return any(isinstance(part, Atom) and part.predicate in predicates for part in formula.walk())
 
 
 def _is_number(term: object) -> bool:

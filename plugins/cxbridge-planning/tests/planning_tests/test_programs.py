@@ -135,3 +135,22 @@ def test_a_temporal_plan(program, service):
     assert (step.start, step.duration, str(step)) == (0.0, 4.0, "0.000: (work) [4.000]")
     refused = service.plan(PlanRequest(domain, problem, "pyperplan"))
     assert refused.message == "pyperplan knows nothing of durative actions (action work)"
+
+
+def test_a_time_out_gives_the_best_plan_so_far(tmp_path, service):
+    script = tmp_path / "improves"
+    script.write_text(
+        """#!/bin/sh
+        while [ "$1" != -out ]; do shift; done
+        printf '(go k1 k2)\n(go k2 k1)\n(go k1 k2)\n(go k2 k3)\n' > "$2_1.SOL"
+        sleep 0.1
+        printf '(go k1 k2)\n(go k2 k3)\n' > "$2_2.SOL"
+        exec sleep 1000
+        """
+    )
+    script.chmod(0o755)
+    problem = parse_problem(TASK.format(goal="k3", metric="(:metric minimize (total-cost))"), ROOMS)
+    result = service.plan(PlanRequest(ROOMS, problem, "lpg", {"program": str(script)}, timeout=2.0))
+    assert (result.status, result.planner) == (PlanStatus.PLANNED, "lpg"), result.message
+    assert [str(step) for step in result.actions] == ["(go k1 k2)", "(go k2 k3)"]
+    assert "the time was over" in result.why

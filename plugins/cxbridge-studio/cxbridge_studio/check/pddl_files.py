@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import PddlError
-from cxbridge.executive.pddl import Domain, load_domain, load_problem
+from cxbridge.executive.pddl import Domain, Problem, load_domain, parse_domain, parse_problem
 from cxbridge.executive.pddl.decoding import read_text
 from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS, NO_DOMAIN
 from cxbridge_studio.check.checks.domain_doubts import BY_KIND
@@ -21,30 +21,35 @@ _NAME_OF: Final = re.compile(r"\(\s*domain\s+([^\s()]+)\s*\)", re.IGNORECASE)
 _COMMENT: Final = re.compile(r";[^\n]*")
 
 
-def findings_of(file: Path) -> list[Finding]:
-    """Return what is wrong with a PDDL file."""
+def findings_of(file: Path, text: str | None = None, *, fawkes_compat: bool = False) -> list[Finding]:
+    """Return what is wrong with a PDDL file.
+
+    :param text: of the file, when it is not the one on the disk.
+    :param fawkes_compat: as of :func:`~cxbridge.executive.pddl.parse_domain`.
+    """
     found: list[Finding] = []
 
     def warn(mistake: PddlError) -> None:
         found.append(of_error(mistake, DUBIOUS))
 
     try:
-        wanted = _DOMAIN_OF.search(_code(file))
+        text = read_text(file, "PDDL file") if text is None else text
+        wanted = _DOMAIN_OF.search(_COMMENT.sub("", text))
         if wanted is None:
-            domain = load_domain(file, warn=warn)
+            domain = parse_domain(text, file, fawkes_compat=fawkes_compat, warn=warn)
             return [*found, *_findings(file, doubts(domain))]
         path = _find_domain(file, wanted[1])
         if path is None:
             message = f"there is no domain {wanted[1]} beside the problem"
             return [Finding(NO_DOMAIN, SourcePlace(str(file)), message)]
-        found += _of_problem(file, load_domain(path), warn)
+        domain = load_domain(path, fawkes_compat=fawkes_compat)
+        found += _of_problem(file, parse_problem(text, domain, file, warn=warn), domain)
     except PddlError as error:
         found.append(of_error(error, DOMAIN))
     return found
 
 
-def _of_problem(file: Path, domain: Domain, warn: Callable[[PddlError], None]) -> Iterator[Finding]:
-    problem = load_problem(file, domain, warn=warn)
+def _of_problem(file: Path, problem: Problem, domain: Domain) -> Iterator[Finding]:
     made = {atom.predicate for atom in problem.init}
     yield from _findings(file, untyped_objects(domain, problem.objects))
     yield from _findings(Path(domain.file), doubts(domain, made))

@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
-from pathlib import PurePath
+from pathlib import Path, PurePath
 from typing import Final
 
 from msgspec import Struct
 
 from cxbridge.clipstext.names import Mention, NameKind, PlacedPiece, SourceFile, Use
-from cxbridge.errors import PddlError
-from cxbridge.executive.pddl import parse_domain
 from cxbridge.suggestions import did_you_mean
 from cxbridge_studio.agent.unclosed import describe_unclosed
+from cxbridge_studio.check.checks.domain import DOMAIN, DUBIOUS
+from cxbridge_studio.check.checks.domain_doubts import EFFECT, OBJECT
+from cxbridge_studio.check.findings import Severity
+from cxbridge_studio.check.pddl_files import findings_of
 from cxbridge_studio.lsp.session import AgentDefinitions, Session
 
 UNREADABLE: Final = "CX101"
@@ -23,12 +24,12 @@ SLOT: Final = "CX203"
 FUNCTION: Final = "CX204"
 GLOBAL: Final = "CX205"
 SLOT_OF_VARIABLE: Final = "CX210"
-DOMAIN: Final = "CX301"
 UNKNOWN_NAMES: Final = frozenset({TEMPLATE, SLOT, FUNCTION, GLOBAL, SLOT_OF_VARIABLE})
-LIVE: Final = UNKNOWN_NAMES | {UNREADABLE, UNCLOSED, DOMAIN}
+LIVE: Final = UNKNOWN_NAMES.union(
+    {UNREADABLE, UNCLOSED}, (code.name for code in (DOMAIN, DUBIOUS, EFFECT, OBJECT))
+)
 """The codes of ``cxbridge check`` that the text of the files is enough for."""
 
-_PROBLEM: Final = re.compile(r"^[^;\n]*\(\s*problem\b", re.MULTILINE)
 _OF_VARIABLES: Final = (Use.CHANGED, Use.QUERIED)
 _FACT_USES: Final = (Use.MATCHED, Use.ASSERTED, Use.QUERIED)
 
@@ -41,6 +42,7 @@ class LiveFinding(Struct, frozen=True):
     end: int
     message: str
     hint: str = ""
+    severity: str = Severity.ERROR.value
 
 
 def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
@@ -48,7 +50,7 @@ def live_findings(session: Session, file: SourceFile) -> list[LiveFinding]:
     if file.path.endswith(".clp"):
         return [*_unclosed(session, file), *_unknown_names(session, file)]
     if file.path.endswith(".pddl"):
-        return list(_domain(file))
+        return list(_pddl(session, file))
     if file.problem is None or PurePath(file.path).suffix == ".lua":
         return []
     at = file.lines.place(file.problem.line, file.problem.column)
@@ -136,14 +138,17 @@ def _global(known: AgentDefinitions, mention: Mention) -> _What | None:
     return GLOBAL, f"there is no global variable ?*{name}*", did_you_mean(name, own)
 
 
-def _domain(file: SourceFile) -> Iterator[LiveFinding]:
-    if _PROBLEM.search(file.text):
-        return
-    try:
-        parse_domain(file.text, file.path)
-    except PddlError as error:
-        at = file.lines.place(error.line or 1, error.column or 1)
-        yield LiveFinding(DOMAIN, at, _word_end(file, at), error.message, error.hint or "")
+def _pddl(session: Session, file: SourceFile) -> Iterator[LiveFinding]:
+    """Yield what the check finds in a domain, or in a problem with the domain beside it."""
+    as_fawkes = session.knowledge.reads_as_fawkes
+    for finding in findings_of(Path(file.path), file.text, fawkes_compat=as_fawkes):
+        place = finding.place
+        if Path(place.file) == Path(file.path):
+            at = file.lines.place(place.line or 1, place.column or 1)
+            code = finding.code
+            yield LiveFinding(
+                code.name, at, _word_end(file, at), finding.message, finding.hint, code.severity.value
+            )
 
 
 def _word_end(file: SourceFile, start: int) -> int:

@@ -43,6 +43,7 @@ class AgentKnowledge(Struct, frozen=True):
     :param findings: those of ``cxbridge check``, as its JSON has them.
     :param firings: how often each rule fired in the last recording.
     :param recording: its name; empty when there is none.
+    :param reads_as_fawkes: whether the agent reads PDDL as Fawkes does.
     :param error: why the agent could not be examined; empty when it could.
     """
 
@@ -51,6 +52,7 @@ class AgentKnowledge(Struct, frozen=True):
     findings: list[dict[str, Any]] = field(default_factory=list)
     firings: dict[str, int] = field(default_factory=dict)
     recording: str = ""
+    reads_as_fawkes: bool = False
     error: str = ""
 
     @property

@@ -92,7 +92,7 @@ def _of_text(session: Session, file: SourceFile, positions: Positions) -> Iterat
         yield Diagnostic(
             range=positions.range(file, finding.start, finding.end),
             message=_message(finding.message, finding.hint),
-            severity=DiagnosticSeverity.Error if is_sure else DiagnosticSeverity.Warning,
+            severity=_SEVERITIES[finding.severity] if is_sure else DiagnosticSeverity.Warning,
             code=finding.code,
             source=SOURCE,
         )

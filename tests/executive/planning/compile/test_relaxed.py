@@ -9,10 +9,13 @@ from cxbridge.executive.planning import PlanningService, PlanRequest
 from cxbridge.executive.planning.compile.relaxed import unreached
 
 DOMAIN = parse_domain("""(define (domain cups) (:requirements :adl :durative-actions :fluents)
-  (:types cup place) (:predicates (at ?c - cup ?p - place) (way ?a ?b - place) (red ?c - cup) (lit))
+  (:types cup place) (:predicates (at ?c - cup ?p - place) (way ?a ?b - place) (red ?c - cup) (lit)
+    (polished ?c - cup) (bright ?c - cup))
   (:functions (moved))
   (:action carry :parameters (?c - cup ?a ?b - place) :precondition (and (at ?c ?a) (way ?a ?b))
     :effect (and (at ?c ?b) (not (at ?c ?a)) (increase (moved) 1)))
+  (:durative-action shine :parameters (?c - cup) :duration (= ?duration 1)
+    :condition (over all (polished ?c)) :effect (at end (bright ?c)))
   (:durative-action light :parameters () :duration (= ?duration 1) :condition (over all (lit))
     :effect (and (at start (lit)) (at end (not (lit))))))""")
 TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table tabel - place)
@@ -33,6 +36,7 @@ TASK = """(define (problem p) (:domain cups) (:objects c d - cup kitchen table t
                 "nothing achieves (red c): no action changes red",
             ],
         ),
+        ("(bright c)", ["nothing achieves (bright c): what shine would need is never there"]),
         ("(not (red d))", ["nothing deletes (red d)"]),
         (
             "(or (and (red c) (at c tabel)) (at d tabel))",
