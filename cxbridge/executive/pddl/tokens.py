@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 from bisect import bisect_right
 from functools import cache
+from itertools import accumulate, repeat
 from typing import Final, NamedTuple
 
 from cxbridge.executive.pddl.ast import Position
@@ -16,6 +17,8 @@ MAX_DEPTH: Final = 100
 
 MAX_WORD: Final = 1000
 """Characters of a word."""
+
+_DEEPER: Final = {"(": 1, ")": -1}
 
 
 class Token(NamedTuple):
@@ -57,22 +60,27 @@ class Text:
         comment, pattern = _patterns()
         if ";" in text:
             text = comment.sub(lambda match: " " * len(match[0]), text)
-        kinds, tokens, depth = self.kinds, [], 0
-        for match in pattern.finditer(text):
-            word, start = match[0], match.start()
-            if word == "(":
-                depth += 1
-                if depth > MAX_DEPTH:
-                    message = f"brackets are nested more than {MAX_DEPTH} deep"
-                    raise syntax_error(message, self.position(start), self.file)
-            elif word == ")":
-                depth -= 1
-            elif len(word) > MAX_WORD:
-                message = f"a word has more than {MAX_WORD} characters"
-                raise syntax_error(message, self.position(start), self.file)
-            tokens.append(Token(match.lastgroup or kinds[word], word, start))
+        kinds, make = self.kinds, tuple.__new__  # half as long as a call of Token
+        tokens: list[Token] = [
+            make(Token, (match.lastgroup or kinds[match[0]], match[0], match.start()))
+            for match in pattern.finditer(text)
+        ]
+        depths = accumulate(map(_DEEPER.get, [token[1] for token in tokens], repeat(0)))
+        if max(depths, default=0) > MAX_DEPTH or max(map(len, kinds), default=0) > MAX_WORD:
+            self._refuse(tokens)
         tokens.append(Token(END, "", len(text)))
         return tokens
+
+    def _refuse(self, tokens: list[Token]) -> None:
+        """Raise the error for the first token that is nested too deep or too long."""
+        depth = 0
+        for _, word, start in tokens:
+            depth += _DEEPER.get(word, 0)
+            message = f"brackets are nested more than {MAX_DEPTH} deep" if depth > MAX_DEPTH else ""
+            if len(word) > MAX_WORD:
+                message = f"a word has more than {MAX_WORD} characters"
+            if message:
+                raise syntax_error(message, self.position(start), self.file)
 
 
 class _Kinds(dict[str, str]):
@@ -101,5 +109,6 @@ def _patterns() -> tuple[re.Pattern[str], re.Pattern[str]]:
     tables = load_tables()
     cuts = "|".join(f"(?P<{name}>{pattern})" for name, pattern in tables.cuts.items())
     return re.compile(tables.comment), re.compile(
-        rf"{cuts}|[()]|{tables.words['VARIABLE']}|{tables.words['ODD']}"
+        # brackets and variables are most tokens, and begin as nothing else does
+        rf"[()]|{tables.words['VARIABLE']}|{cuts}|{tables.words['ODD']}"
     )
