@@ -13,7 +13,7 @@ from importlib import import_module
 from pathlib import Path
 from pkgutil import iter_modules, resolve_name
 from types import MappingProxyType, ModuleType
-from typing import TYPE_CHECKING, Any, Final, Generic, TypeVar
+from typing import Any, Final, Generic, TypeVar
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -21,9 +21,6 @@ from msgspec.structs import replace
 from cxbridge.errors import CxbridgeError
 from cxbridge.extras import missing_package, plugin_command
 from cxbridge.suggestions import did_you_mean
-
-if TYPE_CHECKING:
-    from importlib.metadata import EntryPoint
 
 API: Final = 1
 """The version of the hooks. A plug-in for another version is refused."""
@@ -284,28 +281,26 @@ def package_hint(name: str) -> str:
 
 @lru_cache(maxsize=16)
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
-    if not folders:
-        return ()
-    from importlib.metadata import distributions  # noqa: PLC0415 - slow to import, and seldom needed
-
-    found: dict[str, list[tuple[EntryPoint, str]]] = {}
-    for package in distributions(path=[folder for folder, _ in folders]):
-        for entry in package.entry_points.select(group=GROUP):
-            found.setdefault(entry.name, []).append((entry, f"{package.name} {package.version}"))
+    found: dict[str, list[tuple[str, str]]] = {}
+    for folder, _ in folders:
+        for information, text in _entry_points_in(folder):
+            package = _package_of(information)
+            for name, module in _entries(text):
+                found.setdefault(name, []).append((module, package))
     imported = {name: _import(name, found[name]) for name in sorted(found)}
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_read(name, package, module, hooks) for name, (package, module) in imported.items())
 
 
-def _import(name: str, entries: list[tuple[EntryPoint, str]]) -> tuple[str, ModuleType | PluginError]:
+def _import(name: str, entries: list[tuple[str, str]]) -> tuple[str, ModuleType | PluginError]:
     """Return the package of a plug-in, and its module or why it cannot be used."""
-    entry, package = entries[0]
+    module, package = entries[0]
     packages = sorted({each for _, each in entries})
     if len(packages) > 1:
         of = " and ".join(packages)
         return of, PluginError(f"two plug-ins are called '{name}': of {of}", hint="uninstall one of them")
     try:
-        return package, import_module(entry.value)
+        return package, import_module(module)
     except Exception as error:  # noqa: BLE001 - a plug-in's module may raise anything
         reason = f"{type(error).__name__}: {error}"
         message = f"the plug-in '{name}' of {package} cannot be loaded: {reason}"
@@ -370,16 +365,40 @@ def _folders_with_plugins() -> Iterator[tuple[str, int]]:
 
 @lru_cache(maxsize=64)
 def _groups_in(folder: str, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - a part of the key
-    """Return the groups of entry points in a folder.
+    """Return the groups of entry points in a folder. An installation changes the folder, and so the key."""
+    return frozenset(group for _, text in _entry_points_in(folder) for group in _GROUP.findall(text))
 
-    ``importlib.metadata`` reads hundreds of files; this reads each ``entry_points.txt``. An installation
-    changes the folder, and with it the key of the cache.
+
+def _entry_points_in(folder: str) -> Iterator[tuple[str, str]]:
+    """Yield the folders with information about packages, each with the text of its ``entry_points.txt``.
+
+    ``importlib.metadata`` reads hundreds of files, and is slow to import.
     """
-    groups: set[str] = set()
     with suppress(OSError):
-        for name in os.listdir(folder):  # noqa: PTH208
+        for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
-                file = os.path.join(folder, name, "entry_points.txt")  # noqa: PTH118
+                information = os.path.join(folder, name)  # noqa: PTH118
+                file = os.path.join(information, "entry_points.txt")  # noqa: PTH118
                 with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
-                    groups.update(_GROUP.findall(text.read()))
-    return frozenset(groups)
+                    yield information, text.read()
+
+
+def _entries(text: str) -> Iterator[tuple[str, str]]:
+    """Yield name and module of each entry point of our group."""
+    group = ""
+    for line in text.splitlines():
+        if head := _GROUP.match(line):
+            group = head[1]
+        elif group == GROUP and "=" in line and not line.startswith("#"):
+            name, _, module = line.partition("=")
+            yield name.strip(), module.strip()
+
+
+def _package_of(information: str) -> str:
+    """Return name and version of a package, as in ``cxbridge-ros2 0.2.0``."""
+    for name in ("METADATA", "PKG-INFO"):
+        with suppress(OSError):
+            head = Path(information, name).read_text(encoding="utf-8", errors="replace").partition("\n\n")[0]
+            fields = dict(line.partition(": ")[::2] for line in head.splitlines())
+            return f"{fields.get('Name', '')} {fields.get('Version', '')}"
+    return Path(information).stem.replace("-", " ", 1)
