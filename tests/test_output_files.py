@@ -19,7 +19,6 @@ from tests.support import module_files, short_path
 from tests.trace.runs import MemoryRun, family
 
 WITHOUT_HELPER = {
-    "executive/pddl/generate.py": "a developer's command: the tables of the grammar",
     "executive/planning/plugins.py": "files for a planner that the agent names, beside each other",
     "cxbridge_explore/game/scenario.py": "a temporary file",
     "cxbridge_planning/command.py": "temporary files",

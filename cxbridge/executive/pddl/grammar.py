@@ -1,7 +1,8 @@
 """The tables of PDDL's grammar, which lark makes of ``pddl.lark`` ahead of time.
 
 The reader needs nothing but these: importing lark and analysing the grammar would take longer than reading a
-domain. :mod:`.generate` makes them after a change of the grammar.
+domain. ``python -m tests.executive.pddl.generate`` makes
+them after a change of the grammar.
 """
 
 from __future__ import annotations

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import operator
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from itertools import product
 from typing import Final, NamedTuple
@@ -46,16 +45,10 @@ _COMPUTE: Final[Mapping[str, Callable[[float, float], float]]] = {
     "*": operator.mul,
     "/": operator.truediv,
 }
-_WORDS: Final = re.compile(r"[^\s()]+")
 _SAME: Final = 1e-9
 
 DURATION: Final = "duration"
 """The variable that stands for how long a durative action takes."""
-
-
-def words_of(text: str) -> list[str]:
-    """Return the words of a text of PDDL."""
-    return _WORDS.findall(text)
 
 
 class KnownState:

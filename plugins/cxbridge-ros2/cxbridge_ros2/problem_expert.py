@@ -11,8 +11,8 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.problem.numbers import load_functions
 
 if TYPE_CHECKING:
-    from cxbridge.executive.problem.knowledge import ProblemExpert
     from cxbridge.run.context import RunContext
+    from cxbridge_ros2.experts.knowledge import ProblemExpert
 
 _FILE: Final = CORE_DIR / "features" / "problem.clp"
 _WATCHED: Final = ("domain-object", "domain-fact", "problem-function", "problem-goal")
@@ -54,9 +54,8 @@ class ProblemExpertFeature(Feature):
 
     def expert(self, env: ClipsEnvironment) -> ProblemExpert:
         """Return who answers and edits. The environment's lock must be held while it does."""
-        from cxbridge.executive.problem.domain import domain_of_facts  # noqa: PLC0415 - only who asks pays
-        from cxbridge.executive.problem.facts import FactKnowledge  # noqa: PLC0415
-        from cxbridge.executive.problem.knowledge import ProblemExpert  # noqa: PLC0415
+        from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts  # noqa: PLC0415 - only clients pay
+        from cxbridge_ros2.experts.knowledge import ProblemExpert  # noqa: PLC0415
 
         domain = domain_of_facts(env, self._domain_of(env))
         return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)

@@ -1,7 +1,7 @@
 """The original's feature ``plansys2``, with our planners in place of PlanSys2's nodes.
 
 PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, and its planner makes
-the plan. Here the first is :class:`~cxbridge.executive.problem.knowledge.ProblemExpert`, in memory, the
+the plan. Here the first is :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert`, in memory, the
 domain is what the environment parsed last, and the planning service plans.
 Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
@@ -54,7 +54,7 @@ class _PlanSys2User(PlanningUser):
         self._exact = exact
         self._checked: Domain | None = None
         self._refusal: PddlError | None = None
-        from cxbridge.executive.problem.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415
+        from cxbridge_ros2.experts.knowledge import MemoryKnowledge, ProblemExpert  # noqa: PLC0415
 
         self._problem = ProblemExpert(MemoryKnowledge(), lambda: self.domain)
         self._log = env.bus.logger(f"PSYS2CLIPS|{env.name}")

@@ -1,4 +1,4 @@
-"""Makes the tables of PDDL's grammar with lark: ``python -m cxbridge.executive.pddl.generate``."""
+"""Makes the tables of PDDL's grammar with lark: ``python -m tests.executive.pddl.generate``."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from cxbridge.executive.pddl.grammar import GRAMMAR, STARTS, TABLES, Rule, Table
 
 def make_tables() -> Tables:
     """Return the tables of the grammar as it is written now. Needs lark."""
-    from lark import Lark  # noqa: PLC0415  for those who change the grammar
-    from lark.lexer import Lexer, PatternStr  # noqa: PLC0415
+    from lark import Lark
+    from lark.lexer import Lexer, PatternStr
 
     class NoLexer(Lexer):
         """Nothing is read here. With a lexer of lark's, ``strict`` would need one package more."""
@@ -55,7 +55,7 @@ def _rule(rule: Any) -> Rule:
 
 def _states(lark: Any) -> tuple[dict[str, int], list[dict[str, int]]]:
     """Return the first states, and what each state does."""
-    table = lark.parser.parser._parse_table  # noqa: SLF001  lark has no public name for it
+    table = lark.parser.parser._parse_table
     rules = {rule: number for number, rule in enumerate(lark.rules)}
     # lark's order of states is another in each process
     order = {state: number for number, (_, state) in enumerate(sorted(table.start_states.items()))}

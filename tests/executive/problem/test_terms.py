@@ -7,8 +7,8 @@ import pytest
 from cxbridge.clipstext.terms import constants_of
 from cxbridge.executive.features.pddl_parser import _assert_rows
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.executive.pddl import domain_facts, format_domain, parse_domain
-from cxbridge.executive.problem.domain import domain_of_facts
+from cxbridge.executive.pddl import domain_facts, format_formula, parse_domain
+from cxbridge.executive.problem.conditions import Conditions
 
 NAMES = ["FALSE", "TRUE", "missing", "UNKNOWN", "c", "Nil"]
 
@@ -27,6 +27,9 @@ def test_a_constant_in_a_domain_of_facts(env, name: str):
     for file in ("saliences", "plan", "goal", "domain"):
         assert env.batch(CORE_DIR / "cx" / f"{file}.clp")
     _assert_rows(env, domain_facts(parse_domain(text)))
-    made = domain_of_facts(env, None)
+    formulas, atoms = (
+        [slots for _, _, slots in env.facts(each)] for each in ("pddl-formula", "pddl-predicate")
+    )
+    made = Conditions(formulas, atoms).of("go")
     assert made is not None
-    assert f"(and (in ?a) (not (in {name})))" in format_domain(made)
+    assert format_formula(made) == f"(and (in ?a) (not (in {name})))"

@@ -10,8 +10,7 @@ from msgspec import Struct
 from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl.ast import Ground
 from cxbridge.executive.pddl.problems import format_problem
-from cxbridge.executive.problem.knowledge import ProblemExpert
-from cxbridge.executive.problem.truth import words_of
+from cxbridge_ros2.experts.knowledge import ProblemExpert, words_of
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge_ros2.messages import Message
 

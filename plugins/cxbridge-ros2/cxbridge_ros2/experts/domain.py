@@ -21,9 +21,9 @@ from cxbridge.executive.pddl.ast import (
     pairs_of,
 )
 from cxbridge.executive.pddl.printer import format_domain
-from cxbridge.executive.problem.knowledge import ProblemExpert, subtypes
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import ExpertService
+from cxbridge_ros2.experts.knowledge import ProblemExpert, subtypes
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, param
 from cxbridge_ros2.messages import Message
 

@@ -32,10 +32,16 @@ from cxbridge.executive.pddl.parser import parse_formula, parse_problem
 from cxbridge.executive.pddl.printer import format_formula
 from cxbridge.executive.pddl.problems import problem_of_facts
 from cxbridge.executive.pddl.semantics import DomainChecker
-from cxbridge.executive.problem.truth import KnownState, words_of
+from cxbridge.executive.problem.truth import KnownState
 
 _NAME: Final = re.compile(r"\w[\w.:+-]*")
 _ZERO: Final = Constant("0")
+_WORDS: Final = re.compile(r"[^\s()]+")
+
+
+def words_of(text: str) -> list[str]:
+    """Return the words of a text of PDDL."""
+    return _WORDS.findall(text)
 
 
 def _refuse(mistake: PddlError) -> None:

@@ -10,12 +10,12 @@ from cxbridge.errors import PddlError, Ros2Error
 from cxbridge.executive.pddl import format_formula, parse_formula
 from cxbridge.executive.pddl.ast import Atom, Constant, Formula, FunctionTerm, TermComparison, number_of
 from cxbridge.executive.pddl.printer import format_number
-from cxbridge.executive.problem.knowledge import ground_of
 from cxbridge.rights import Right
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.experts.answers import shown
 from cxbridge_ros2.experts.client import ExpertClient
 from cxbridge_ros2.experts.execution import Item, execute, item_of, read_plan
+from cxbridge_ros2.experts.knowledge import ground_of
 from cxbridge_ros2.experts.nodes import NodeCodec, TreeNodeKind, ground_in, ground_node, param
 from cxbridge_ros2.hub.words import Life
 from cxbridge_ros2.messages import Message

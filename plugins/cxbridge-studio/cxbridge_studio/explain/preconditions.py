@@ -10,7 +10,7 @@ from cxbridge.clipstext.facts import parse_values
 from cxbridge.clipstext.terms import constants_of
 from cxbridge.clipstext.values import show_alone
 from cxbridge.executive.pddl.ast import TermComparison, Variable
-from cxbridge.executive.problem.domain import Conditions
+from cxbridge.executive.problem.conditions import Conditions
 from cxbridge.executive.problem.truth import Blamed, KnownState, to_blame
 from cxbridge.suggestions import LIKE, likeness
 

@@ -2,22 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from itertools import count
 
 import pytest
 
+from cxbridge.clock import VirtualClock
 from cxbridge.errors import PddlError
-from cxbridge.executive.host.environment import CORE_DIR
+from cxbridge.events import EventBus
+from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.pddl import format_domain, parse_domain, parse_formula
-from cxbridge.executive.problem.domain import domain_of_facts
-from cxbridge.executive.problem.facts import FactKnowledge
-from cxbridge.executive.problem.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, subtypes
+from cxbridge_ros2.experts.facts import FactKnowledge, domain_of_facts
+from cxbridge_ros2.experts.knowledge import Knowledge, MemoryKnowledge, ProblemExpert, subtypes
 
 DOMAIN = parse_domain(
     """(define (domain d) (:requirements :adl :typing :fluents)
     (:types room hall - place place cup - object) (:constants home - place)
     (:predicates (at ?c - cup ?p - place) (never)) (:functions (far ?a ?b - place)))"""
 )
+
+
+@pytest.fixture
+def env() -> Iterator[ClipsEnvironment]:
+    environment = ClipsEnvironment("executive", EventBus(VirtualClock()))
+    yield environment
+    environment.destroy()
 
 
 @pytest.fixture(params=["memory", "facts"])
