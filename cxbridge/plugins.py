@@ -282,11 +282,9 @@ def package_hint(name: str) -> str:
 @lru_cache(maxsize=16)
 def _read_plugins(folders: tuple[tuple[str, int], ...]) -> tuple[Plugin, ...]:
     found: dict[str, list[tuple[str, str]]] = {}
-    for folder, _ in folders:
-        for information, text in _entry_points_in(folder):
-            package = _package_of(information)
-            for name, module in _entries(text):
-                found.setdefault(name, []).append((module, package))
+    for folder, changed_ns in folders:
+        for name, module, information in _entries_in(folder, changed_ns):
+            found.setdefault(name, []).append((module, _package_of(information)))
     imported = {name: _import(name, found[name]) for name in sorted(found)}
     hooks = HOOKS.union(*(getattr(module, _OWN_HOOKS, ()) for _, module in imported.values()))
     return tuple(_read(name, package, module, hooks) for name, (package, module) in imported.items())
@@ -359,28 +357,26 @@ def _folders_with_plugins() -> Iterator[tuple[str, int]]:
         with suppress(OSError):
             changed_ns = os.stat(folder or ".").st_mtime_ns  # noqa: PTH116 - in each run; pathlib takes long
             path = os.path.abspath(folder)  # noqa: PTH100
-            if GROUP in _groups_in(path, changed_ns):
+            if _entries_in(path, changed_ns):
                 yield path, changed_ns
 
 
 @lru_cache(maxsize=64)
-def _groups_in(folder: str, changed_ns: int) -> frozenset[str]:  # noqa: ARG001 - a part of the key
-    """Return the groups of entry points in a folder. An installation changes the folder, and so the key."""
-    return frozenset(group for _, text in _entry_points_in(folder) for group in _GROUP.findall(text))
+def _entries_in(folder: str, changed_ns: int) -> tuple[tuple[str, str, str], ...]:  # noqa: ARG001
+    """Return the entry points of our group in a folder: name, module, folder with information on the package.
 
-
-def _entry_points_in(folder: str) -> Iterator[tuple[str, str]]:
-    """Yield the folders with information about packages, each with the text of its ``entry_points.txt``.
-
-    ``importlib.metadata`` reads hundreds of files, and is slow to import.
+    ``importlib.metadata`` reads hundreds of files, and is slow to import. An installation changes the folder,
+    and so the key.
     """
+    found: list[tuple[str, str, str]] = []
     with suppress(OSError):
         for name in sorted(os.listdir(folder)):  # noqa: PTH208
             if name.endswith("-info") and "." in name:
                 information = os.path.join(folder, name)  # noqa: PTH118
                 file = os.path.join(information, "entry_points.txt")  # noqa: PTH118
                 with suppress(OSError), open(file, encoding="utf-8", errors="replace") as text:  # noqa: PTH123
-                    yield information, text.read()
+                    found += ((*entry, information) for entry in _entries(text.read()))
+    return tuple(found)
 
 
 def _entries(text: str) -> Iterator[tuple[str, str]]:
