@@ -22,6 +22,7 @@ WITHOUT_HELPER = {
     "executive/planning/plugins.py": "files for a planner that the agent names, beside each other",
     "cxbridge_explore/game/scenario.py": "a temporary file",
     "cxbridge_planning/command.py": "temporary files",
+    "cxbridge_planning/unified.py": "a temporary file, in one piece",
     "cxbridge_ros2cx/cx/log_files.py": "logs of environments, whole as far as they go",
     "skiller/speech_file.py": "sound that is written while it is spoken",
     "testing/new_project.py": "refuses files that are there",

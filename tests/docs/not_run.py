@@ -89,7 +89,8 @@ NOT_RUN: dict[str, dict[str, str]] = {
         "docker run --rm cxbridge run test-scenario": DOCKER,
     },
     "planning.md": {
-        "python -m benchmarks.planner_pairs FOLDER... --timeout 30 --validate VAL/bin/Validate": PAIRS
+        "python -m benchmarks.planner_pairs FOLDER... --most 5 --draw 110 --timeout 30 --engines --validate "
+        "VAL/bin/Validate": PAIRS
     },
     "recording.md": {
         "cxbridge trace record --connect fawkes://robot:1910 -i '*' -o logs/ --duration 60 --json": ROBOT,
