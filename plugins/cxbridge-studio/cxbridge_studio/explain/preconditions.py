@@ -85,7 +85,7 @@ class Preconditions:
 
 
 def _with_fields(slots: Mapping[str, str]) -> Mapping[str, Any]:
-    return slots | {name: fields(slots.get(name, "")) for name in ("param-names", "param-constants")}
+    return {**slots, **{name: fields(slots.get(name, "")) for name in ("param-names", "param-constants")}}
 
 
 def _ground(blamed: Blamed) -> Atom:
