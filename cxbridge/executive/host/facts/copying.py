@@ -84,7 +84,7 @@ def template_of(pointer: CData) -> FactTemplate:
 
 
 class FactCopier:
-    """Copies facts piece by piece. Between two pieces rules may run: a fact has its old or its new slots then.
+    """Copies facts piece by piece. Between two pieces rules may run: a fact has its old or new slots.
 
     A fact that exists at the end is in the copy, and a fact that is gone by then is not.
 
