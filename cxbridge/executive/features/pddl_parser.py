@@ -24,7 +24,7 @@ _FAWKES: Final = "fawkes"
 
 
 def reads_as_fawkes(config: Configuration) -> bool:
-    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and what it drops in silence.
+    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and the parts that it drops in silence.
 
     :raises ConfigError: for another value than ``fawkes``.
     """
@@ -107,7 +107,7 @@ class PddlParserFeature(Feature):
 
 
 def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
-    """Assert the rows in order; one that CLIPS refuses is logged, the others still come."""
+    """Assert the rows in order; a refused row is logged, and the next ones follow."""
     for row in rows:
         slots = {slot: _fields(value) for slot, value in row.slots.items()}
         try:
@@ -117,9 +117,10 @@ def _assert_rows(env: ClipsEnvironment, rows: Iterable[FactToAssert]) -> None:
 
 
 def _fields(value: str | tuple[str, ...]) -> Value:
-    """Return the fields of a slot: symbols, and numbers for names that CLIPS would print as they are.
+    """Return the fields of a slot: symbols, and numbers for names that CLIPS would print unchanged.
 
-    Agents write such a name as a number, ``(domain-object (name 1))``. Others stay names: ``01`` is not 1.
+    Agents write such a name as a number, ``(domain-object (name 1))``. Other names stay names: ``01`` is not
+    1.
     """
     return _field(value) if isinstance(value, str) else tuple(map(_field, value))
 

@@ -1,4 +1,4 @@
-"""The feature `planner`: plans from the facts at hand, made beside the executive. See docs/planning.md."""
+"""The feature `planner`: plans from the facts at hand, made in the background. See docs/planning.md."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ class _PlannerUser(PlanningUser):
         if not self._goals_loaded:
             self._load_goals()
         self._checks.refresh()
-        # a virtual clock stands still meanwhile, so that runs repeat
+        # a virtual clock stands still during the call, so that runs repeat
         waits = self.env.bus.clock.is_virtual
         for call_id, call in list(self._calls.items()):
             result = call.wait() if waits else call.result
@@ -125,7 +125,7 @@ class _PlannerUser(PlanningUser):
                 self._assert_result(call_id, call.request, result)
 
     def check(self, plan_id: str) -> Value:
-        """Check what is left of a plan."""
+        """Check the rest of a plan."""
         return self._checks.check(plan_id)
 
     def _load_goals(self) -> None:
@@ -162,7 +162,7 @@ class _PlannerUser(PlanningUser):
         )
 
     def close(self) -> None:
-        """Cancel what is being planned and end the planners' processes."""
+        """Cancel all planning and end the planners' processes."""
         self.service.close()
         for call_id, call in self._calls.items():
             if (result := call.wait()) is not None:

@@ -1,6 +1,6 @@
 """The abstract syntax of PDDL domains, problems and formulas, as frozen values.
 
-Nodes compare by what they say: positions do not count. More can be said here than the CLIPS Executive has
+Nodes compare by content: positions do not count. The tree can hold more than the CLIPS Executive has
 facts for (quantifiers, conditional effects, numbers): planners understand it.
 """
 
@@ -125,7 +125,7 @@ NOTHING_BOUND: Final[Bound] = MappingProxyType({})
 
 
 class State(Protocol):
-    """What is true at a moment, as conditions ask for it."""
+    """The facts of a moment, as conditions read them."""
 
     def has(self, predicate: str, terms: tuple[Term, ...], bound: Bound) -> bool:
         """Whether the fact of a predicate is true."""
@@ -430,7 +430,7 @@ class Problem(PddlNode, frozen=True):
     :param domain: the name of its domain.
     :param objects: the objects beyond the constants of the domain.
     :param init: the atoms that hold at the start; their arguments are constants.
-    :param init_false: the atoms that are said not to hold at the start, as all others do not.
+    :param init_false: the atoms that are declared false at the start, as all missing ones are.
     :param numbers: the values of numeric functions at the start.
     :param goal: the condition that a plan must reach.
     :param metric: ``minimize`` or ``maximize`` and the term; None when any plan is as good.

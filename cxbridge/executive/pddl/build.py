@@ -41,7 +41,7 @@ class Section(NamedTuple):
     """A section of a domain or problem, or a part of an action.
 
     :param field: of the syntax tree.
-    :param keyword: as it is written in PDDL.
+    :param keyword: the keyword in PDDL.
     """
 
     field: str
@@ -73,7 +73,7 @@ class SyntaxBuilder:
         return syntax_error(message, self._at(start), self._file, hint)
 
     def _fields(self, sections: list[Section], owner: str = "") -> dict[str, Any]:
-        """Return sections by field; each may be there once."""
+        """Return sections by field; each may occur once."""
         fields: dict[str, Any] = {}
         for section in sections:
             if section.field in fields and owner:

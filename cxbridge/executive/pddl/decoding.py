@@ -17,7 +17,7 @@ _COMMENT: Final = re.compile(rb";[^\n]*")
 def read_text(path: str | Path, what: str) -> str:
     """Return the text of a file.
 
-    :param what: what it should hold, to name it in the error.
+    :param what: the expected content, for the error.
     :raises PddlError: when it cannot be read, is too large, or is not UTF-8.
     """
     try:

@@ -11,7 +11,7 @@ class PddlSyntaxError(PddlError):
 
 
 class PddlSemanticError(PddlError):
-    """The text is PDDL but makes no sense: something undeclared, of another type or number."""
+    """The text is PDDL with a mistake: an undeclared name, a wrong type or number."""
 
 
 def syntax_error(message: str, position: Position, file: str, hint: str | None = None) -> PddlSyntaxError:

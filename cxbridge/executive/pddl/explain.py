@@ -195,7 +195,7 @@ class _Explainer:
         return self._error(f"unexpected '{text}' in action {words[0]}", None, hint)
 
     def _no_value(self, key: str, action: str) -> PddlSyntaxError:
-        """Explain what is in the place of a keyword's value."""
+        """Explain the text at the place of a keyword's value."""
         if self._word and not self._word.startswith(":"):
             if key.lower() == ":parameters":
                 return self._error("the parameters must be in brackets", None, "(?x - TYPE ...)")

@@ -1,7 +1,7 @@
 """Formulas and domains to the facts of the CLIPS Executive: the same facts, ids and order as Fawkes' feature.
 
 Ids are made by plain concatenation, parent and counter: the second part of ``pour1`` is ``pour12``. They
-can collide (ten parts, operators that end in a digit); agents match on them, so they stay as they are.
+can collide (ten parts, operators that end in a digit); agents match on them, so they are kept.
 """
 
 from __future__ import annotations

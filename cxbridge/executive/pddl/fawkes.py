@@ -17,7 +17,7 @@ from cxbridge.executive.pddl.tokens import Text, Token
 
 _SECTIONS: Final = (":requirements", ":types", ":constants", ":predicates", ":functions")
 _NEEDED: Final = {":requirements": 0, ":predicates": 1}
-"""Sections that must be there, with the number of their entries."""
+"""Required sections, with the number of their entries."""
 _ACTIONS: Final = frozenset({":action", ":durative-action"})
 _KEYS: Final = {
     ":parameters": "parameters",

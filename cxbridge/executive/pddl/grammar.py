@@ -21,7 +21,7 @@ TABLES: Final = Path(__file__).with_name("tables.json")
 
 
 class Rule(msgspec.Struct, frozen=True, array_like=True):
-    """A rule of the grammar, as it is reduced.
+    """A rule of the grammar, in its reduced form.
 
     :param result: the nonterminal on its left side.
     :param size: the number of symbols on its right side.

@@ -28,7 +28,7 @@ def problem_of_facts(
 ) -> Problem:
     """Return the problem that objects, facts and a goal make, checked against the domain.
 
-    With durative actions a plan shall take as little time as possible.
+    With durative actions a plan should take as little time as possible.
 
     :param objects: name and type of each; an empty type is ``object``. The domain's constants may be among
         them.

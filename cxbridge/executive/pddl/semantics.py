@@ -74,7 +74,7 @@ class DomainChecker:
         self._supers: dict[str, set[str]] = {}
         for name, super_type in pairs_of(domain.types):
             self._supers.setdefault(name, set()).add(super_type or ROOT_TYPE)
-        self._section = "(:constants ...)"  # declares what is unknown
+        self._section = "(:constants ...)"  # the section that has to declare an unknown name
         self._constants: Scope = {}
         for group in domain.constants:
             for name in group.names:
@@ -85,7 +85,7 @@ class DomainChecker:
     def check(self) -> None:
         """Check everything.
 
-        :raises PddlSemanticError: for the first thing that makes no sense.
+        :raises PddlSemanticError: for the first mistake.
         """
         domain = self._domain
         declared: list[TypedList] = [domain.types, domain.constants]
@@ -105,7 +105,7 @@ class DomainChecker:
             self._action(action)
 
     def check_objects(self, objects: TypedList) -> None:
-        """Check the types of a problem's objects; what is checked afterwards belongs to the problem.
+        """Check the types of a problem's objects; later checks belong to the problem.
 
         :raises PddlSemanticError: when one is not declared.
         """
@@ -115,14 +115,14 @@ class DomainChecker:
     def check_formula(self, formula: Formula) -> None:
         """Check a formula without parameters, such as a goal.
 
-        :raises PddlSemanticError: for the first thing that makes no sense.
+        :raises PddlSemanticError: for the first mistake.
         """
         self._formula(formula, {})
 
     def check_number(self, term: Term) -> None:
         """Check the term of a metric.
 
-        :raises PddlSemanticError: for the first thing that makes no sense.
+        :raises PddlSemanticError: for the first mistake.
         """
         if not (isinstance(term, FunctionTerm) and term.function in (TOTAL_TIME, *ARITHMETIC)):
             self._number(term, {})
@@ -253,7 +253,9 @@ class DomainChecker:
                 )
                 if given or self._compat:
                     raise error
-                if self._warn is not None:  # without a type it is any object, and of others nothing is true
+                if (
+                    self._warn is not None
+                ):  # without a type it is any object, and no predicate holds for the rest
                     self._warn(error)
 
     def _refuse_unsupported(self, name: str, position: Position) -> None:
@@ -339,7 +341,7 @@ def check_problem(domain: Domain, problem: Problem, warn: Warn | None = None) ->
     """Check a problem against its domain.
 
     :param warn: called for each mistake that does not keep the problem from being used.
-    :raises PddlSemanticError: for the first thing that makes no sense.
+    :raises PddlSemanticError: for the first mistake.
     """
     if problem.domain.lower() != domain.name.lower():
         message = f"this problem is of the domain {problem.domain}, not of {domain.name}"

@@ -1,7 +1,7 @@
-"""Names as they are declared: in PDDL the case of letters does not matter, in CLIPS it does.
+"""Names in the spelling of their declarations: in PDDL the case of letters does not matter, in CLIPS it does.
 
 A name may be written in other letters than its declaration, and a function of no arguments without brackets.
-Here each gets the form of its declaration, so that others can compare names as they are.
+Here each gets the form of its declaration, so that names can be compared as texts.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ Table = Mapping[str, str]
 
 
 def spell_domain(domain: Domain, words: Iterable[str], words_of_numbers: set[str]) -> Domain:
-    """Return the domain with each name as it is declared.
+    """Return the domain with each name in its declared spelling.
 
     :param words: all words of its text.
     :param words_of_numbers: those in the place of a number.

@@ -13,7 +13,7 @@ from cxbridge.executive.pddl.errors import syntax_error
 from cxbridge.executive.pddl.grammar import END, load_tables
 
 MAX_DEPTH: Final = 100
-"""Brackets in brackets: those who walk formulas may recurse."""
+"""Brackets in brackets: functions that walk formulas may recurse."""
 
 MAX_WORD: Final = 1000
 """Characters of a word."""

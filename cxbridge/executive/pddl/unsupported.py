@@ -48,12 +48,12 @@ CONTINUOUS: Final = "continuous effects (#t)"
 
 
 def unsupported_section(keyword: str) -> str:
-    """Return what a section, or a part of an action, is for; empty: nothing that is known."""
+    """Return the purpose of a section, or of a part of an action; empty: unknown."""
     return _SECTIONS.get(keyword.lower(), "")
 
 
 def unsupported_head(word: str) -> str:
-    """Return what the first word of a formula is for; empty: nothing that is known."""
+    """Return the purpose of a formula's first word; empty: unknown."""
     return _HEADS.get(word.lower(), "")
 
 

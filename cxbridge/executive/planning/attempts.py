@@ -1,4 +1,4 @@
-"""The planners that try a problem one after the other: how long each may take, and what came of them."""
+"""The planners that try a problem one after the other: the time of each, and their results."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _SHARE: Final = 0.6
 
 
 class Attempts:
-    """What the planners of a call have come to so far.
+    """The results of a call's planners so far.
 
     :param asked: the planner that was asked for.
     """
@@ -52,7 +52,7 @@ class Attempts:
     def summary(self) -> PlanResult:
         """Return the result when no planner had the last word."""
         messages = "; ".join(each.message for each in self._results)
-        # that some planners find no plan proves nothing when others have failed
+        # planners without a plan prove nothing when other planners have failed
         for status in (PlanStatus.TIMEOUT, PlanStatus.FAILED, PlanStatus.NO_PLAN):
             for result in self._results:
                 if result.status is status:

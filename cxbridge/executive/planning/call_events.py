@@ -35,7 +35,7 @@ class PlannerCallReporter:
     def started(self, call: str, problem: Problem | None = None) -> Self:
         """Report that it begins, and return it with its id.
 
-        :param problem: what is to be solved, as a source of the run; None when a file is that already.
+        :param problem: the problem, as a source of the run; None when a file is that already.
         """
         reporter = replace(self, call=call)
         if problem is not None and self.bus.wants(SourceRead):

@@ -15,7 +15,7 @@ _LOCK: Final = "in-use"
 
 
 class EngineFolder:
-    """A folder that is there as long as the processes that use it.
+    """A folder that exists as long as the processes that use it.
 
     The owner of :attr:`files` holds its lock: this process, and those that it hands them to. What is left
     of processes that were killed is removed when the next folder is made.
@@ -48,7 +48,7 @@ class EngineFolder:
 
 
 def _lock(file: int) -> bool | None:
-    """Lock a file; return whether nobody else has, None where there are no locks (Windows)."""
+    """Lock a file; return whether no other process has, None where there are no locks (Windows)."""
     if sys.platform == "win32":
         return None
     try:
@@ -63,9 +63,9 @@ def _lock(file: int) -> bool | None:
 
 
 def _remove_unused(folder: Path) -> None:
-    """Remove a folder that nobody uses any more; one that is just being made has no lock yet, and stays."""
+    """Remove an unused folder; one that is just being made has no lock yet, and stays."""
     if sys.platform == "win32":
-        return  # nobody can tell whether it is in use
+        return  # it may be in use
     with suppress(OSError):  # another user's, or another process is faster
         file = os.open(folder / _LOCK, os.O_RDWR | os.O_NOFOLLOW)
         try:

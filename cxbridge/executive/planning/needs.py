@@ -56,7 +56,7 @@ TOTAL_COST = "total-cost"
 
 
 def needs_of(domain: Domain, problem: Problem) -> dict[Need, str]:
-    """Return what the problem needs, each with where it was seen first, e.g. ``action pick``."""
+    """Return the parts that the problem needs, each with its first place, e.g. ``action pick``."""
     needs: dict[Need, str] = {}
     for where, formula, effect in _formulas(domain, problem):
         for need in () if formula is None else _needs(formula, effect=effect):
@@ -105,7 +105,7 @@ def _is_fraction(term: Term) -> bool:
 
 
 def _needs(formula: Formula, *, effect: bool) -> Iterator[Need]:
-    """Yield what a formula needs.
+    """Yield the parts that a formula needs.
 
     :param effect: whether it is an effect, where a negation is none that a planner must understand.
     """

@@ -60,13 +60,13 @@ class PlanStatus(Enum):
 
 @dataclass(frozen=True, slots=True)
 class PlanResult:
-    """What came of a call of a planner.
+    """The result of a call of a planner.
 
     :param planner: its name.
     :param actions: the plan; empty when there is none, or nothing needs to be done.
     :param message: why there is no plan; empty when there is one.
     :param seconds: how long it took.
-    :param why: how this planner came to be taken: which others were left out or failed before.
+    :param why: why this planner was chosen: which planners did not fit or failed before.
     """
 
     status: PlanStatus
@@ -80,14 +80,14 @@ class PlanResult:
 class Planner(ABC):
     """A planner.
 
-    Subclass it, name it, say what it understands, and implement :meth:`solve`. It runs in a process of its
-    own, where it may take its time, print and crash.
+    Subclass it, name it, state what it understands, and implement :meth:`solve`. It runs in a child process,
+    where it may take its time, print and crash.
     """
 
     name: str
     understands: frozenset[Need]
     ignores: frozenset[Need] = frozenset()
-    """What the planner takes and leaves out: its plan holds, and another one may be better."""
+    """The parts that the planner takes and leaves out: its plan holds, and another one may be better."""
 
     fails_with: tuple[frozenset[Need], ...] = ()
     """Needs that the planner has each, and not together: measured, docs/planning.md."""

@@ -65,7 +65,7 @@ class ProblemFiles:
             path.write_text(text, encoding="utf-8")
 
     def read(self, path: Path) -> str:
-        """Return the text of a file, as it was kept last.
+        """Return the kept text of a file.
 
         :raises PddlError: when it was not kept, and cannot be read.
         """
@@ -75,7 +75,7 @@ class ProblemFiles:
 class PddlRobotMemory:
     """Writes ``PddlGenInterface``: fills the problem template.
 
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     :raises ConfigError: when the configuration lacks something.
     """
 
@@ -105,7 +105,7 @@ class PddlRobotMemory:
         return path if path.exists() or not base.is_dir() else self._files.path(str(base / text.strip()))
 
     def loop(self) -> None:
-        """Do what was asked for; to be called once a main loop."""
+        """Carry out requests; to be called once a main loop."""
         if self._working:
             self._working = False
             self._generate()
@@ -149,7 +149,7 @@ class PddlRobotMemory:
 class PddlPlanner:
     """Writes ``PddlPlannerInterface``: has the problem planned, and puts the plan into the robot memory.
 
-    :raises BlackBoardError: when somebody else writes the interface.
+    :raises BlackBoardError: when the interface has another writer.
     :raises ConfigError: when the configuration lacks something.
     """
 
@@ -189,7 +189,7 @@ class PddlPlanner:
         self._interface.write()
 
     def _usable(self, name: str) -> str:
-        """Return the configured planner, or ``auto`` when it is not there."""
+        """Return the configured planner, or ``auto`` when it is not installed."""
         if name == AUTO:
             return name
         known = name in planner_names()
@@ -200,9 +200,9 @@ class PddlPlanner:
         return name
 
     def loop(self) -> None:
-        """Do what was asked for; to be called once a main loop."""
+        """Carry out requests; to be called once a main loop."""
         if self._call is not None:
-            # a virtual clock stands still meanwhile, so that runs repeat
+            # a virtual clock stands still during the call, so that runs repeat
             result = self._call.wait() if self._clock.is_virtual else self._call.result
             if result is not None:
                 self._call = None
@@ -246,7 +246,7 @@ class PddlPlanner:
             reporter.ended(result)
 
     def _end(self, result: PlanResult) -> None:
-        """Put the plan into the robot memory, then report that it is there."""
+        """Put the plan into the robot memory, then report it."""
         # agents cannot tell an empty plan from none, neither could they with Fawkes
         success = result.status is PlanStatus.PLANNED and bool(result.actions)
         if success:
@@ -266,7 +266,7 @@ class PddlPlanner:
         self._interface.write()
 
     def close(self) -> None:
-        """Cancel what is being planned and close the interface."""
+        """Cancel all planning and close the interface."""
         self._service.close()
         if self._call is not None:
             self._report_end(self._call.result)

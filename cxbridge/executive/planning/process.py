@@ -31,7 +31,7 @@ class PlannerProcess:
             stdout=subprocess.PIPE,
             stderr=self._noise,
             start_new_session=True,
-            # planners iterate over sets of texts: their plans shall be the same each time
+            # planners iterate over sets of texts: fixed, so that their plans are the same each time
             env={**os.environ, "PYTHONHASHSEED": "0", **self._folder.environment},
             pass_fds=self._folder.files,
         )
@@ -76,7 +76,7 @@ class PlannerProcess:
         """End the process and its children at once."""
         self._killed = True
         if not (hasattr(os, "killpg") and hasattr(signal, "SIGKILL")):
-            self._process.kill()  # Windows has no groups: what a planner has started ends by itself
+            self._process.kill()  # Windows has no groups: child processes of a planner end by themselves
             return
         with suppress(ProcessLookupError):
             os.killpg(self._process.pid, signal.SIGKILL)

@@ -1,4 +1,4 @@
-"""Planning beside everything else: calls that run in processes of their own, several at once."""
+"""Planning in the background: calls that run in child processes, several at once."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class PlanCall:
 
     @property
     def result(self) -> PlanResult | None:
-        """What came of it; None while it runs."""
+        """The result; None while it runs."""
         return self._result
 
     def wait(self, timeout: float | None = None) -> PlanResult | None:
@@ -63,7 +63,7 @@ class PlanCall:
         return self._result
 
     def cancel(self) -> None:
-        """Give up the plan; nothing happens when it is there already."""
+        """Give up the plan; nothing happens after the result."""
         self._end(PlanStatus.CANCELLED)
 
     # ---- in the call's thread
@@ -141,7 +141,7 @@ class PlanCall:
         return result
 
     def _left(self, planner: Planner, process: PlannerProcess, seconds: float) -> PlanResult:
-        """Return what a planner whose process was ended has left: its best plan so far, or none."""
+        """Return the best plan of a planner whose process was ended, or none."""
         from cxbridge.executive.planning.validation.plan import check_plan  # noqa: PLC0415 - seldom needed
 
         name, domain, problem = planner.name, self.request.domain, self.request.problem
@@ -167,9 +167,9 @@ class PlanCall:
 
 
 class PlanningService(Closing):
-    """Makes plans in processes of their own.
+    """Makes plans in child processes.
 
-    :param at_once: plans that are made at the same time; others wait.
+    :param at_once: plans that are made at the same time; further calls wait.
     :param memory: bytes of address space that a planner's process may have; 0: no limit.
     """
 
@@ -202,7 +202,7 @@ class PlanningService(Closing):
         return result
 
     def close(self) -> None:
-        """Cancel what is being planned and end the processes. A second call does nothing."""
+        """Cancel all planning and end the processes. A second call does nothing."""
         with self._changed:
             self._closed = True
             calls = list(self._calls)

@@ -1,1 +1,1 @@
-"""A planning problem that is edited: what is known of it, where that is kept, what is true."""
+"""A planning problem that is edited: its knowledge, the place where that is kept, and truth."""

@@ -34,7 +34,7 @@ _OVER: Final = frozenset({"EXECUTION-FAILED", "FAILED"})
 class _Watched:
     """A plan that is checked.
 
-    :param problem: what it was made for; its goal counts, the facts of the moment come in its place.
+    :param problem: its problem; the goal counts, the facts of the moment replace the initial state.
     :param only: the objects of the problem, when it has not all.
     :param seen: how often the facts had changed when it was last checked.
     :param failure: why it did not hold then; empty: it held.
@@ -65,7 +65,7 @@ class PlanChecks:
     def failure_now(
         self, request: PlanRequest, actions: tuple[PlannedAction, ...], only: Collection[str] | None
     ) -> str:
-        """Return why a new plan does not hold in the world as it is now; empty: it holds."""
+        """Return why a new plan does not hold in the present world; empty: it holds."""
         return self._failure(_Watched(request.domain, request.problem, only), actions, ())
 
     def watch(self, plan_id: str, goal_id: str, request: PlanRequest, only: Collection[str] | None) -> None:

@@ -1,4 +1,4 @@
-"""What is known at a moment, as ``Formula.holds`` asks for it; and which parts make a condition false."""
+"""The facts of a moment, as ``Formula.holds`` reads them; and which parts make a condition false."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ DURATION: Final = "duration"
 class KnownState:
     """A state of which the facts, the values of functions and the objects are known.
 
-    :param predicates: what is true.
+    :param predicates: the true facts.
     :param functions: the values of functions.
     :param duration: the value of ``?duration``, within a durative action.
     """
@@ -159,7 +159,7 @@ def _compare(sign: str, first: float | None, second: float | None) -> bool:
 class Blamed(NamedTuple):
     """A part of a condition that is not as it must be.
 
-    :param wanted: what it must be.
+    :param wanted: the wanted truth.
     """
 
     formula: Formula

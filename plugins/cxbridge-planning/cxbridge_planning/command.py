@@ -89,7 +89,7 @@ class CommandPlanner(EnginePlanner):
         return self._read(output, names)
 
     def _call(self, arguments: tuple[str, ...], texts: dict[str, str], folder: str) -> str:
-        """Run the program and return what it prints."""
+        """Run the program and return its output."""
         words = [each.format(**texts) for each in arguments]
         command = [*self._program.command(self._own), *words, *self._options]
         try:

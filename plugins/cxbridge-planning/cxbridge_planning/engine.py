@@ -1,4 +1,4 @@
-"""What engines of all kinds have in common: what they understand, their rank, how long they improve plans."""
+"""The common properties of engines of all kinds: supported parts, rank, seconds to improve plans."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ _END_S: Final = 0.5
 
 
 class Engine(Struct, frozen=True, kw_only=True):
-    """What is known of an engine, as of a planner.
+    """The properties of an engine, as of a planner.
 
     :param proves: whether the engine is right when it says that there is no plan.
     """

@@ -31,16 +31,16 @@ class PlannerProgram(Engine, frozen=True):
         this Python.
     :param arguments: its arguments; ``{domain}`` and ``{problem}`` are files, ``{plan}`` begins the names of
         files with plans.
-    :param unsolvable: what it prints when it knows that there is no plan.
+    :param unsolvable: its output when it has proved that there is no plan.
     :param step: a step of a plan that it prints: ``step``, perhaps ``start`` and ``duration``; None: it
         writes plans into files.
-    :param solved: what it prints before such a plan.
-    :param no_plan: what a file says that holds no plan.
+    :param solved: its output before such a plan.
+    :param no_plan: the content of a file without a plan.
     :param improving: its arguments to look for better plans for ``{improve}`` seconds; empty: it cannot.
     :param package: the package that holds it; empty: it is on the PATH.
     :param module: the module of that package.
     :param times: whether its plans have times, when actions are durative.
-    :param options: further options, unless the user gives others.
+    :param options: further options, unless the user gives options.
     """
 
     words: tuple[str, ...]
@@ -56,7 +56,7 @@ class PlannerProgram(Engine, frozen=True):
     options: str = ""
 
     def missing(self, own: str) -> str:
-        """Return what is missing to call it; empty: nothing.
+        """Return the missing parts; empty: none.
 
         :param own: the user's own program.
         """

@@ -28,7 +28,7 @@ class UnifiedEngine(Engine, frozen=True):
 
     :param module: the Python module that it consists of.
     :param package: what to install for it.
-    :param anytime: whether it can go on looking for better plans.
+    :param anytime: whether it can keep looking for better plans.
     :param integers: whether its numbers are integers only.
     """
 
@@ -69,7 +69,7 @@ class UnifiedPlanner(EnginePlanner):
     """An engine of unified-planning.
 
     :param name: one of :data:`ENGINES`.
-    :param improve: seconds to look for better plans, when the problem has a metric and the engine can go on
+    :param improve: seconds to look for better plans, when the problem has a metric and the engine can keep
         looking (aries); which of several plans comes first is left to chance, the best one seldom is.
     """
 
@@ -114,7 +114,7 @@ class UnifiedPlanner(EnginePlanner):
         return load_plan(file, names) if file.exists() else None
 
     def _call(self, shortcuts: Any, task: Any, names: PlanNames, *, improve: bool) -> Any:
-        """Return the engine's result, the last one when it may go on looking."""
+        """Return the engine's result, the last one when it may keep looking."""
         if improve and self.improve > 0 and self._engine.anytime:
             with shortcuts.AnytimePlanner(name=self.name) as engine:
                 _avoid_spaces(engine)

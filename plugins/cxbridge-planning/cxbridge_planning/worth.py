@@ -1,4 +1,4 @@
-"""What a plan is worth: the value of its metric, and for each step the conditions that need its effects."""
+"""The worth of a plan: the value of its metric, and for each step the conditions that need its effects."""
 
 from __future__ import annotations
 

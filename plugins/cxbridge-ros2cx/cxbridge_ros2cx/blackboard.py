@@ -2,8 +2,9 @@
 
 Its template ``blackboard-interface`` has no hash and no serial, and facts of interfaces live for one run of
 the rules (``retract-early``). It registers five functions, of which reading does nothing; the only interface
-that it knows is a ROS message. The others of Fawkes' feature are there, but commented out. By default all
-functions are defined and work; in the mode ``original`` there are those five. Source: BlackboardFeature.cpp.
+that it knows is a ROS message. The remaining functions of Fawkes' feature exist, but commented out. By
+default all functions are defined and work; in the mode ``original`` there are those five. Source:
+BlackboardFeature.cpp.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ ORIGINAL_FUNCTIONS: Final = frozenset(
 class Ros2CxBlackboardFeature(BlackBoardFeature):
     """Gives the ``blackboard-*`` functions.
 
-    :param name: what the configuration calls the feature.
+    :param name: the name of the feature in the configuration.
     :param board: the blackboard that environments see.
     :param original: define only :data:`ORIGINAL_FUNCTIONS`, and let reading do nothing.
     """

@@ -17,7 +17,7 @@ ROS2CX_CLIPS = Path(__file__).parent / "clips"
 """What our own core has otherwise for agents of the executive for ROS 2: skills of several agents, plans."""
 
 ROS2CX_SANE_CLIPS = ROS2CX_CLIPS / "sane"
-"""What the original's core has otherwise, unless its defects are wanted."""
+"""The differences of the original's core, unless its defects are wanted."""
 
 KNOWN_COMMIT = "0abace1"
 """The commit that everything was compared with: branch ``idoychev/minor-fixes``, October 2021."""
@@ -102,7 +102,7 @@ class Ros2CxCheckout(Struct, frozen=True):
 
 
 def digest_of(file: Path) -> str:
-    """Return the beginning of a text file's SHA-256, with any line ends; empty when it is not there."""
+    """Return the beginning of a text file's SHA-256, with any line ends; empty when it is missing."""
     try:
         data = file.read_bytes()
     except OSError:

@@ -1,7 +1,7 @@
 """The checks of a checkout and its parameter files, before anything runs.
 
-The original reads what it knows and ignores the rest, so a slip in a key's name silently does not count. Here
-each key that nobody reads is named, with file and line.
+The original ignores unknown keys, so a misspelt key silently does not count. Here each unread key is named,
+with file and line.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _MOST_NAMED = 4
 
 
 def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout) -> list[str]:
-    """Return what is strange about the parameters of a spec and about the checkout, but no error."""
+    """Return warnings about the parameters of a spec and about the checkout."""
     return [
         *_other_files(checkout),
         *_unknown_keys(config, spec),
@@ -48,7 +48,7 @@ def check_parameters(config: Configuration, spec: str, checkout: Ros2CxCheckout)
 
 
 def _other_files(checkout: Ros2CxCheckout) -> Iterator[str]:
-    """Name the parts of a checkout that are not as they were in the commit that is known."""
+    """Name the parts of a checkout that differ from the known commit."""
     parts = checkout.compare()
     changed = {part: files for part, files in parts.items() if files}
     if changed:
@@ -100,7 +100,7 @@ def _nothing_to_do(config: Configuration, spec: str) -> Iterator[str]:
 
 
 def _at(config: Configuration, path: str) -> str:
-    """Return ``FILE:LINE: `` of what is there, or of the first thing below it."""
+    """Return ``FILE:LINE: `` of a path, or of the first value below it."""
     place: ConfigValue | None
     place = config.get(path) if config.exists(path) else next(config.search(path), None)
     return f"{place.file}:{place.line}: " if place is not None and place.file else ""

@@ -44,7 +44,7 @@ class MockFeature(Feature):
 
 @dataclass(frozen=True, slots=True)
 class Ros2CxFeatureContext:
-    """What the features are made of.
+    """The parts of the features.
 
     :param config: the configuration of the run.
     :param folder: the folder of the parameter files.

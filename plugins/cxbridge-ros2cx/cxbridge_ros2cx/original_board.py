@@ -1,7 +1,7 @@
 """A skill board that treats executors as the original does, its defects included.
 
-All who answer are confirmed, and all execute; nobody is rejected; who is confirmed last counts. Only a master
-that nobody has answered gives up, when the rules look at it. Source: SkillExecutionMaster.cpp.
+All executors that answer are confirmed, and all execute; none is rejected; the last confirmed one counts.
+Only a master without an answer gives up, when the rules look at it. Source: SkillExecutionMaster.cpp.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
 
 IDLE_S: Final = 4.0
-"""Seconds that a master waits for somebody to answer; the time-out ``start`` of such a board."""
+"""Seconds that a master waits for an answer; the time-out ``start`` of such a board."""
 
 NO_AGENT: Final = "default"
-"""What the skill board calls the agent whose id is the empty string: there, names are not empty."""
+"""The skill board's name of the agent whose id is the empty string: there, names are not empty."""
 
 _NEVER: Final = 2**63 - 1
 
@@ -34,7 +34,7 @@ class OriginalMaster(Master):
     __slots__ = ()
 
     def look(self, now_us: int) -> None:
-        """Give up when nobody has answered for more than :data:`IDLE_S`. The rules look once a tick."""
+        """Give up without an answer for more than :data:`IDLE_S`. The rules look once a tick."""
         if self.state is MasterState.ASKING and now_us > self._start_us:
             agent = "" if self.agent == NO_AGENT else self.agent
             words = [str(value) for name, value in self.call.parameters.items() if name != MAPPED_ACTION]
@@ -52,7 +52,7 @@ class OriginalMaster(Master):
         self._go(MasterState.CONFIRMED)
 
     def take_feedback(self, executor: str, progress: float, text: str, now_us: int) -> None:
-        """Take FEEDBACK of the one that counts, and leave the others alone."""
+        """Take FEEDBACK of the executor that counts, and leave the rest alone."""
         if executor == self.executor and self.has_executor:
             super().take_feedback(executor, progress, text, now_us)
             self.deadline_us = _NEVER
@@ -65,10 +65,10 @@ class OriginalMaster(Master):
             super().finished(executor, outcome, error, now_us, text)
 
     def lost(self, executor: str) -> None:
-        """Nobody looks whether an executor is still there."""
+        """Do not look whether an executor still exists."""
 
     def undelivered(self, executor: str, why: str) -> None:
-        """Nobody knows whether a message was delivered."""
+        """Ignore whether a message was delivered."""
 
     def cancel(self, now_us: int) -> bool:  # noqa: ARG002
         """Send CANCEL to its executor; without an answer, nothing happens."""
@@ -86,9 +86,10 @@ class OriginalMaster(Master):
 def policy_of(config: Configuration) -> BoardPolicy:
     """Return how the skill board of a run treats executors.
 
-    REQUEST goes to all, as on the original's topic: who answers first is confirmed, the others are rejected.
+    REQUEST goes to all, as on the original's topic: the first executor that answers is confirmed, later ones
+    are rejected.
 
-    :raises ConfigError: when the settings make no sense.
+    :raises ConfigError: when the settings are invalid.
     """
     if Ros2CxSettings.of(config).original:
         return BoardPolicy(
@@ -100,7 +101,7 @@ def policy_of(config: Configuration) -> BoardPolicy:
 def with_idle_time(settings: BoardSettings, config: Configuration) -> BoardSettings:
     """Return settings whose masters wait for an executor as long as the original's, unless configured.
 
-    :raises ConfigError: when the settings make no sense.
+    :raises ConfigError: when the settings are invalid.
     """
     if config.exists(f"{TREE}/timeouts/start") and not Ros2CxSettings.of(config).original:
         return settings

@@ -2,7 +2,7 @@
 
 PlanSys2's problem expert keeps instances and predicates, its domain expert the domain, and its planner makes
 the plan. Here the first is :class:`~cxbridge_ros2.experts.knowledge.ProblemExpert`, in memory, the
-domain is what the environment parsed last, and the planning service plans.
+domain is the last one that the environment parsed, and the planning service plans.
 Source: Plansys2Feature.cpp, and PlanSys2's ProblemExpert.
 """
 
@@ -70,7 +70,7 @@ class _PlanSys2User(PlanningUser):
 
     def add_predicate(self, text: str) -> None:
         name, *arguments = str(text).strip().removeprefix("(").removesuffix(")").split() or [""]
-        # a constant of the domain is no instance there, until somebody adds it
+        # a constant of the domain is no instance there, until a client adds it
         unknown = [word for word in arguments if word not in self._problem.knowledge.instances]
         try:
             if unknown:
@@ -94,7 +94,7 @@ class _PlanSys2User(PlanningUser):
         call = self.service.call(request)
         started = reporter.started(Symbol(wanted.plan_id), request.problem)
         if self.env.bus.clock.is_virtual:
-            # as the original, which blocks: the clock stands still meanwhile
+            # as the original, which blocks: the clock stands still during the call
             result = call.wait()
             assert result is not None
             self._report_result(wanted, result, started)
@@ -104,7 +104,7 @@ class _PlanSys2User(PlanningUser):
     def known(self, domain: Domain) -> Known:
         """Return the instances and predicates that were added.
 
-        :raises PddlError: when PlanSys2 would refuse the domain, and so shall we.
+        :raises PddlError: when PlanSys2 would refuse the domain.
         """
         self._check(domain)
         if self._refusal is not None and self._exact:
@@ -153,7 +153,7 @@ class _PlanSys2User(PlanningUser):
         )
 
     def close(self) -> None:
-        """Cancel what is being planned and end the planners' processes."""
+        """Cancel all planning and end the planners' processes."""
         self.service.close()
         for _, call, reporter in self._calls:
             if (result := call.wait()) is not None:
@@ -164,7 +164,7 @@ class _PlanSys2User(PlanningUser):
 class Plansys2Feature(PlanningFeature[_PlanSys2User]):
     """Gives the ``psys2-*`` functions.
 
-    :param name: what the configuration calls the feature.
+    :param name: the name of the feature in the configuration.
     :param settings: which planner, how long.
     :param domain_of: the domain that an environment parsed last; None when it parsed none.
     :param make_service: makes the service that plans for the environment of this name; None: by planners.

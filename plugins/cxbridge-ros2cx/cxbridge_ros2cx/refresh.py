@@ -1,4 +1,4 @@
-"""When the executive thinks: a timer of its own, at ``refresh-rate``.
+"""When the executive thinks: a separate timer, at ``refresh-rate``.
 
 The original runs the rules in the callback of a wall timer. When a callback takes longer than the period, the
 next one comes at once, before the executive's process does anything else.
@@ -34,7 +34,7 @@ class RefreshTimer:
         now_us = self._clock.now_us()
         if now_us < self._next_us:
             return False
-        # a run that came late does not make others come late; what was missed is not made up for
+        # a late run does not make later ones late; missed runs are dropped
         missed = (now_us - self._next_us) // self._period_us
         self._next_us += (missed + 1) * self._period_us
         return True

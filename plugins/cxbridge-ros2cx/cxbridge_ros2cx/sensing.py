@@ -1,7 +1,7 @@
 """The effects of a dummy's actions, as sensors would report them.
 
-An action with a sensed effect ends when somebody has sensed the effect. Nobody senses what a dummy pretends
-to do, so its effects are asserted here.
+An action with a sensed effect ends when a sensor has seen the effect. A dummy's effects have no sensor, so
+they are asserted here.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class Ros2CxSettings(Struct, frozen=True):
     :param mode: whether the original's defects are repeated.
     :param removal_blocks: seconds for which the removal of the first, the second ... ended skill blocks the
         executive. In the original that is between 0 and 2 s, by chance. Only with mode ``original``.
-    :param unsensed: executors whose effects nobody senses; they are asserted, as those of dummies.
+    :param unsensed: executors whose effects have no sensor; they are asserted, as those of dummies.
     """
 
     mode: Ros2CxMode = Ros2CxMode.SANE

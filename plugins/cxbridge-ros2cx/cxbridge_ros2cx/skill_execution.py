@@ -39,10 +39,10 @@ class PretendingSkills(Skills, Protocol):
         """
 
     def look(self, action: SkillAction) -> None:
-        """Note that the rules look at an action now: one that waits in vain may give up."""
+        """Note that the rules look at an action now: one without an answer may give up."""
 
     def pretends(self, executor: str) -> bool:
-        """Return whether an executor is a dummy whose effects nobody senses."""
+        """Return whether an executor is a dummy whose effects have no sensor."""
 
 
 _STATUS = {
@@ -61,7 +61,7 @@ _FEEDBACK = "skill-feedback"
 class SkillExecutionFeature(Feature):
     """Gives ``call-skill-execution``, ``call-skill-read`` and ``call-skill-cancel``.
 
-    :param name: what the configuration calls the feature.
+    :param name: the name of the feature in the configuration.
     :param skills: returns the skill board; None while there is none.
     :param on_removal: called when the rules have read the end of a skill, and it is forgotten.
     :param original: whether the original's defects are repeated.
@@ -91,7 +91,7 @@ class SkillExecutionFeature(Feature):
         env.define("call-skill-cancel", context.cancel, 1, types="*;sy")
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """Cancel what the environment has asked for."""
+        """Cancel the environment's requests."""
         self._contexts.pop(env.name).close()
 
 
@@ -118,7 +118,7 @@ class _Call:
 
 
 class _SkillExecutionContext:
-    """What the feature holds for one environment."""
+    """The feature's state of one environment."""
 
     def __init__(
         self,
@@ -186,7 +186,7 @@ class _SkillExecutionContext:
                 self._on_removal()
 
     def _forget_feedback(self) -> None:
-        """Retract what rules have left of earlier ticks: it would set a skill back to what it was.
+        """Retract facts that rules have left of earlier ticks: they would set a skill back to its old state.
 
         The rule of skills.clp that ought to do it is never defined: a parenthesis is missing.
         """

@@ -1,4 +1,4 @@
-"""A skill board on which each action has somebody who executes it: a dummy where there is nobody else."""
+"""A skill board on which each action has an executor: a dummy where there is no other."""
 
 from __future__ import annotations
 
@@ -25,15 +25,15 @@ if TYPE_CHECKING:
 
 
 class Ros2CxSkills:
-    """The skill board of a service; an action that nobody executes gets a dummy.
+    """The skill board of a service; an action without an executor gets a dummy.
 
-    There is no dummy for an action whose executor is gone, and none for an agent that nobody serves while
-    others are served: that is an error.
+    There is no dummy for an action whose executor is gone, and none for an unserved agent while
+    further agents are served: that is an error.
 
     :param service: the skill board, and where executors of this process live.
     :param settings: the agents that are configured, and whether executors are to be made here.
     :param original: whether the original's defects are repeated.
-    :param unsensed: executors whose effects nobody senses, dummies apart.
+    :param unsensed: executors whose effects have no sensor, dummies apart.
     """
 
     def __init__(
@@ -105,7 +105,7 @@ class Ros2CxSkills:
         return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
     def look(self, action: SkillAction) -> None:
-        """Note that the rules look at an action now: one that waits in vain may give up."""
+        """Note that the rules look at an action now: one without an answer may give up."""
         if isinstance(action, OriginalMaster):
             action.look(self._clock.now_us())
 
@@ -120,7 +120,7 @@ class Ros2CxSkills:
         return stopped
 
     def pretends(self, executor: str) -> bool:
-        """Return whether nobody senses the effects of an executor, as those of a dummy."""
+        """Return whether the effects of an executor have no sensor, as those of a dummy."""
         return not self._original and executor in self._dummies
 
     def add_executor(self, text: str) -> None:

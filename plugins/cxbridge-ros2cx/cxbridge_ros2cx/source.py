@@ -103,7 +103,7 @@ class Ros2CxSource(Source):
         checkout, options = self._checkout, self.options
         placeholders = {"CONFDIR": str(checkout.bringup)}
         configured = config.get_strings("/clips-executive/clips-dirs", default=[])
-        # an unknown placeholder stays as it is, as in the original: such a folder holds nothing
+        # an unknown placeholder is kept, as in the original: such a folder holds nothing
         folders = [
             *options.clips_dirs,
             *(Path(text.replace("@CONFDIR@", str(checkout.bringup))) for text in configured),

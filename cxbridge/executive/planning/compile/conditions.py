@@ -1,7 +1,7 @@
 """Conditions with their variables bound, as alternatives of literals (disjunctive normal form).
 
-What cannot change is decided here: equalities, quantifiers (over the objects there are), predicates that no
-action changes. What is left are the facts that must be true and those that must be false.
+Unchangeable parts are decided here: equalities, quantifiers (over the existing objects), predicates that no
+action changes. The remaining facts must be true or must be false.
 """
 
 from __future__ import annotations
@@ -63,8 +63,8 @@ TRUE: Final[Alternatives] = (Conjunction(),)
 class Evaluator:
     """Turns formulas into alternatives.
 
-    :param objects: what quantified variables stand for.
-    :param known: the truth of a fact that can never change; None for the others.
+    :param objects: the values of quantified variables.
+    :param known: the truth of a fact that can never change; None for the rest.
     """
 
     def __init__(self, objects: ObjectTable, known: Callable[[Fact], bool | None]) -> None:

@@ -91,7 +91,7 @@ def _split(
 def _changes(
     evaluator: Evaluator, effect: Formula | None, when: Formula | None, binding: Binding
 ) -> Iterator[tuple[Formula | None, Binding, Change]]:
-    """Yield each change with its condition and what the variables of that stand for."""
+    """Yield each change with its condition and the values of that condition's variables."""
     match effect:
         case None | NumericChange():
             return

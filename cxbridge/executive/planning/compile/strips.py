@@ -32,9 +32,10 @@ class Operator:
 class StripsTask:
     """A task.
 
-    :param facts: what the numbers mean; facts that stand for the falsehood of another are named ``not NAME``.
+    :param facts: the meanings of the numbers; facts that stand for the falsehood of another are named ``not
+        NAME``.
     :param initial: what holds at the start.
-    :param goal: what must hold at the end.
+    :param goal: the facts that must hold at the end.
     """
 
     facts: tuple[Fact, ...]
@@ -44,7 +45,7 @@ class StripsTask:
 
 
 def without_irrelevant(task: StripsTask) -> StripsTask:
-    """Return the task without operators that can never help, and without effects that nobody asks for."""
+    """Return the task without useless operators, and without effects that no condition needs."""
     adding: dict[int, list[Operator]] = {}
     for operator in task.operators:
         for fact in operator.adds:

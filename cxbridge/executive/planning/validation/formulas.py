@@ -1,4 +1,4 @@
-"""Conditions and effects of one action with its objects: what holds, what is false, what changes."""
+"""Conditions and effects of one action with its objects: true and false facts, and changes."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def false_part(formula: Formula, bound: Bound, moment: Moment) -> str:
 
 
 def _values(term: Term, bound: Bound, truth: KnownState) -> list[str]:
-    """Return what the functions of a term are."""
+    """Return the functions of a term."""
     if not isinstance(term, FunctionTerm):
         return []
     value = truth.number(term, bound)
@@ -152,7 +152,7 @@ def changes_of(effect: Formula | None, bound: Bound, moment: Moment, when: str) 
     """Return what an effect changes.
 
     :param when: :data:`AT_START` or :data:`AT_END`; effects that name no moment are of the end.
-    :raises PlanningError: for a number without a value, and an effect that goes on in time.
+    :raises PlanningError: for a number without a value, and an effect over time.
     """
     changes = Changes()
     truth = moment.truth()

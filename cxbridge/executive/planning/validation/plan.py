@@ -45,7 +45,7 @@ TOLERANCE_S: Final = 0.001
 
 @dataclass(frozen=True, slots=True)
 class PlanMoment:
-    """What a step does at one time: all of it, or its start, or its end.
+    """The part of a step at one time: all of it, or its start, or its end.
 
     :param step: the number of the step, from 1.
     :param part: ``start`` or ``end`` of a durative action; empty: all of it.
@@ -63,7 +63,7 @@ class PlanMoment:
 
 @dataclass(frozen=True, slots=True)
 class PlanCheck:
-    """What came of checking a plan.
+    """The result of checking a plan.
 
     :param failure: why it does not hold; empty when it does.
     :param step: the number of the first step that cannot be done, from 1; 0: the goal is not reached.
@@ -226,7 +226,7 @@ class _Checker:
         if len(done) > 1:
             _refuse_interference([(event, needs | looked, changes) for event, needs, looked, changes in done])
         for _, _, _, changes in done:
-            # what others have done to a number at the same time adds up
+            # simultaneous changes of a number by several steps add up
             others = {
                 key: self._state.numbers.get(key, 0.0) - before.numbers.get(key, 0.0)
                 for key in changes.numbers
@@ -244,7 +244,7 @@ class _Checker:
             self._require(step, list(parts_at(step.action.condition, OVER_ALL)), self._state)
 
     def _act(self, event: _Event, state: WorldState) -> tuple[set[Ground], set[Ground], Changes]:
-        """Return the facts that a moment finds true, the others that it reads, and its changes."""
+        """Return the facts that a moment finds true, the further ones that it reads, and its changes."""
         step, action = event.step, event.step.action
         moment = Moment(state, self._objects, step.duration, step.begun)
         when = AT_END if event.part == "end" else AT_START

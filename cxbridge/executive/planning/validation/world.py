@@ -1,4 +1,4 @@
-"""A state of the world, and what is read of it and changed in it."""
+"""A state of the world, with its reads and changes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def ground_of(name: str, term: Atom | FunctionTerm) -> Ground:
 
 @dataclass(frozen=True, slots=True)
 class WorldState:
-    """What is true, and the values of functions."""
+    """The true facts, and the values of functions."""
 
     facts: frozenset[Ground]
     numbers: Mapping[Ground, float]
@@ -30,7 +30,7 @@ class WorldState:
         )
 
     def after(self, changes: Changes) -> WorldState:
-        """Return the state after some changes: what is deleted goes first."""
+        """Return the state after some changes: deletions come first."""
         if not changes:
             return self
         numbers = {**self.numbers, **changes.numbers} if changes.numbers else self.numbers

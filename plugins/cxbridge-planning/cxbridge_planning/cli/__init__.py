@@ -1,1 +1,1 @@
-"""The command ``plan``, and the page about a plan: a timeline, the states, why each step is there."""
+"""The command ``plan``, and the page about a plan: a timeline, the states, the reason of each step."""

@@ -24,7 +24,7 @@ _MOST_ROWS: Final = 500
 
 
 def plan_page(domain: Domain, problem: Problem, result: PlanResult) -> Page:
-    """Return a page about what a planner has found."""
+    """Return a page about the result of a planner."""
     check = check_plan(domain, problem, result.actions)
     facts = {
         "problem": problem.name,

@@ -1,4 +1,4 @@
-"""What a package installs into its share folder, from its CMakeLists.txt: for source trees."""
+"""The files that a package installs into its share folder, from its CMakeLists.txt: for source trees."""
 
 from __future__ import annotations
 

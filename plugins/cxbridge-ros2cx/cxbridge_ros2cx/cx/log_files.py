@@ -44,7 +44,7 @@ class EnvironmentLog:
         self._file.write(f"[{self._stamp}.{rest // 1000:03}] [{self._name}] [{_LEVEL}] {line}\n")
 
     def flush(self) -> None:
-        """Write what is buffered."""
+        """Write buffered lines."""
         self._file.flush()
 
     def close(self) -> None:

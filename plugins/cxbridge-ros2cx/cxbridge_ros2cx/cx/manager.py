@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 class CxManager(EnvironmentManager):
     """The environments of a node, and its plug-ins.
 
-    :param context: what the plug-ins share.
+    :param context: the shared state of the plug-ins.
     :param logs: the log files of the environments.
     """
 
@@ -118,7 +118,7 @@ class CxManager(EnvironmentManager):
         return TRUE
 
     def _plugin(self, name: str) -> CxPlugin:
-        """Return a plug-in; it is made when somebody asks for it for the first time."""
+        """Return a plug-in; it is made on the first request."""
         if name not in self.plugins:
             class_name = find_class(name, self.context.parameters)
             plugin = load_class(name, class_name, self.context)(name, self.context)

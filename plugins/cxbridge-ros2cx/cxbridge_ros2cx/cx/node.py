@@ -70,7 +70,7 @@ class CxNode(Executive):
     def activate(self) -> bool:
         """Load the plug-ins of each environment; then reset and run each environment."""
         self.node.log.info(f"Activating [{self._title}]...")
-        if self._was_active:  # plug-ins define again what is there
+        if self._was_active:  # plug-ins define their functions again
             for each in self.names:
                 self.node.stock(each).clear()
         self._is_active = self._was_active = True
@@ -92,7 +92,7 @@ class CxNode(Executive):
         return True
 
     def load_core(self) -> None:
-        """Load the plug-ins of all environments into the first, for those who look at the agents."""
+        """Load the plug-ins of all environments into the first, for tools that look at the agents."""
         loaded: set[str] = set()
         for name in self.names:
             for plugin in self.node.context.parameters.get_strings(f"{name}.plugins"):
@@ -108,7 +108,7 @@ class CxNode(Executive):
         return fired
 
     def loop(self) -> int:
-        """Do what is due; returns how many rules fired. While the debugger is stopped none does."""
+        """Do due work; returns how many rules fired. While the debugger is stopped none does."""
         if self.within_loop:
             return self.debugger.run()
         self._take()
@@ -119,7 +119,7 @@ class CxNode(Executive):
         return fired
 
     def _take(self) -> None:
-        """Take what has come from elsewhere."""
+        """Take messages from other nodes."""
         self.node.context.ros.spin()
         for plugin in list(self.node.plugins.values()):
             plugin.take()

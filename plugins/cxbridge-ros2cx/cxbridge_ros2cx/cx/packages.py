@@ -1,7 +1,7 @@
 """The ROS packages that an agent finds: those of a checkout or workspace, then those of a sourced ROS.
 
 A workspace that was built has an index of ament below each prefix. Packages of source trees have none: their
-CMakeLists.txt says what they install, and :class:`SourceTree` links that into a folder of its own.
+CMakeLists.txt lists the installed files, and :class:`SourceTree` links them into a separate folder.
 """
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ class Prefix(Protocol):
         """Return where a file of a package is, e.g. a definition."""
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
+        """Return the .proto files of a plug-in of protobuf with its own types; none: there is no such."""
 
 
 class InstalledPrefix:
@@ -157,7 +157,7 @@ class SourceTree:
 
 
 class Packages:
-    """The packages of several prefixes; those of the first prefixes hide those of others.
+    """The packages of several prefixes; those of the first prefixes hide equal ones of later prefixes.
 
     :param prefixes: the prefixes.
     """
@@ -194,18 +194,18 @@ class Packages:
         return None if prefix is None else prefix.share(package)
 
     def linked_protos(self, class_name: str) -> list[Path]:
-        """Return the .proto files of a plug-in of protobuf with types of its own; none: there is no such."""
+        """Return the .proto files of a plug-in of protobuf with its own types; none: there is no such."""
         found = (prefix.linked_protos(class_name) for prefix in self.prefixes)
         return next(filter(None, found), [])
 
     def has_file(self, package: str, name: str) -> bool:
-        """Return whether a package is there and has a file."""
+        """Return whether a package exists and has a file."""
         prefix = self.prefix_of.get(package)
         return prefix is not None and prefix.file(package, name).is_file()
 
     @property
     def folders(self) -> list[Path]:
-        """The folders in which packages have definitions of messages, those that hide others first."""
+        """The folders in which packages have definitions of messages, hiding folders first."""
         trees = (prefix.root if isinstance(prefix, SourceTree) else prefix.path for prefix in self.prefixes)
         return [folder for folder in trees if folder.is_dir()]
 
@@ -237,7 +237,7 @@ def _find_packages(root: Path) -> Iterator[tuple[str, Path]]:
 
 
 def _installed_prefixes(folder: Path) -> list[Path]:
-    """Return the prefixes of a workspace or an installation; none when nobody has built it."""
+    """Return the prefixes of a workspace or an installation; none when it was never built."""
     candidates = (folder, folder / "install", *sorted((folder / "install").glob("*")))
     return [path for path in candidates if (path / _INDEX).is_dir()]
 

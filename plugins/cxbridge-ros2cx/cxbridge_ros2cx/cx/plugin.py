@@ -64,7 +64,7 @@ _NEWER: Final = {
 
 
 class NodeContext(Struct):
-    """What the plug-ins of a node share.
+    """The shared state of a node's plug-ins.
 
     :param run_environment: runs the rules of an environment, and returns how many fired.
     """
@@ -99,16 +99,16 @@ class CxPlugin(Feature):
         """Read the parameters; environments get the plug-in afterwards."""
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Give the environment what the plug-in consists of.
+        """Give the environment the plug-in's functions and templates.
 
         :raises CxbridgeError: when that fails: the environment does not have the plug-in then.
         """
 
     def take(self) -> None:
-        """Take what has come from elsewhere; called before and after ticks."""
+        """Take messages from other nodes; called before and after ticks."""
 
     def tick(self) -> None:
-        """Do what is due; called in each loop."""
+        """Do due work; called in each loop."""
 
     def finalize(self) -> None:
         """Release everything; no environment has the plug-in any more."""

@@ -39,7 +39,7 @@ if TYPE_CHECKING:
     from cxbridge_protobuf.types import MessageTypes
 
 _NEWER_FILE = ("cx_msgs", "srv/ClipsCommand.srv")
-"""What a checkout has from pull request 33 of June 2026 on."""
+"""The signs of pull request 33 of June 2026 in a checkout."""
 
 _CALLBACK = "-callback"
 _TREE = "/clips-executive"
@@ -86,7 +86,7 @@ class CxSource(Source):
 
     def _parameter_file(self) -> str:
         """Return a parameter file of the checkout, as an example."""
-        for level in ("", "*/", "*/*/", "*/*/*/"):  # not the whole tree: somebody may name the root folder
+        for level in ("", "*/", "*/*/", "*/*/*/"):  # not the whole tree: a user may name the root folder
             for file in sorted(self.folders[0].glob(f"{level}params/hello_world.yaml")):
                 return str(file)
         return "params/AGENT.yaml"

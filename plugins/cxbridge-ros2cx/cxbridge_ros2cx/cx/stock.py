@@ -1,4 +1,4 @@
-"""A CLIPS environment as CLIPS 6.4 itself makes it: its own functions, its own lines of what is watched."""
+"""A CLIPS environment as CLIPS 6.4 itself makes it: its own functions, its own lines of watched items."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class StockOutput(OutputRouter):
             self._sink(level, line)
 
     def flush(self) -> None:
-        """Do nothing: a line that nobody ends is never said."""
+        """Do nothing: an unfinished line is never printed."""
 
 
 class StockEnvironment(ClipsEnvironment):
@@ -99,7 +99,7 @@ class StockEnvironment(ClipsEnvironment):
             EXTRA.WatchString(self.env, encode(item.lower().replace("_", "-")))
 
     def redirect_stdout_to_debug(self) -> None:
-        """Log what is printed to stdout at the level DEBUG."""
+        """Log output to stdout at the level DEBUG."""
         assert isinstance(self.output, StockOutput)
         self.output.stdout_level = Level.DEBUG
 

@@ -1,7 +1,7 @@
 """A problem of PDDL that changes: objects, fluents, functions, and several goals with filters.
 
-Names are those of unified-planning's reader, which the original has: in small letters. What a domain requires
-need not be declared.
+Names are those of unified-planning's reader, which the original has: in small letters. A domain may use
+undeclared requirements.
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class ManagedProblem:
 
     :param domain_text: the domain.
     :param problem_text: the problem; empty: no objects, nothing is true.
-    :raises PddlError: when a text makes no sense.
+    :raises PddlError: when a text is invalid.
     """
 
     def __init__(self, domain_text: str, problem_text: str = "", file: str = "") -> None:
@@ -94,7 +94,7 @@ class ManagedProblem:
                 (call.function, _names(call.arguments)): value for call, value in problem.numbers
             }
 
-    # --- what there is ------------------------------------------------------------------------------------
+    # --- objects and facts --------------------------------------------------------------------------------
 
     def _ground(self, name: str, arguments: Sequence[str]) -> Ground:
         for argument in arguments:
@@ -142,7 +142,7 @@ class ManagedProblem:
         self.objects[name] = kind
 
     def remove_object(self, name: str) -> None:
-        """Remove an object, and what is known of it."""
+        """Remove an object, and its facts."""
         self.objects.pop(name, None)
         for table in (self.fluents, self.functions):
             for ground in [ground for ground in table if name in ground[1]]:
@@ -254,7 +254,7 @@ class ManagedProblem:
     def filtered(self, goal: str, name: str) -> tuple[Domain, Problem]:
         """Return domain and problem of a goal, as far as its filters let them through.
 
-        :raises PddlError: when there is no such goal, or the goal needs what is filtered out.
+        :raises PddlError: when there is no such goal, or the goal needs a filtered action.
         """
         wanted = self.goal(goal)
         objects, fluents = _filter(wanted.objects), _filter(wanted.fluents)

@@ -59,7 +59,7 @@ class ConfigPlugin(CxPlugin):
             self.log.error(str(error))
 
     def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        """Yield the slots of the facts for what is at the prefix."""
+        """Yield the slots of the facts for the values at the prefix."""
         return _facts(node, path)
 
 
@@ -67,12 +67,12 @@ class NewerConfigPlugin(ConfigPlugin):
     """As of pull request 33 (June 2026): keys may be in quotes; a prefix may lead to a list or a scalar."""
 
     def split(self, prefix: str) -> tuple[str, list[str]]:
-        """Return how the paths of facts begin, and the keys: what is in single quotes is one key."""
+        """Return the beginning of the facts' paths, and the keys: a part in single quotes is one key."""
         segments = [quoted or plain for quoted, plain in _SEGMENT.findall(prefix)]
         return "".join(f"/{segment}" for segment in segments), segments
 
     def facts(self, node: YamlNode | None, path: str) -> Iterator[Slots]:
-        """Yield the slots of the facts for what is at the prefix."""
+        """Yield the slots of the facts for the values at the prefix."""
         if isinstance(node, YamlList):
             yield from _list_facts(node, path)
         elif isinstance(node, YamlScalar):

@@ -18,7 +18,7 @@ _LISTS = ("load", "batch", "cleanup_batch")
 
 
 class FileLoadPlugin(CxPlugin):
-    """Loads and executes files when an environment gets the plug-in, and executes others when it ends."""
+    """Loads and executes files when an environment gets the plug-in, and executes clean-up files when it ends."""
 
     def initialize(self) -> None:
         """Find the files: absolute paths, or files in the share folders of packages.
@@ -53,7 +53,7 @@ class FileLoadPlugin(CxPlugin):
         )
 
     def init_context(self, env: ClipsEnvironment) -> None:
-        """Load the files, then execute the others."""
+        """Load the files, then execute the batch files."""
         self.log.info(f"Initializing plugin for environment {env.name}")
         if self.context.is_look:
             return

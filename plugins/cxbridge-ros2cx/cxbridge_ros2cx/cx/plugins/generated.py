@@ -82,7 +82,7 @@ class GeneratedPlugin(RosPlugin):
             part.define(env)
 
     def tick(self) -> None:
-        """Send what has waited for its server."""
+        """Send requests that have waited for their server."""
         for part in self._parts:
             if isinstance(part, ServiceClients):
                 part.tick(self._environments.get)
@@ -90,7 +90,7 @@ class GeneratedPlugin(RosPlugin):
                 part.tick()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """End what the environment has left open."""
+        """End the environment's open requests."""
         for part in self._parts:
             part.close(env)
         self._environments.pop(env.name, None)

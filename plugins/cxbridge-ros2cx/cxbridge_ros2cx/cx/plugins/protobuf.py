@@ -42,7 +42,7 @@ class _User(ProtobufUser):
     """What an environment has, with the templates and texts of the original."""
 
     def register(self, full_name: str) -> Value:
-        """Register a type; a type that the plug-in has brought along is there already."""
+        """Register a type; the plug-in's own types are registered already."""
         return TRUE if self.types.is_registered(full_name) else super().register(full_name)
 
     def sender(self, event: Received) -> Value:
@@ -105,7 +105,7 @@ class ProtobufPlugin(CxPlugin):
         self._environments.append(env)
 
     def take(self) -> None:
-        """Assert what has come."""
+        """Assert received messages."""
         for env in self._environments:
             with env.lock:
                 self._feature.before_run(env)

@@ -64,18 +64,18 @@ class RosMsgsPlugin(RosPlugin):
         return Symbol(uuid.UUID(bytes=bytes(values)))
 
     def tick(self) -> None:
-        """Send what has waited for its server."""
+        """Send requests that have waited for their server."""
         self._clients.tick(self._environments.get)
         self._actions.tick()
 
     def context_destroyed(self, env: ClipsEnvironment) -> None:
-        """End what the environment has left open."""
+        """End the environment's open requests."""
         for part in self._parts:
             part.close(env)
         self._environments.pop(env.name, None)
 
     def finalize(self) -> None:
-        """Warn of messages that nobody has destroyed."""
+        """Warn of messages that were never destroyed."""
         left = len(self.messages)
         if left:
             self.log.warn(f"Found {left} message(s), cleaning up ...")

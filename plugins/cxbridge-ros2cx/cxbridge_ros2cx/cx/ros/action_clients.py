@@ -194,7 +194,7 @@ class ActionClients:
         found.client.send(goal, _GoalFacts(self, env, server, found.kind))
 
     def tick(self) -> None:
-        """Send the goals whose servers are there now."""
+        """Send the goals whose servers have appeared."""
         for (name, server), found in list(self._clients.items()):
             if found.waiting and found.client.is_served:
                 self.plugin.log.info(f"server {server} is finally reachable")
@@ -212,7 +212,7 @@ class ActionClients:
     def cancel_answered(
         self, env: ClipsEnvironment, server: str, handle: ExternalAddress, response: Message
     ) -> None:
-        """Assert what a server has answered to a request to cancel goals."""
+        """Assert a server's answer to a request to cancel goals."""
         plugin, prefix = self.plugin, self.prefix
         if self.kind is None:
             kind = parse_type(CANCEL_GOAL, "srv").derived("Response")

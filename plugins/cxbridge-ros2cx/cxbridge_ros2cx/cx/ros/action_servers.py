@@ -70,7 +70,7 @@ class ActionServers:
             plugin.define(env, f"{handle}{name}", self._reported(function), "e")
 
     def _reported(self, function: Callable[..., Value]) -> Callable[..., Value]:
-        """Return a function that reports an unknown handle, and goes on."""
+        """Return a function that reports an unknown handle, and continues."""
 
         def call(*arguments: Value) -> Value:
             try:

@@ -1,7 +1,7 @@
 """The messages that rules have: each an address, its fields read and set by name.
 
-The message within a message is a view: what is set there is set in the whole. A message that is put into a
-field is moved, as in the original: strings and lists of its own are empty afterwards.
+The message within a message is a view: a field that is set there is set in the whole. A message that is put
+into a field is moved, as in the original: its strings and lists are empty afterwards.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ class Addresses:
         self._numbers = count(first, _STEP)
 
     def take(self) -> ExternalAddress:
-        """Return an address that nobody has."""
+        """Return a fresh address."""
         return self._free.pop() if self._free else ExternalAddress(next(self._numbers))
 
     def free(self, address: ExternalAddress) -> None:

@@ -94,7 +94,8 @@ class RosNode(Closing):
     def reach(self, name: str) -> str:
         """Return the whole name of a service or an action that is called.
 
-        On a virtual clock nobody else is there: our own ``pddl_manager`` joins when its services are wanted.
+        On a virtual clock there is no other node: our own ``pddl_manager`` joins when its services are
+        wanted.
         """
         whole = self.whole(name)
         if self._clock.is_virtual and self._pddl is None and whole.startswith(_PDDL):
@@ -112,14 +113,14 @@ class RosNode(Closing):
 
     @property
     def has_peers(self) -> bool:
-        """Whether others may reach the node: on a virtual clock those of this process."""
+        """Whether other nodes may reach the node: on a virtual clock those of this process."""
         if not self._clock.is_virtual:
             return True
         own = {self.name.rpartition("/")[2], _PDDL.strip("/")}
         return "graph" in self.__dict__ and not own.issuperset(self.graph.nodes)
 
     def spin(self) -> None:
-        """Take what has come, and on a virtual clock all that results at this moment."""
+        """Take incoming messages, and on a virtual clock all messages that result at this moment."""
         if self._pddl is not None:
             self._pddl.step()
         if "graph" in self.__dict__:

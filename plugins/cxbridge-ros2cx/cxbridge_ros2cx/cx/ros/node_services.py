@@ -1,4 +1,4 @@
-"""What the node offers to others: services for environments and plug-ins, lifecycle, parameters, log."""
+"""The services of the node: for environments and plug-ins, lifecycle, parameters, log."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The base of plug-ins that talk to ROS: facts of what comes, functions for messages."""
+"""The base of plug-ins that talk to ROS: facts of messages, functions for messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ T = TypeVar("T")
 class Handles(Generic[T]):
     """Objects by the addresses that rules have for them.
 
-    :param kind: what the objects are, for errors.
+    :param kind: the kind of the objects, for errors.
     """
 
     def __init__(self, kind: str, first: int) -> None:
@@ -59,7 +59,7 @@ class Handles(Generic[T]):
 
 
 class RosPlugin(CxPlugin):
-    """A plug-in with functions for messages, and facts of what comes."""
+    """A plug-in with functions for messages, and facts of messages."""
 
     @property
     def ros(self) -> RosNode:
@@ -81,7 +81,7 @@ class RosPlugin(CxPlugin):
             env.build(f"(deftemplate {name} {text})")
 
     def add_fact(self, env: ClipsEnvironment, template: str, slots: Mapping[str, Value]) -> int | None:
-        """Assert a fact of what came; the rules see it when they run the next time."""
+        """Assert a fact of a message; the rules see it when they run the next time."""
         with env.lock:
             return env.assert_fact(template, slots)
 

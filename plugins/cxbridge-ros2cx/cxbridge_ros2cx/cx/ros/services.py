@@ -146,7 +146,7 @@ class ServiceClients:
         found.waiting.append(copied(fields))
 
     def tick(self, environment: Callable[[str], ClipsEnvironment | None]) -> None:
-        """Send the requests whose servers are there now."""
+        """Send the requests whose servers have appeared."""
         for (name, service), found in list(self._clients.items()):
             if found.waiting and found.client.is_served and (env := environment(name)) is not None:
                 self._plugin.log.info(f"service {service} is finally reachable")
@@ -215,7 +215,7 @@ class ServiceServers:
     def _answer(
         self, env: ClipsEnvironment, service: str, kind: TypeName, request: Message, reply: Reply
     ) -> None:
-        """Call the deffunction for a request at once, and send what it has made of the response."""
+        """Call the deffunction for a request at once, and send the response that it has filled."""
         function = f"{service if self._kind is None else self._prefix.rstrip('-')}-service-callback"
         messages = self._plugin.messages
         given = messages.take(kind.derived("Request"), request)
