@@ -24,7 +24,7 @@ _FAWKES: Final = "fawkes"
 
 
 def reads_as_fawkes(config: Configuration) -> bool:
-    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and the parts that it drops in silence.
+    """Return whether PDDL is read as Fawkes' parser reads it: its errors, and the parts that it drops.
 
     :raises ConfigError: for another value than ``fawkes``.
     """

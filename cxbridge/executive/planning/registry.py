@@ -53,7 +53,7 @@ class Choice(NamedTuple):
     """The planners for a problem.
 
     :param planners: in the order in which they are tried.
-    :param reasons: why the others are not among them, or why one comes late.
+    :param reasons: why further planners are not among them, or why one comes late.
     :param absent: the names of those that could take the problem and are not installed.
     """
 

@@ -11,7 +11,7 @@ _MEBIBYTE = 1 << 20
 
 @dataclass(frozen=True, slots=True)
 class PlannerSettings:
-    """What the configuration says below ``/planner/``.
+    """The configuration below ``/planner/``.
 
     :param timeout: seconds.
     :param memory: bytes of address space of a planner's process, 0: no limit.

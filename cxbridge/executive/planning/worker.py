@@ -83,7 +83,7 @@ def _end_with_parent(parent: int) -> None:
 
 
 def main() -> None:
-    """Work until nobody gives jobs any more."""
+    """Work until there are no jobs left."""
     if hasattr(os, "killpg"):
         threading.Thread(target=_end_with_parent, args=(os.getppid(),), daemon=True).start()
     jobs = sys.stdin.buffer

@@ -32,7 +32,7 @@ def facts_in(env: ClipsEnvironment, predicates: Container[str]) -> list[Ground]:
 
 
 def put_number(env: ClipsEnvironment, ground: Ground, value: float) -> None:
-    """Assert the value of a function, in place of what it was."""
+    """Assert the value of a function, in place of its old value."""
     for index, _, slots in list(env.facts(FUNCTION)):
         if ground_in(slots) == ground:
             env.retract(index)

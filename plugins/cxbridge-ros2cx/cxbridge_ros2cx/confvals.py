@@ -69,7 +69,7 @@ class ParametersFeature(Feature):
 
 
 def _slots(item: ConfigValue, *, exact: bool) -> dict[str, Value] | None:
-    """Return the slots of a parameter except for its path; None for a parameter that the original leaves out."""
+    """Return the slots of a parameter except for its path; None for one that the original leaves out."""
     if item.is_list:
         if not item.items:
             return None

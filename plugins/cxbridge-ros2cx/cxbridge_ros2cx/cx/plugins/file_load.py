@@ -18,7 +18,7 @@ _LISTS = ("load", "batch", "cleanup_batch")
 
 
 class FileLoadPlugin(CxPlugin):
-    """Loads and executes files when an environment gets the plug-in, and executes clean-up files when it ends."""
+    """Loads and executes files when an environment gets the plug-in, and clean-up files when it ends."""
 
     def initialize(self) -> None:
         """Find the files: absolute paths, or files in the share folders of packages.
