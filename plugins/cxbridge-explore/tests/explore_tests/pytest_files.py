@@ -14,8 +14,8 @@ _OPTIONS: Final = ("-q", "-p", "cxbridge", "-p", "no:cacheprovider", "-W", IGNOR
 
 
 def pytest_of(file: Path, monkeypatch: pytest.MonkeyPatch) -> CompletedProcess[bytes]:
-    """Run the tests of a file with our plug-in, in a process of its own."""
-    # others' plug-ins take longer to import than the run takes
+    """Run the tests of a file with our plug-in, in a child process."""
+    # foreign plug-ins take longer to import than the run takes
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     command = [*_OPTIONS, "--rootdir", str(file.parent), str(file)]
     return nursery().run(command, folder=file.parent, program="pytest")

@@ -1,4 +1,4 @@
-"""Mistakes in world.yaml and properties.yaml beside a scenario, and keys that a run does not start with."""
+"""Mistakes in world.yaml and properties.yaml of a scenario, and keys that a run does not start with."""
 
 from __future__ import annotations
 

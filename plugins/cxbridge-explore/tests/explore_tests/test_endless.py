@@ -10,7 +10,7 @@ from explore_tests.test_explore import explored
 from tests.run.mini import AGENT, write_scenario
 
 PATIENCE = "0.4"
-"""Many times what a loop of the agent takes, or its start."""
+"""Many times the duration of the agent's loop, or of its start."""
 
 HANG = "(defrule hang {when} => (while TRUE do (bind ?x 1)))"
 

@@ -42,7 +42,7 @@ MOMENTS = {
 
 
 def agent(tmp_path: Path, shape: str, moment: str) -> tuple[Path, str]:
-    """Write an agent; return it, and what is to be said of it."""
+    """Write an agent; return it, and the expected message."""
     text = f"{AGENT}{BEGIN.format(when=MOMENTS[moment])}\n{SHAPES[shape]}\n"
     scenario = write_scenario(tmp_path / "mini", agent=text)
     line = text.splitlines().index(SHAPES[shape]) + 1

@@ -21,7 +21,7 @@ TIMES = ("cpu_seconds", "wall_seconds")
 
 
 def explored(*words: object, status: int | None = 0, folder: Path = ROOT) -> dict[str, Any]:
-    """Return what the command prints as JSON.
+    """Return the command's output as JSON.
 
     :param status: its exit status; None: whether a property is violated does not matter.
     """
@@ -60,7 +60,7 @@ def enumerated(faults: int) -> tuple[int, int]:
 
 @pytest.fixture(name="with_two", scope="module")
 def _with_two() -> dict[str, Any]:
-    """What is found with two faults, by the usual means."""
+    """The findings with two faults, by the usual means."""
     return explored(SCENARIO, "--faults", "2")
 
 

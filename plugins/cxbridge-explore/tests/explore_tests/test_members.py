@@ -21,7 +21,7 @@ def test_no_goal_fails(cx):
 def test_an_exploration_fails_with_the_shortest_path(
     pytester: pytest.Pytester, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    # others' plug-ins take longer to import than the run takes
+    # foreign plug-ins take longer to import than the run takes
     monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
     write_scenario(pytester.path / "mini", mapping="act: work{what=?(text)s}")
     pytester.makepyfile(test_explored=EXPLORING)

@@ -1,4 +1,4 @@
-"""An exploration that was interrupted goes on, and comes to what it would have come to."""
+"""An interrupted exploration resumes, and comes to the uninterrupted result."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ LINUX = pytest.mark.skipif(sys.platform != "linux", reason="looks for processes 
 
 
 def interrupted(folder: Path, *words: object) -> tuple[int, str]:
-    """Interrupt an exploration when runs are under way; return its exit status and what it said."""
+    """Interrupt an exploration when runs are under way; return its exit status and its output."""
     process, stdin, stdout, stderr = nursery().begin(
         ["explore", *map(str, words)], folder=folder, session=True
     )

@@ -18,7 +18,7 @@ __all__ = ["dark"]  # a fixture
 def test_what_another_process_may_not_read(
     command: str, dark: Path, tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    """The process ended with a traceback, beside an error that said nothing."""
+    """The process ended with a traceback, with an empty error."""
     scenario = write_scenario(tmp_path / "mini")
     dark.chmod(0o444)  # its files have names, but no more
     place = dark if "--interface-dir" in command else dark / "more.yaml"

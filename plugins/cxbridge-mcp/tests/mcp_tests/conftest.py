@@ -74,6 +74,6 @@ def home(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="session")
 def looker(home: Path) -> Iterator[Assistant]:
-    """An assistant to which nothing is allowed, and no daemon is there."""
+    """An assistant without rights and without a daemon."""
     with assisting(home, "--connect", f"ipc://{home}/none") as assistant:
         yield assistant

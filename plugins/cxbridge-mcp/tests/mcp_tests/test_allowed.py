@@ -14,7 +14,7 @@ from tests.daemon.test_requests import until
 from tests.run.mini import write_scenario
 
 WAITING = "(defrule waits (executive-initialized) (not (goal)) => (assert (goal (id G) (class MINI))))"
-"""An agent whose only goal stays as it is."""
+"""An agent whose only goal never changes."""
 
 
 @pytest.fixture

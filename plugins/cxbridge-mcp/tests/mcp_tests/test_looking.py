@@ -1,4 +1,4 @@
-"""What an assistant sees of scenarios and recordings; nothing else is there without --allow."""
+"""An assistant's view of scenarios and recordings; further tools need --allow."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Net(Network):
         self.inbox.warn = tell(warn)  # type: ignore[method-assign]
 
     def wait(self, count: int, kind: type[T]) -> list[T]:
-        """Wait for so many events of a kind, and return them."""
+        """Wait for a number of events of a kind, and return them."""
 
         def there():
             self.seen += self.drain()

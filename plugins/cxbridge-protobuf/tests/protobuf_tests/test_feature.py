@@ -41,7 +41,7 @@ def pb(bus, feature, log):
 
 
 def arrive(feature, env: ClipsEnvironment, relation, count=1):
-    """Let loops pass until so many facts of a relation came; rules do not run."""
+    """Let loops pass until this many facts of a relation came; rules do not run."""
     inbox = feature._users[env.name].network.inbox
     arrived = threading.Condition()
     put, warn = inbox.put, inbox.warn
@@ -66,7 +66,7 @@ def arrive(feature, env: ClipsEnvironment, relation, count=1):
 
 
 def set_and_get(env, field, text):
-    """Set a field of a new Report to what CLIPS reads the text as; return what it has then."""
+    """Set a field of a new Report to CLIPS' value of the text; return the field's value."""
     env.build(f"(deffunction probe (?m) (pb-set-field ?m {field} {text}) (pb-field-value ?m {field}))")
     message = env.call("pb-create", REPORT)
     return env.call("probe", message)

@@ -29,7 +29,7 @@ def served(nets, **settings):
 
 
 def stranger(port):
-    """Somebody who connects to a server by hand."""
+    """A client that connects to a server by hand."""
     return socket.create_connection(("127.0.0.1", port), timeout=WAIT)
 
 
@@ -185,7 +185,7 @@ def test_a_flood_is_read_no_further_than_rules_can_take(nets):
         sender.start()
         got, most = 0, 0
         while got < count:
-            # what came while nobody took it
+            # messages that came before they were taken
             events = server.wait(1, Received)
             waiting = sum(isinstance(event, Received) for event in server.seen)
             server.seen = [event for event in server.seen if not isinstance(event, Received)]
@@ -342,7 +342,7 @@ def test_the_last_message_of_a_client_that_leaves_data_unread_is_delivered(nets)
         client = stranger(port)
         here = server.presence().link
         server.send(here, ORDER)
-        assert client.recv(1, socket.MSG_PEEK)  # it is there, and stays unread
+        assert client.recv(1, socket.MSG_PEEK)  # it has arrived, and stays unread
         client.sendall(encode(ORDER, 2))
         client.close()
         for _again in range(5):

@@ -60,7 +60,7 @@ def message_types(folder: Path) -> MessageTypes:
 
 
 class RefereeBox:
-    """Gives five points and takes a delivery as soon as the production has begun, and goes on by itself.
+    """Gives five points and takes a delivery as soon as the production has begun, and continues by itself.
 
     :param types: its messages.
     :param speed: how fast its time passes.

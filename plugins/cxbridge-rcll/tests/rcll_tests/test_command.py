@@ -1,4 +1,4 @@
-"""The command: what it prints, how it ends."""
+"""The command: its output, its exit status."""
 
 from __future__ import annotations
 

@@ -107,7 +107,7 @@ def test_a_game_that_does_not_end_says_so(options):
 def test_a_configuration_is_laid_over_the_referees(options, tmp_path):
     more = tmp_path / "more.yaml"
     more.write_text("llsfrb: {comm: {server-port: 0}}\n")
-    assert not replace(options, referee_config=(more,)).play(3).is_over  # nobody can instruct it
+    assert not replace(options, referee_config=(more,)).play(3).is_over  # without a client that instructs it
 
 
 def test_another_key_is_told_once_and_nothing_is_heard(options):

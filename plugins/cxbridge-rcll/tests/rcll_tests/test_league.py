@@ -16,7 +16,7 @@ REFBOX_DIR = os.environ.get("REFBOX_DIR", "")
 """A checkout of rcll-refbox."""
 
 RCLL_PROTOS = os.environ.get("RCLL_PROTOS", "")
-"""A checkout of rcll-protobuf-msgs; not needed when those of others have their submodules."""
+"""A checkout of rcll-protobuf-msgs; not needed when other checkouts have their submodules."""
 
 pytestmark = pytest.mark.skipif(
     not (REFBOX_DIR and FAWKES_DIR and ROBOTINO_DIR),
@@ -41,7 +41,7 @@ def corrections(tmp_path_factory):
 
 
 def play(corrections, *more, hash_seed="0", is_corrected=True):
-    """Play in a process of its own; return what it prints, and stderr."""
+    """Play in a child process; return its stdout and stderr."""
     overlays = ["--overlay", corrections] if is_corrected else []
     protos = ["--proto-dir", RCLL_PROTOS] if RCLL_PROTOS else []
     words = [

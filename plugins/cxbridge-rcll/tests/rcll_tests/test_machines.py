@@ -1,4 +1,4 @@
-"""Machines: what lies on their belts, and what they report."""
+"""Machines: the workpieces on their belts, and their reports."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from cxbridge_rcll.machines import (
 
 
 class Watched:
-    """A machine, its clock, and what it has reported."""
+    """A machine, its clock, and its reports."""
 
     def __init__(self):
         self.clock = VirtualClock()

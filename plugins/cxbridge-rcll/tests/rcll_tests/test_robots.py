@@ -1,4 +1,4 @@
-"""Robots: how long their skills take, what they do to machines, when they fail."""
+"""Robots: how long their skills take, their effects on machines, their failures."""
 
 from __future__ import annotations
 

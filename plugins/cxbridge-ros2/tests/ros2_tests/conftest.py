@@ -137,14 +137,14 @@ def stop(process: subprocess.Popen[str]) -> None:
 
 
 def free_port() -> int:
-    """Return a TCP port of this host that nobody uses."""
+    """Return a TCP port of this host that is free."""
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))
         return int(free.getsockname()[1])
 
 
 def wait_for_port(port: int) -> None:
-    """Wait until somebody listens."""
+    """Wait for a listener."""
     end_s = time.monotonic() + 60
     while time.monotonic() < end_s:
         with suppress(OSError), socket.create_connection(("127.0.0.1", port), timeout=1):

@@ -72,7 +72,7 @@ class Work(SkillExecutor):
 
 
 class Side:
-    """What a run has: a skill board, and performers."""
+    """The parts of a run: a skill board, and performers."""
 
     def __init__(self, text: str, clock: Clock) -> None:
         self.clock = clock
@@ -101,7 +101,7 @@ class Side:
         return self.service.local_calls.ask(skill, numbered | named, agent, lambda _master: None)
 
     def loop(self) -> None:
-        """Do what a run does in a loop."""
+        """Do the work of a run's loop."""
         self.service.loop()
         for performer in self.performers:
             performer.loop()
@@ -161,7 +161,7 @@ class World:
 
 
 class Ether:
-    """Topics of nodes in this process. ``lost`` says which messages nobody gets."""
+    """Topics of nodes in this process. ``lost`` selects messages that are dropped."""
 
     def __init__(self) -> None:
         self.readers: list[tuple[str, EtherNode, Receive]] = []
@@ -233,12 +233,12 @@ class EtherWorld(World):
         )
 
     def stranger(self, protocol: str, name: str = "stranger") -> Stranger:
-        """Add somebody who says what the test says."""
+        """Add a node that publishes the test's words."""
         return Stranger(self, protocol, name)
 
 
 class Stranger:
-    """Hears everything, and says what the test says."""
+    """Hears all words, and publishes the test's."""
 
     def __init__(self, world: EtherWorld, protocol: str, name: str) -> None:
         self.name = name
@@ -257,7 +257,7 @@ class Stranger:
         self.hub.give_sign(Sign(self.name, action, life), self.world.clock.now_us())
 
     def hear(self, kind: WordKind, node: str = "", limit_s: float = 20.0) -> Word:
-        """Loop until a word comes, and return it; forget it and what came before."""
+        """Loop until a word comes, and return it; forget it and the words before."""
 
         def found() -> list[int]:
             self.node.poll()

@@ -1,4 +1,4 @@
-"""Another node sends what it likes on all that a daemon reads; the daemon lives on, and says so."""
+"""Another node sends garbage on all topics and services of a daemon; the daemon lives, and logs it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The hubs of PlanSys2 and of the thesis, on a network that is a list: what goes wrong, step by step."""
+"""The hubs of PlanSys2 and of the thesis, on a network that is a list: each failure, step by step."""
 
 from __future__ import annotations
 
@@ -281,7 +281,7 @@ def test_who_answers_second_or_late_is_rejected(world: EtherWorld, protocol: str
 def test_a_performer_that_waits_in_vain_is_freed(world: EtherWorld, protocol: str):
     here, stranger = caller(world, protocol), world.stranger(protocol)
     master = here.ask("move", "r2", "hall")
-    # its RESPONSE was lost: it says that it is ready, and answers nobody
+    # its RESPONSE was lost: it reports to be ready, and answers no request
     for _ in range(60):
         stranger.live(Life.READY)
         world.loop(5)

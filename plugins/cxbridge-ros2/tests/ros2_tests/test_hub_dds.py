@@ -106,7 +106,7 @@ def test_our_executive_commands_performers_of_strangers(
     world.until(lambda: master.feedback)
     calls.stop(master.number)
     assert world.over(master)[0][0] == "CANCELLED"
-    for place in "abcdef":  # nobody became deaf, whoever answered second
+    for place in "abcdef":  # no performer became deaf, whichever answered second
         assert world.over(here.ask("move", place)) == [THERE]
     lines = said(process)
     done = [" ".join(line.split()[2:]) for line in lines if "performs" in line]

@@ -33,7 +33,7 @@ EMPTY = "structure_needs_at_least_one_member"
 
 
 def values(kind: FieldType, depth: int = 0) -> st.SearchStrategy[Any]:
-    """Return what a field can hold."""
+    """Return the values that a field can hold."""
     node, rest = kind
     if node == Nodetype.NAME:
         return messages(rest, depth + 1)
@@ -99,7 +99,7 @@ def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRe
     for (name, ours), real in known:
         read = [CODEC.decode(parse_type(name), bytes.fromhex(each)) for each in (ours, real)]
         assert read[0] == read[1], name
-        if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", ""):  # it pads with what is in its memory
+        if "fastrtps" not in os.environ.get("RMW_IMPLEMENTATION", ""):  # it pads with random memory
             assert real.rstrip("0") == ours.rstrip("0"), name  # rclpy may end a message with zeros
 
 

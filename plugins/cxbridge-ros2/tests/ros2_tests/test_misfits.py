@@ -32,7 +32,7 @@ Join = Callable[..., tuple[DdsNode, list[str]]]
 
 @pytest.fixture
 def join(domain: int) -> Iterator[Join]:
-    """Make nodes, each with a list of what it reports."""
+    """Make nodes, each with a list of its reports."""
     numbers = count()
     with ExitStack() as nodes:
 
@@ -153,7 +153,7 @@ def test_one_topic_of_a_node_has_several_qualities(join: Join):
 def test_two_nodes_of_the_same_name(join: Join):
     (ours, said), (theirs, they_said) = join(name="same"), join(name="same")
     poll_until(ours, lambda: ours._discovery._has_namesake)
-    assert said == []  # nobody asks them for anything
+    assert said == []  # they have no client
     for node in (ours, theirs):
         node.serve("/same/get_state", "lifecycle_msgs/srv/GetState", lambda _request: {})
     other, others_said = join(name="other")

@@ -1,4 +1,4 @@
-"""A rosbridge that is not there, is none, goes away, or sends what it should not."""
+"""A rosbridge that does not answer, is another program, goes away, or sends wrong messages."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FIBONACCI = "example_interfaces/action/Fibonacci"
 
 
 class Script:
-    """A server that notes what it gets, and sends what a test says."""
+    """A server that notes its messages, and sends those of a test."""
 
     def __init__(self, port: int = 0) -> None:
         self.got: list[dict[str, Any]] = []

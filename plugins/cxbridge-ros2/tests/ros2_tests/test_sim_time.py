@@ -30,7 +30,7 @@ STEP_S = 0.01
 
 
 class Simulation:
-    """Sends steps of time, as long as nobody pauses it."""
+    """Sends steps of time, except while paused."""
 
     def __init__(self, domain: int, speed: float = 1.0) -> None:
         self._node = DdsNode("simulation", Definitions(environment={}), domain)

@@ -32,7 +32,7 @@ WAYS = 7
 MISSED_SOON = _on_this_host("localhost").replace(
     "<Discovery>", "<Discovery><LeaseDuration>2s</LeaseDuration>"
 )
-"""Has others take a process for gone when they hear nothing for two seconds, not ten."""
+"""Makes other nodes drop a process when they hear nothing for two seconds, not ten."""
 EXECUTOR = f"""
           class: cxbridge_ros2.skills:RosSkills
           packages: ["{PACKAGES}"]
@@ -152,7 +152,7 @@ def test_a_goal_that_is_aborted_is_a_failure_that_names_it(peer: str, tmp_path: 
 
 @pytest.fixture
 def quiet_domain(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Set a domain in which there is nobody."""
+    """Set a domain without any node."""
     monkeypatch.setenv("ROS_DOMAIN_ID", str(domain + 16))
 
 

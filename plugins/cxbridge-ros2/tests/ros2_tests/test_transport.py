@@ -99,7 +99,7 @@ def router(transport: str) -> Iterator[str]:
 
 
 def reaches_ros(transport: str) -> bool:
-    """Return whether nodes of the ROS have an RMW that speaks what a transport speaks."""
+    """Return whether nodes of the ROS have an RMW with the protocol of a transport."""
     return (transport == ZENOH) == (os.environ.get("RMW_IMPLEMENTATION") == "rmw_zenoh_cpp")
 
 
@@ -282,7 +282,7 @@ def test_a_subscription_that_has_ended_wakes_nobody(node: Node):
     while time.monotonic() < end_s:
         node.poll(0.05)
         polls += 1
-    assert polls < 50  # ten, and some for what others have sent; a thousand when it is woken all the time
+    assert polls < 50  # ten, and some for messages of other nodes; a thousand when it is woken all the time
     assert [each for each in got if each != {"data": "one"}] == []
     mine.close()
 
@@ -422,7 +422,7 @@ def test_a_response_to_a_client_that_is_gone_is_dropped(domain: int):
 
 
 def test_an_endpoint_that_comes_while_the_wheel_counts_is_counted():
-    """The wheel asks for a number, then for so many handles, and fails when one came in between."""
+    """The wheel asks for a number, then for so many handles, and fails when a reader came in between."""
     answers: list[list[int] | None] = [None, [1, 2]]
 
     def handles() -> list[int]:
@@ -446,7 +446,7 @@ def test_what_has_ended_is_gone_for_others_and_does_nothing_more(domain: int):
         poll_until(server, lambda: replies)
         end()
         end()
-        replies[0]({"sum": 1})  # nobody serves any more: nothing happens
+        replies[0]({"sum": 1})  # the server has ended: nothing happens
         poll_until(asks, lambda: not client.is_served)
         client.close()
         assert not client.is_served

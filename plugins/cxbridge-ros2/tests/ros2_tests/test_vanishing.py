@@ -37,7 +37,7 @@ skill-board:
 
 
 class Server:
-    """Serves an action as far as it is asked to."""
+    """Serves an action up to a given state."""
 
     def __init__(self, domain: int, state: str) -> None:
         self.node = DdsNode("server", Definitions([PACKAGES], environment={}), domain)

@@ -1,4 +1,4 @@
-"""ROS 2 over Zenoh: names against those of others, and what happens when somebody goes away.
+"""ROS 2 over Zenoh: names compared with other implementations, and vanishing peers.
 
 The names, numbers and attachments marked so are those of rmw_zenoh_cpp: the examples of its design document
 (release 0.12), and what its own functions (release 0.2.10, Jazzy) have printed for these tokens.
@@ -48,7 +48,7 @@ STRING = "RIHS01_df668c740482bbd48fb39d76a70dfd4bd59db1288021743503259e948f6b1a1
 ADD = "RIHS01_e118de6bf5eeb66a2491b5bda11202e7b68f198d6f67922cf30364858239c81a"
 CHATTER = TypedName("/chatter", "std_msgs::msg::dds_::String_", STRING)
 AT_ONCE = "scouting/delay=0"
-"""Lets a session begin at once, not after the half second in which Zenoh looks for others."""
+"""Lets a session begin at once, not after the half second in which Zenoh looks for peers."""
 
 ADDITION = TypedName("/add_two_ints", "example_interfaces::srv::dds_::AddTwoInts_", ADD)
 ODOM = TypedName("/robot1/odom", "nav_msgs::msg::dds_::Odometry_", "TypeHashNotSupported")
@@ -370,7 +370,7 @@ def test_who_comes_late_gets_the_last_messages(two: tuple[Node, Node]):
     poll_both(two, lambda: mark.publish({"data": "known"}) or marks)
     for number in range(5):
         publisher.publish({"data": str(number)})
-    # what was on its way when a subscription begins may come besides
+    # messages that were on their way when a subscription begins may come, too
     mark.publish({"data": "all have passed"})
     poll_both(two, lambda: "all have passed" in marks)
     got: list[str] = []
@@ -494,7 +494,7 @@ def test_nodes_that_do_not_fit_are_reported(plain: int):
     ):
         ours.subscribe("/chatter", "std_msgs/msg/String", lambda _message: None)
         client = ours.client("/beep", "std_srvs/srv/Trigger")
-        old.publisher("/chatter", "std_msgs/msg/String")  # has no hash: nobody knows
+        old.publisher("/chatter", "std_msgs/msg/String")  # has no hash: no complaint
         theirs.publisher("/chatter", "std_msgs/msg/Int32")
         poll_until(ours, lambda: said)
         assert said == [

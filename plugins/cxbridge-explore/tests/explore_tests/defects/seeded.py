@@ -25,9 +25,9 @@ DELIVERED = (
 class Defect:
     """A defect.
 
-    :param name: what is wrong, in short.
+    :param name: the defect, in short.
     :param folder: of the agent that is right.
-    :param changes: file, what is in it, and what takes its place.
+    :param changes: file, old text, and new text.
     :param found_by: the property that shows it.
     :param faults: how many faults the shortest path has.
     :param own: a property besides the built-in ones.
@@ -56,7 +56,7 @@ class Defect:
 
     @property
     def properties(self) -> tuple[Property, ...]:
-        """What is watched."""
+        """The watched properties."""
         return (*builtin_properties(), *([read_property(self.own)] if self.own else []))
 
 
@@ -131,7 +131,7 @@ DEFECTS = (
 def runs(
     options: RunOptions, properties: tuple[Property, ...], faults: int
 ) -> Iterator[tuple[ChoicePath, Played]]:
-    """Yield all runs with at most so many faults, those with fewer first."""
+    """Yield all runs with a limited number of faults, runs with fewer faults first."""
     paths: list[ChoicePath] = [{}]
     for number in range(faults + 1):
         longer: list[ChoicePath] = []

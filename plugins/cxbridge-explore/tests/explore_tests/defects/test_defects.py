@@ -1,4 +1,4 @@
-"""Exploring finds each seeded defect, with a shortest path; what it writes shows the defect to people."""
+"""Exploring finds each seeded defect, with a shortest path; its files show the defect to people."""
 
 from __future__ import annotations
 

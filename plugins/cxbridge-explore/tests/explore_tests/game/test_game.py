@@ -1,4 +1,4 @@
-"""`cxbridge game`: one game, many games, two agents, and what is not a game."""
+"""`cxbridge game`: one game, many games, two agents, and scenarios without a game."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def short(tmp_path):
 
 @pytest.fixture(scope="module")
 def recorded(tmp_path_factory):
-    """What a game prints for scripts, and its recording."""
+    """The output of a game for scripts, and its recording."""
     folder = tmp_path_factory.mktemp("recorded")
     trace = folder / "game.mcap"
     words = ["game", str(shortened(folder / "short")), "--seed", "1", "--json", "--trace", str(trace)]

@@ -25,7 +25,7 @@ OPTIONS = RunOptions(scenario=ROOT / "scenarios" / "two-agents", skiller="none",
 
 
 class KillingOnce:
-    """Kills an agent at the first choice point after so many seconds."""
+    """Kills an agent at the first choice point after a number of seconds."""
 
     def __init__(self, agent: str, seconds: float) -> None:
         self._agent, self._seconds, self._is_done = agent, seconds, False

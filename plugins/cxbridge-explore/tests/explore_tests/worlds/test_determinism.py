@@ -1,4 +1,4 @@
-"""A run of a shipped scenario depends on its seed only: two runs in processes of their own are equal."""
+"""A run of a shipped scenario depends on its seed only: two runs in separate processes are equal."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ for name in names:
         os._exit(0)
     assert os.waitpid(process, 0)[1] == 0, name
 """
-"""Plays each scenario in a process of its own, which need not load the program again."""
+"""Plays each scenario in a child process, which need not load the program again."""
 
 
 def played(hash_seed: str) -> list[dict[str, object]]:

@@ -1,4 +1,4 @@
-"""Each kind of choice changes what a run meets; a path repeats it."""
+"""Each kind of choice changes the world of a run; a path repeats it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Daemons whose world model is served, and who asks for it."""
+"""Daemons whose world model is served, and their clients."""
 
 from __future__ import annotations
 

@@ -25,7 +25,7 @@ WANTED = (HERE / "wanted.clp").read_text()
 
 
 def meeting_that_listens(folder: Path) -> Path:
-    """Copy the scenario, with the rules of the page in place of its own goal."""
+    """Copy the scenario, with the rules of the page in place of its goal."""
     agent = folder / "agent"
     shutil.copytree(MEETING, agent)
     (agent / "meet-goals.clp").write_text(WANTED)

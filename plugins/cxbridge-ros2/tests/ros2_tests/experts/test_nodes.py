@@ -51,7 +51,7 @@ _FORMULAS = st.recursive(
 
 
 def whole(tree: dict[str, Any]) -> dict[str, Any]:
-    """Return a tree as it comes over the wire: all fields are there."""
+    """Return a tree as received over the wire: with all fields."""
     empty = {"expression_type": 0, "modifier_type": 0, "name": "", "parameters": [], "value": 0.0}
     return {"nodes": [{**empty, **each} for each in tree["nodes"]]}
 

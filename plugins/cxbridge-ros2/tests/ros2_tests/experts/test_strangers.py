@@ -31,7 +31,7 @@ from ros2_tests.test_managed import answer
 
 pytestmark = needs_ros
 LATER = ("Derived", "GetDomainDerivedPredicateDetails", "ValidateDomain")
-"""Came with Jazzy, or is part of a package of its own."""
+"""Came with Jazzy, or is part of a separate package."""
 
 OTHERS = (
     "get_domain_types",  # ours has some that are facts only
@@ -98,7 +98,7 @@ def test_the_hashes_of_the_types_are_theirs():
     assert checked == len(TYPES) - len(LATER)
 
 
-# ---- others ask ours
+# ---- other clients ask our servers
 
 
 class Stranger:
@@ -194,7 +194,7 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
         assert formulas == ["(and (clean hall))"]
 
 
-# ---- ours ask others
+# ---- our clients ask other servers
 
 
 @contextmanager
@@ -247,7 +247,7 @@ def plain(value: Any) -> Any:
 
 
 def test_each_answer_is_theirs(theirs: ExpertClient, domain: int, tmp_path: Path):
-    """Right and wrong requests to both: success, and what is answered."""
+    """Right and wrong requests to both: success, and the answer."""
     asked = [(name, request, "") for name, request in RIGHT.items()] + [*WRONG]
     different = {}
     with served(tmp_path, domain + 3), asking(domain + 3) as ours:

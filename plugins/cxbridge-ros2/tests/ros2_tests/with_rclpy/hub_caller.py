@@ -1,5 +1,5 @@
 """Has actions performed on a hub by the real rclpy: what PlanSys2's ActionExecutor does, or the thesis'
-SkillExecutionMaster, a new node for each action. Prints what came of each as JSON.
+SkillExecutionMaster, a new node for each action. Prints the results as JSON.
 
 hub_caller.py PROTOCOL ACTION,ARGUMENT,... ...  With the last argument "long" it is cancelled in the middle.
 """
@@ -88,7 +88,7 @@ def run(number, action, arguments):
 
 
 rclpy.init()
-# the thesis' masters share their process with nodes that have lived long, and know who is there
+# the thesis' masters share their process with nodes that have lived long, and know the graph
 base = rclpy.create_node("base")
 begin = time.monotonic()
 while not base.count_subscribers(f"/{HUB.strip('/')}") and time.monotonic() - begin < 20:

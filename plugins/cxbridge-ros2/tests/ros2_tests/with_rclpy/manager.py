@@ -1,4 +1,4 @@
-"""Asks the node `managed` for parameters, leads it through its life, and prints what came, as JSON."""
+"""Asks the node `managed` for parameters, leads it through its life, and prints the answers as JSON."""
 
 import json
 import time

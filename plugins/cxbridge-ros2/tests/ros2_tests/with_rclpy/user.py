@@ -1,4 +1,4 @@
-"""Uses the node of the peers by the real rclpy, and prints what came of it as JSON."""
+"""Uses the node of the peers by the real rclpy, and prints the results as JSON."""
 
 import json
 import sys
