@@ -51,5 +51,5 @@ _AGENT = """
 
 
 def write_retrying(folder: Path, skills: int = 4, tries: int = 3) -> Path:
-    """Write a scenario whose goal has a number of skills in a row, and a number of tries; return the folder."""
+    """Write a scenario whose goal has a number of skills in a row, and of tries; return the folder."""
     return write_scenario(folder, agent=_AGENT.format(skills=skills, tries=tries))

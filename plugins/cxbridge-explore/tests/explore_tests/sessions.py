@@ -18,7 +18,7 @@ def others_of_session(leader: int) -> Iterator[int]:
 
 
 def assert_ended(leader: int, within_s: float = 20.0) -> None:
-    """Check that all other processes of a session end. A process that was killed needs a moment on a busy machine."""
+    """Check that all other processes of a session end. A killed process needs a moment on a busy machine."""
     until = time.monotonic() + within_s
     while left := list(others_of_session(leader)):
         assert time.monotonic() < until, f"still there: {left}"
