@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import random
 import socket
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
@@ -101,18 +101,40 @@ needs_newer_cx = pytest.mark.skipif(
 
 needs_cx = pytest.mark.skipif(CX_DIR is None, reason="ROS2CX_DIR names no checkout of clips_executive")
 
-FULL = bool(os.environ.get("CXBRIDGE_FULL"))
-"""Whether proofs by many examples take as many as they can (docs/proofs.md)."""
+FULL = bool(os.environ.get("FULL"))
+"""Whether enumerations and proofs by many examples are whole (docs/proofs.md)."""
+
+SEED = int(os.environ.setdefault("SEED", str(random.randrange(1_000_000))))
+"""Draws the part of an enumeration that is tried without FULL, another one in each run.
+
+The summary prints it. It is in the environment: all workers draw the same.
+"""
+
+needs_full = pytest.mark.skipif(not FULL, reason="FULL=1 runs it")
+"""For tests that repeat with much effort what a test of every run shows."""
 
 
-def share(cases: Sequence[T], usual: int) -> list[T]:
-    """Return the cases that an enumeration tries: all with CXBRIDGE_FULL, else so many, always the same."""
-    chosen = range(len(cases)) if FULL else sorted(random.Random(1).sample(range(len(cases)), usual))
-    return [cases[index] for index in chosen]
+def share(cases: Iterable[T], usual: int, row: Callable[[T], object] = lambda case: None) -> list[T]:
+    """Return the cases that an enumeration tries: all with FULL, else a part that SEED draws.
+
+    :param usual: the number of cases without FULL; there are more if there are more rows.
+    :param row: tells the row of a case. At least one case of each row is drawn.
+    """
+    whole = list(cases)
+    if FULL or usual >= len(whole):
+        return whole
+    drawn = random.Random(SEED).sample(range(len(whole)), len(whole))
+    firsts = {row(whole[index]): index for index in reversed(drawn)}
+    chosen = {*firsts.values()}
+    for index in drawn:
+        if len(chosen) >= usual:
+            break
+        chosen.add(index)
+    return [whole[index] for index in sorted(chosen)]
 
 
 def many(full: int, usual: int) -> int:
-    """How many examples a proof takes: all with CXBRIDGE_FULL in the environment, else the usual number."""
+    """How many examples a proof takes: all with FULL in the environment, else the usual number."""
     return full if FULL else usual
 
 

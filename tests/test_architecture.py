@@ -93,17 +93,6 @@ def test_the_page_shows_the_layers():
     ]
 
 
-def test_the_data_paths_go_down_in_few_steps():
-    part = PAGE.partition("## Three data paths")[2].partition("\n## ")[0]
-    ways = [re.findall(r"^\| `([\w.]+)` \|", way, re.MULTILINE) for way in part.split("| step |")[1:]]
-    assert len(ways) == 3
-    for way in ways:
-        assert 0 < len(way) <= 8
-        assert [name for name in way if f"cxbridge.{name}" not in MODULES] == []
-        layers = [LAYER[name.partition(".")[0]] for name in way]
-        assert layers == sorted(layers, reverse=True), way
-
-
 def test_dependencies_point_down():
     """In one test: a thousand of them take longer to report than to look at."""
     upwards = {

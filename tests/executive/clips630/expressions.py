@@ -277,7 +277,7 @@ def functions(folder: Path) -> list[Function]:
 def generate(known: Sequence[Function], seed: int, each: int) -> Iterator[str]:
     """Yield expressions of every function and form, the same ones for the same seed.
 
-    Functions of one argument get five times ``each`` arguments (with CXBRIDGE_FULL all), the others ``each``
+    Functions of one argument get five times ``each`` arguments (with FULL all), the others ``each``
     combinations.
     """
     chance = random.Random(seed)

@@ -1,11 +1,7 @@
-"""Every change that matters is found, every change that does not is not.
-
-By default a part of what ``CXBRIDGE_MUTATIONS=1000`` does: so many mutations and renamings in all.
-"""
+"""Every change that matters is found, every change that does not is not."""
 
 from __future__ import annotations
 
-import os
 from functools import cache
 from random import Random
 
@@ -21,7 +17,8 @@ from tests.support import many, needs_shared
 from tests.trace.mutations import MUTATIONS, Mutation, renumber, shuffle
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording
 
-TOTAL = int(os.environ.get("CXBRIDGE_MUTATIONS", "60"))
+TOTAL = many(1000, 60)
+"""Mutations, and renamings."""
 ROUNDS = 15
 
 LEVELS = [View.TRANSITIONS, View.SKILLS, View.RULES, View.FACTS, View.BLACKBOARD]

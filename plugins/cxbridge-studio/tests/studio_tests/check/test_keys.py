@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
 from cxbridge_studio.check.keys import KeyCheck, known_keys
 from tests.support import ROOT
 
@@ -17,13 +15,9 @@ LISTED = [
 ]
 
 
-def test_the_page_lists_many() -> None:
-    assert len(LISTED) > 100
-
-
-@pytest.mark.parametrize("key", LISTED, ids="/".join)
-def test_the_check_knows_a_key_of_the_page(key: tuple[str, ...]) -> None:
-    assert KeyCheck().first_unknown(key) is None
+def test_the_check_knows_each_key_of_the_page() -> None:
+    assert LISTED
+    assert [key for key in LISTED if KeyCheck().first_unknown(key) is not None] == []
 
 
 def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
@@ -36,6 +30,5 @@ def _covers(listed: tuple[str, ...], key: tuple[str, ...]) -> bool:
     return len(listed) == len(key)
 
 
-@pytest.mark.parametrize("key", known_keys(), ids="/".join)
-def test_the_page_lists_a_key_of_the_check(key: tuple[str, ...]) -> None:
-    assert any(_covers(listed, key) for listed in LISTED)
+def test_the_page_lists_each_key_of_the_check() -> None:
+    assert [key for key in known_keys() if not any(_covers(listed, key) for listed in LISTED)] == []
