@@ -11,6 +11,7 @@ from typing import Any
 
 import pytest
 
+from tests.support import FULL, needs_full
 from tests.trace.html.browser import BROWSER
 from web_tests.page.fake import FakeDaemon, Served
 
@@ -22,8 +23,17 @@ WAIT_MS = 15_000
 FIREFOX = next(filter(None, map(shutil.which, ("firefox-esr", "firefox"))), None)
 _ADAPTER = Path(__file__).with_name("firefox_adapter.py")
 
-in_both = pytest.mark.parametrize("browser", ["chromium", "firefox"], indirect=True, scope="module")
-"""Marks tests that a second browser runs, too."""
+in_both = pytest.mark.parametrize(
+    "browser", ["chromium", "firefox"] if FULL else ["chromium"], indirect=True, scope="module"
+)
+"""Marks tests that a second browser runs, too, with FULL."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Leave the page's stories to FULL; each run has what is marked `smoke`: one test a view at least."""
+    for item in items:
+        if item.path.parent == Path(__file__).parent and item.get_closest_marker("smoke") is None:
+            item.add_marker(needs_full)
 
 
 class Browsers:

@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from cxbridge_web import pages
-from tests.support import FULL
+from tests.support import needs_full
 from web_tests.page.conftest import DESK, PHONE, in_both
 from web_tests.page.fake import START_US, fact_model, goal_event, goal_model
 from web_tests.page.test_map import GRAPH, pose, transform
@@ -52,7 +52,7 @@ PLACES: dict[str, Any] = {"rules": {rule: {"enabled": False} for rule in OF_COLO
 """The other rules. A telephone changes nothing but places: its colours are those of the desk."""
 LOOKS: dict[str, list[tuple[str, dict[str, Any]]]] = {
     "desk": [("light", {}), ("dark", COLOURS)],
-    "phone": [("light", {}), ("dark", COLOURS)] if FULL else [("light", PLACES)],
+    "phone": [("light", PLACES)],
 }
 THEME = (
     "async (theme) => { (await import('/js/theme.js')).applyTheme(theme);"
@@ -90,8 +90,9 @@ def axe():
     return resources.files("axe_playwright_python").joinpath("axe.min.js").read_text(encoding="utf-8")
 
 
+@pytest.mark.smoke
 @in_both
-@pytest.mark.parametrize("size", [DESK, PHONE], ids=["desk", "phone"])
+@pytest.mark.parametrize("size", [DESK, pytest.param(PHONE, marks=needs_full)], ids=["desk", "phone"])
 def test_axe_finds_nothing_serious(browser, site, daemon, axe, size):
     daemon.environments = ["executive", "lab"]
     daemon.answers |= {

@@ -98,6 +98,7 @@ def test_a_skiller_of_somebody_else_is_left_alone(tab):
         assert tab.get_by_role("button", name="Call", exact=True).is_disabled()
 
 
+@pytest.mark.smoke
 def test_a_fact_is_asserted_changed_and_retracted(tab, tmp_path):
     with serving(config=write_scenario(tmp_path / "mini")) as (_, client, _lines):
         tab.goto(f"{client.url}/#/clips/facts")

@@ -80,6 +80,7 @@ def pixels_of(tab: Any, colour: str) -> int:
     return count
 
 
+@pytest.mark.smoke
 @in_both
 def test_robots_are_where_they_say_and_leave_a_trail(tab, site, daemon):
     daemon.answers |= {"cxbridge/navgraphs": [GRAPH], "cxbridge/interfaces": []}

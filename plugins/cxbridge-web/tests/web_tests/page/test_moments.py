@@ -42,6 +42,7 @@ def test_a_finished_run_says_what_became_of_it(tab, site, daemon):
     daemon.result = {"status": 0, "word": "completed", "reason": "all goals ended COMPLETED"}
 
 
+@pytest.mark.smoke
 @in_both
 def test_a_moment_of_the_live_run_is_the_moment_of_all_views(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("G", "DISPATCHED"), goal_model("LATER", "SELECTED")]

@@ -202,6 +202,7 @@ def test_facts_of_the_agent_come_before_those_of_the_core(tab, site, daemon):
     tab.wait_for_selector(".detail h2:text-is('f-1')")
 
 
+@pytest.mark.smoke
 def test_executors_of_the_skill_board_and_a_form_that_calls_a_skill(tab, site, daemon):
     template = 'move{to="?(to)y", fast=?(fast)i}'
     daemon.answers |= {

@@ -55,6 +55,7 @@ def values_of(tab: Any) -> dict[str, str]:
     return {row.get_attribute("data-series"): row.locator(".value").inner_text() for row in rows}
 
 
+@pytest.mark.smoke
 @in_both
 def test_a_field_is_added_where_it_is_shown_and_follows_its_writes(tab, site, daemon):
     info = {"type": "Position3DInterface", "id": "Pose", "hash": "", "writer": "W", "readers": []}

@@ -65,6 +65,7 @@ def choose(tab: Any, path: Any) -> None:
     chooser.value.set_files(path)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("packed", ["", "zstd", "lz4"])
 def test_an_mcap_is_dropped_onto_the_page_however_it_is_packed(tab, site, packed):
     tab.goto(f"{site.url}#/log")

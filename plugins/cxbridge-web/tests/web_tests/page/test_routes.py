@@ -5,6 +5,8 @@ from __future__ import annotations
 import json
 import re
 
+import pytest
+
 from cxbridge_web import pages
 from web_tests.page.conftest import in_both, wait_for
 from web_tests.page.fake import START_US, goal_event, goal_model
@@ -68,6 +70,7 @@ def test_an_old_address_leads_to_the_new_one(tab, site):
     tab.wait_for_selector("#main h2 >> text=Config")
 
 
+@pytest.mark.smoke
 def test_the_address_holds_what_is_selected(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("A"), goal_model("B")]
     tab.goto(f"{site.url}#/goals")

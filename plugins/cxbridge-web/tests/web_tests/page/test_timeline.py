@@ -121,6 +121,7 @@ def fill(tab: Any, outcome: str) -> list[int]:
     return [int(part) for part in text[text.index("(") + 1 : -1].split(",")[:3]]
 
 
+@pytest.mark.smoke
 @in_both
 def test_the_page_opens_with_it_and_goals_arrive(tab, site, daemon):
     tab.goto(site.url)
@@ -166,6 +167,7 @@ def test_bars_of_a_report_are_beside_their_names(tab):
     assert colour(tab, middle, y_of(tab, "G11") + 28) != fill(tab, "failed")
 
 
+@pytest.mark.smoke
 @in_both
 def test_a_click_leads_from_the_goal_to_the_line_of_the_log_and_why_and_back(recorded):
     tab = recorded
@@ -339,6 +341,7 @@ def test_steps_give_each_transition_the_same_room(recorded):
     assert found["from"] < 0 < count < found["to"] < count * 1.2
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize(
     "events", [family(), exchange(), exchange("FAILED", "door closed"), exchange()[:-1], exchange()[1:]]
 )

@@ -39,6 +39,7 @@ WHY = {
 }
 
 
+@pytest.mark.smoke
 def test_goals_are_a_tree_that_follows_the_events(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [
         goal_model("ROOT", "DISPATCHED", **{"sub-type": "RUN-ALL-OF-SUBGOALS"}),
@@ -172,6 +173,7 @@ def test_ten_thousand_facts_follow_the_events_and_are_found(tab, site, daemon):
     assert daemon.count("GET", "clips/executive/facts") == reads
 
 
+@pytest.mark.smoke
 def test_facts_are_asserted_changed_and_retracted(tab, site, daemon):
     daemon.answers["clips/executive/facts"] = [fact_model(7, "(door (open FALSE))")]
     tab.goto(f"{site.url}#/clips")
@@ -205,6 +207,7 @@ def test_a_fact_without_slots_is_asserted_before_the_old_one_goes(tab, site, dae
     ]
 
 
+@pytest.mark.smoke
 def test_a_refusal_is_shown_and_what_was_typed_stays(tab, site, daemon):
     daemon.refusal = "there is no deftemplate 'dor'"
     tab.goto(f"{site.url}#/clips")
@@ -214,6 +217,7 @@ def test_a_refusal_is_shown_and_what_was_typed_stays(tab, site, daemon):
     assert tab.input_value("#new-fact") == "(dor)"
 
 
+@pytest.mark.smoke
 def test_rules_say_why(tab, site, daemon):
     daemon.answers |= {
         "cxbridge/rules": [{"name": "goal-expand", "file": "goal.clp", "line": 12, "agenda": 2}],
@@ -250,6 +254,7 @@ def test_each_rule_that_is_chosen_is_shown(tab, site, daemon):
         tab.wait_for_selector("#why-rule")
 
 
+@pytest.mark.smoke
 def test_a_skill_is_drawn_called_and_stopped(tab, site, daemon):
     daemon.answers |= {
         "skiller/skills": [{"name": "say"}, {"name": "goto"}],
@@ -280,6 +285,7 @@ def test_a_graph_of_any_text_does_no_harm(tab, site, daemon, text):
     tab.wait_for_selector("#skill-now >> text=x{}")
 
 
+@pytest.mark.smoke
 def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
     fields = [{"name": "x", "type": "float", "is_array": False, "enums": []},
               {"name": "mode", "type": "Mode", "is_array": False, "enums": ["OFF", "ON"]}]  # fmt: skip
@@ -313,6 +319,7 @@ def test_interfaces_show_live_values_and_take_messages(tab, site, daemon):
     assert ("POST", path, {"type": "GotoMessage", "fields": {"x": 1.5, "mode": "ON"}}) in daemon.asked
 
 
+@pytest.mark.smoke
 def test_the_log_has_levels_and_search(tab, site, daemon):
     line = {"kind": "log", "time_us": START_US, "component": "Test"}
     daemon.tell(*({**line, "level": level, "text": f"line {level} {HOSTILE}"} for level in "DIWE"))
@@ -328,6 +335,7 @@ def test_the_log_has_levels_and_search(tab, site, daemon):
     )
 
 
+@pytest.mark.smoke
 def test_configuration_and_plugins(tab, site, daemon):
     daemon.answers |= {
         "config": {"config": {"a": {"b": 1, "c": ["x", "y"]}, "d": "text"}},
@@ -342,6 +350,7 @@ def test_configuration_and_plugins(tab, site, daemon):
     wait_for(tab, lambda: ("PUT", "plugins/skiller", {"desired_state": "UNLOADED"}) in daemon.asked)
 
 
+@pytest.mark.smoke
 def test_domain_lists(tab, site, daemon):
     daemon.answers |= {
         "clips-executive/domain-facts": [{"name": "at", "param-values": ["r1", "hall"]}],
@@ -364,6 +373,7 @@ def test_pause_and_resume(tab, site, daemon):
     tab.wait_for_selector("#state >> text=RUNNING")
 
 
+@pytest.mark.smoke
 def test_a_lost_connection_is_shown_and_mended(tab, site, daemon):
     daemon.answers["clips-executive/goals"] = [goal_model("BEFORE")]
     tab.goto(site.url)
@@ -398,6 +408,7 @@ def test_missed_events_are_told_and_read_again(tab, site, daemon):
     wait_for(tab, lambda: daemon.count("GET", "clips-executive/goals") == 2)
 
 
+@pytest.mark.smoke
 @pytest.mark.parametrize("view", VIEWS)
 def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     tab.set_viewport_size(PHONE)
@@ -407,6 +418,7 @@ def test_every_view_is_empty_without_harm_and_fits_a_phone(tab, site, view):
     assert tab.locator("#nav a[aria-current=page]").count() == 1
 
 
+@pytest.mark.smoke
 def test_where_the_rules_are_stopped_is_shown_and_steps_are_sent(tab, site, daemon):
     path = "cxbridge/debugger"
     daemon.answers[path] = {"breakpoints": [{"number": 3, "spec": "rule:goal-*"}]}
@@ -454,6 +466,7 @@ def test_goals_and_facts_of_another_environment(tab, site, daemon):
     tab.wait_for_selector("[role=option] >> text=(a b)")
 
 
+@pytest.mark.smoke
 def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(tab, site, daemon):
     daemon.remote_control = False
     daemon.answers |= {
@@ -471,6 +484,7 @@ def test_without_remote_control_nothing_can_be_pressed_and_the_reason_is_there(t
         assert "remote-control is off" in button.get_attribute("title"), name
 
 
+@pytest.mark.smoke
 def test_without_remote_programs_nothing_can_be_evaluated_and_the_rest_can_be_pressed(tab, site, daemon):
     daemon.remote_programs = False
     daemon.answers["cxbridge/environments"] = [
