@@ -17,7 +17,7 @@ from cxbridge import __version__
 from cxbridge.cli.health import _PACKAGES
 from tests import alone
 from tests.run.mini import AGENT, write_scenario
-from tests.support import PLUGIN_NAMES, ROOT
+from tests.support import PLUGIN_NAMES, ROOT, share
 
 SHARED = ("interfaces", "luaskills", "scenarios", "templates")
 """Folders beside the package that lie in its `share` when it is installed."""
@@ -130,11 +130,17 @@ for command in (
 
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
-    """The folder of the wheels of all distributions of this repository."""
+    """A function that builds the wheels of a distribution and of those it needs, each once; returns their folder."""
     folder = tmp_path_factory.mktemp("wheels")
-    for name in alone.distributions():
-        alone.build_wheel(name, folder)
-    return folder
+    built = set()
+
+    def build(name):
+        for each in alone.closure([name])[0] - built:
+            alone.build_wheel(each, folder)
+            built.add(each)
+        return folder
+
+    return build
 
 
 SMOKE = {
@@ -155,10 +161,10 @@ STATUS = {"cxbridge-rcll": 2}
 """The exit status of a command that ends with another than 0: the folder is no referee box."""
 
 
-@pytest.mark.parametrize("name", SMOKE)
+@pytest.mark.parametrize("name", share(SMOKE, 3, row=lambda name: name == "cxbridge"))
 def test_each_wheel_works_with_what_it_declares(name, wheels, tmp_path):
     """In an environment with the wheel and its dependencies alone; cxbridge's with no plug-in."""
-    python = alone.make_environment(tmp_path / "venv", name, wheels)
+    python = alone.make_environment(tmp_path / "venv", name, wheels(name))
     agent = tmp_path / "s"
     write_scenario(agent, agent=AGENT, feature="protobuf")
 

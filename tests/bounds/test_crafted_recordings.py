@@ -30,10 +30,10 @@ from cxbridge.run.run import run_scenario
 from cxbridge.trace.codec import EventFormatError, decoder
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.run.mini import write_scenario
-from tests.support import FULL, many
+from tests.support import many, share
 
 DEEP = 30_000
-MOST_COPIES = many(40, 14)
+MOST_COPIES = many(40, 6)
 ODD = {
     "a number of 5,000 digits": "9" * 5000,
     "a negative number of 5,000 digits": "-" + "9" * 5000,
@@ -57,12 +57,8 @@ ODD = {
 }
 GONE = "no value"
 PLACES = ("messages", "attachments", "metadata")
-CASES = [
-    (name, where)
-    for number, name in enumerate([*ODD, GONE])
-    for index, where in enumerate(PLACES)
-    if FULL or index == number % len(PLACES)  # each value, and each place with a third of them
-]
+CASES = share([(name, where) for name in (*ODD, GONE) for where in PLACES], 20, row=lambda case: case[0])
+"""Each value, in one of the places at least."""
 
 
 class Scene:

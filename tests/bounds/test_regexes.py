@@ -116,7 +116,7 @@ def slow(
 ) -> tuple[str, int, str, str, str] | None:
     """Return a text that takes an expression too long: the method, the count, and the parts of the text."""
     made = re.compile(pattern, flags)
-    for before, piece, end in islice(attacks(pattern, flags), many(10_000, 24)):
+    for before, piece, end in islice(attacks(pattern, flags), many(10_000, 10)):
         for method in methods:
             for count in (*FEW, *MANY):
                 text = before + piece * count + end

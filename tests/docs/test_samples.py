@@ -11,7 +11,7 @@ import pytest
 
 from tests.docs.pages import PAGES, TUTORIALS, commands
 from tests.docs.shell import Shell
-from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, SHARED
+from tests.support import FAWKES_DIR, ROBOTINO_DIR, ROOT, SHARED, share
 
 LINK = re.compile(r"\]\(([^)#\s]+)(?:#[^)]*)?\)")
 
@@ -81,7 +81,10 @@ def play(page, folder, shell, capfd):
     return done
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if commands(page)], ids=lambda page: page.name)
+SHOWN = share([page for page in PAGES if commands(page)], 14, row=lambda page: page in TUTORIALS)
+
+
+@pytest.mark.parametrize("page", SHOWN, ids=lambda page: page.name)
 def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
     """Its files are written, its commands run, with the statuses and the output shown.
 
@@ -97,11 +100,10 @@ def test_a_page_works_as_written(page, tmp_path, ipc, monkeypatch, capfd):
             pytest.skip(f"needs {' and '.join(ELSEWHERE)}")
 
 
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
-def test_links_lead_somewhere(page):
-    for target in LINK.findall(page.read_text()):
-        if "://" not in target:
-            assert (page.parent / target).exists(), target
+def test_links_lead_somewhere():
+    links = [(page, target) for page in PAGES for target in LINK.findall(page.read_text())]
+    assert links
+    assert [each for each in links if "://" not in each[1] and not (each[0].parent / each[1]).exists()] == []
 
 
 def test_readme_begins_with_the_two_commands():

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
-from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Final
 
@@ -14,6 +14,7 @@ from cxbridge.cli.main import invoke
 from tests.mistakes.enumerating import HARMLESS, SPOILT, files, keys
 from tests.mistakes.making import AGENT
 from tests.mistakes.table.mistake import RUN
+from tests.support import share
 from tests.unprivileged import unprivileged
 
 _CONFIG: Final = "scenario.yaml"
@@ -56,16 +57,17 @@ def check(status: int, text: str) -> None:
         assert len(causes) == 1, text
 
 
-SPOILING: Final = [
-    pytest.param(file, spoil, id=f"{file} {what}") for file in files(AGENT) for what, spoil in SPOILT.items()
-]
+SPOILING: Final = share(product(files(AGENT), SPOILT), 30, row=lambda case: case[1])
+MISSPELT: Final = share(
+    [(f"{line}: {change}", text) for change, line, text in keys((AGENT / _CONFIG).read_text())],
+    40,
+    row=lambda case: case[0].partition(" is ")[2],
+)
 
 
-@pytest.mark.parametrize(("file", "spoil"), SPOILING)
-def test_a_file_that_is_spoilt(
-    file: str, spoil: Callable[[Path], None], agent: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    spoil(agent / file)
+@pytest.mark.parametrize(("file", "what"), SPOILING)
+def test_a_file_that_is_spoilt(file: str, what: str, agent: Path, capfd: pytest.CaptureFixture[str]) -> None:
+    SPOILT[what](agent / file)
     if _differs(agent / file):
         check(*end(capfd))
 
@@ -89,13 +91,7 @@ def test_files_that_only_look_odd(what: str, agent: Path, capfd: pytest.CaptureF
     assert status == 0, text
 
 
-@pytest.mark.parametrize(
-    ("change", "text"),
-    [
-        pytest.param(f"{line}: {change}", text, id=f"{line}: {change}")
-        for change, line, text in keys((AGENT / _CONFIG).read_text())
-    ],
-)
+@pytest.mark.parametrize(("change", "text"), MISSPELT, ids=[change for change, _ in MISSPELT])
 def test_a_key_that_is_wrong(change: str, text: str, agent: Path, capfd: pytest.CaptureFixture[str]) -> None:
     (agent / _CONFIG).write_text(text)
     status, printed = end(capfd)

@@ -11,7 +11,7 @@ from cxbridge.events import Event, FactChange, PlannerCall
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.trace.formats.registry import open_run
 from tests.run.test_run_temporal import INSTALLED
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 TEMPORAL = "temporal"
 """Its planner, Aries, searches with several threads: it may find another plan each time."""
@@ -42,7 +42,7 @@ def recorded(scenario: str, folder: Path) -> tuple[bytes, list[Event]]:
     return log.read_bytes(), events
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
+@pytest.mark.parametrize("scenario", share(SCENARIOS, 3))
 def test_log_and_trace_of_two_runs_are_the_same(scenario, tmp_path):
     log, events = recorded(scenario, tmp_path / "one")
     other_log, other_events = recorded(scenario, tmp_path / "other")

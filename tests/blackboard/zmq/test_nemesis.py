@@ -12,13 +12,13 @@ from tests.support import many
 
 
 def test_a_few_seconds_with_the_nemesis():
-    seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(6, 3)))
+    seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(6, 2)))
     assert run(seconds, writers=2, readers=1, pause=0.6) == []
 
 
 def test_a_few_seconds_with_the_nemesis_of_gateway_recorder_and_executor():
     """What a caller takes for final was executed, whatever was killed; a thief's status passed for ours."""
-    seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(10, 4)))
+    seconds = float(os.environ.get("CXBRIDGE_NEMESIS_SECONDS", many(10, 3)))
     assert nemesis_system.run(seconds) == []
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -30,11 +31,13 @@ from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from tests.run.mini import AGENT, write_scenario
 from tests.run.test_run_temporal import INSTALLED
-from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared
+from tests.support import FAWKES_DIR, ROOT, SHARED, needs_fawkes, needs_shared, share
 
 SCENARIOS = ROOT / "scenarios"
 TRACES = SHARED / "traces" / "test-scenario"
 RUNS = ("skiller-1", "skiller-2", "simulator-1")
+FILES = (("bblogger", "fawkes.log"), ("fawkes.log",), ("bblogger-repaired", "trace.txt"))
+"""What a recording of Fawkes is read from."""
 
 
 def replay(*runs: Path, order: str = "total", **options: Any) -> RunResult:
@@ -105,10 +108,7 @@ def test_our_scenario_decides_what_fawkes_decided(name: str) -> None:
 
 @needs_shared
 @needs_fawkes
-@pytest.mark.parametrize(
-    "files", [("bblogger", "fawkes.log"), ("fawkes.log",), ("bblogger-repaired", "trace.txt")]
-)
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize(("name", "files"), share(product(RUNS, FILES), 4, row=lambda case: case[1]))
 def test_the_original_files_decide_line_by_line_what_fawkes_decided(
     name: str, files: tuple[str, ...]
 ) -> None:
@@ -153,8 +153,10 @@ def test_the_zone_of_a_log_does_not_matter(hours: float, tmp_path: Path) -> None
 
 
 @needs_shared
-@pytest.mark.parametrize("part", [0.3, 0.5, 0.65, 0.9])
-@pytest.mark.parametrize("order", ["total", "partial"])
+@pytest.mark.parametrize(
+    ("order", "part"),
+    share(product(["total", "partial"], [0.3, 0.5, 0.65, 0.9]), 4, row=lambda case: case[0]),
+)
 def test_a_log_that_was_cut_off_is_compared_up_to_there(order: str, part: float, tmp_path: Path) -> None:
     if order == "total" and FAWKES_DIR is None:
         pytest.skip("FAWKES_DIR names no Fawkes checkout")

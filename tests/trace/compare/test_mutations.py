@@ -17,9 +17,9 @@ from tests.support import many, needs_shared
 from tests.trace.mutations import MUTATIONS, Mutation, renumber, shuffle
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun, family, recording
 
-TOTAL = many(1000, 60)
+TOTAL = many(1000, 30)
 """Mutations, and renamings."""
-ROUNDS = 15
+ROUNDS = many(15, 5)
 
 LEVELS = [View.TRANSITIONS, View.SKILLS, View.RULES, View.FACTS, View.BLACKBOARD]
 
@@ -92,7 +92,7 @@ def test_other_names_and_times_make_no_difference(name: str, view: View) -> None
 @pytest.mark.parametrize("view", [View.SKILLS, View.RULES, View.FACTS, View.BLACKBOARD])
 def test_what_was_dropped_or_exchanged_is_found_at_every_level(view: View) -> None:
     events = _everything("skiller-1", view)
-    for seed in range(many(ROUNDS, 5)):
+    for seed in range(ROUNDS):
         random = Random(f"{view.value} {seed}")
         at = random.randrange(len(events) - 1)
         dropped = [*events[:at], *events[at + 1 :]]

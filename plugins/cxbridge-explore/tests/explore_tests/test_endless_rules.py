@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +23,7 @@ from cxbridge_explore.sweep.rows import SweepJob
 from cxbridge_explore.worlds.points import UsualChooser
 from tests.daemon.test_daemon import connected, running
 from tests.run.mini import AGENT, write_scenario
+from tests.support import share
 
 RING = "rules fire without an end: ping ({file}:{line}) -> pong ({file}:{line}) -> ping"
 PING = "(defrule ping ?f <- (ping ?n) => {more} (retract ?f) (assert (pong ?n)))"
@@ -57,8 +59,7 @@ def impatient(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(watchdog, "HOPELESS_S", 0.5)
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
-@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("shape", "moment"), share(product(SHAPES, MOMENTS), 4, row=lambda case: case[0]))
 def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
     scenario, said = agent(tmp_path, shape, moment)
     result = run_scenario(RunOptions(scenario=scenario, skiller="simulator"))
@@ -67,7 +68,7 @@ def test_a_run_and_a_sweep(tmp_path: Path, shape: str, moment: str) -> None:
     assert (row.outcome, row.reason) == ("fault", said)
 
 
-@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("moment", share(MOMENTS, 1))
 def test_a_test(tmp_path: Path, moment: str) -> None:
     scenario, said = agent(tmp_path, "a ring", moment)
     given = RunOptions(scenario=scenario, skiller="none")

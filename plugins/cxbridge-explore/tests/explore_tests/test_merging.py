@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +10,7 @@ import pytest
 
 from explore_tests.retrying import write_retrying
 from explore_tests.test_explore import counts, explored
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 SCENARIOS = ("test-scenario", "test-scenario-pddl", "waypoints")
 
@@ -18,8 +19,9 @@ def found_in(result: dict[str, Any]) -> tuple[set[str], set[str]]:
     return set(result["outcomes"]), {each["property"] for each in result["violations"]}
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS)
-@pytest.mark.parametrize("faults", [1, 2])
+@pytest.mark.parametrize(
+    ("scenario", "faults"), share(product(SCENARIOS, [1, 2]), 3, row=lambda case: case[0])
+)
 def test_shipped_scenarios_come_to_the_same_ends(scenario: str, faults: int):
     words = (ROOT / "scenarios" / scenario, "--faults", faults)
     merged, all_runs = explored(*words, status=None), explored(*words, "--no-merge", status=None)

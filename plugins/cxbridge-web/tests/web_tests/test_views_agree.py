@@ -42,7 +42,7 @@ from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from tests.history import runs as made
 from tests.history.runs import ListRun
 from tests.history.test_lives import recorded
-from tests.support import ROOT, many
+from tests.support import ROOT, many, share
 
 SHIPPED = sorted(
     folder.name for folder in shipped_dir("scenarios").iterdir() if (folder / "scenario.yaml").exists()
@@ -206,7 +206,7 @@ def check(run: Run, modules: Path) -> int:
     return len(known)
 
 
-@pytest.mark.parametrize("name", SHIPPED)
+@pytest.mark.parametrize("name", share(SHIPPED, 3))
 def test_every_shipped_scenario(name: str, tmp_path: Path, page_modules: Path):
     recorded = tmp_path / "run.mcap"
     scenario = shipped_dir("scenarios") / name
@@ -214,7 +214,7 @@ def test_every_shipped_scenario(name: str, tmp_path: Path, page_modules: Path):
     assert check(open_run(recorded), page_modules) > 0
 
 
-@pytest.mark.parametrize("seed", range(many(100, 4)))
+@pytest.mark.parametrize("seed", share(range(100), 3, row=lambda seed: seed % 2))
 def test_drawn_worlds(seed: int, tmp_path: Path, page_modules: Path):
     """Most are of two robots, whose calls run side by side."""
     recorded = tmp_path / "run.mcap"

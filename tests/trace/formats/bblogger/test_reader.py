@@ -26,7 +26,7 @@ from cxbridge.trace.formats.bblogger.reader import RAW, BBLoggerFile
 from cxbridge.trace.formats.blocks import NATURAL, PACKINGS, field_offsets, packing_of
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from tests.support import needs_shared
+from tests.support import many, needs_shared
 from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS
 
@@ -263,7 +263,7 @@ def test_recordings_cut_off_anywhere(tmp_path: Path) -> None:
     path = tmp_path / "a.log"
     shutil.copyfile(source, path)
     whole: list[Event] = list(open_run(source))
-    for length in sorted(Random(1).sample(range(196, source.stat().st_size), 500), reverse=True):
+    for length in sorted(Random(1).sample(range(196, source.stat().st_size), many(500, 100)), reverse=True):
         os.truncate(path, length)
         events = list(open_run(path))
         assert events == whole[: len(events)]
@@ -276,7 +276,7 @@ def test_damaged_files_give_our_errors_only(tmp_path: Path) -> None:
     for layout in LAYOUTS:
         for order in "<>":
             good = make(order, [(1, 0), (2, 5)], layout=layout, count=2)
-            for _ in range(250):
+            for _ in range(many(250, 60)):
                 data = bytearray(good)
                 for _ in range(random.randint(1, 6)):
                     data[random.randrange(layout.size)] = random.randrange(256)

@@ -69,7 +69,7 @@ def messages_before(content: bytes, end: int) -> int:
 def test_a_file_cut_anywhere_reads_up_to_there(whole: tuple[bytes, Path]) -> None:
     content, path = whole
     seen = 0
-    for end in sorted({*range(0, len(content), many(1, 7)), len(content) - 1}):
+    for end in sorted({*range(0, len(content), many(1, 29)), len(content) - 1}):
         found = read(path, content[:end])
         assert found == EVENTS[: len(found)]
         assert len(found) == messages_before(content, end), end
@@ -239,7 +239,7 @@ def test_no_length_in_a_file_is_believed(whole: tuple[bytes, Path], tmp_path: Pa
     """A record of 2^63-1 bytes ended ``trace repair`` in a traceback, one of a channel the reading."""
     content, path = whole
     for size, lengths in ((8, (2**63 - 1, 2**64 - 1)), (4, (2**32 - 1,))):
-        for at in range(len(mcap.MAGIC), len(content) - size, many(1, 23)):
+        for at in range(len(mcap.MAGIC), len(content) - size, many(1, 61)):
             for length in lengths:
                 path.write_bytes(content[:at] + length.to_bytes(size, "little") + content[at + size :])
                 use(path, tmp_path / "mended")

@@ -11,10 +11,12 @@ import pytest
 from cxbridge_explore.counterexample import write_counterexample
 from explore_tests.defects.seeded import DEFECTS, Defect, runs
 from explore_tests.pytest_files import pytest_of
-from tests.support import many
+from tests.support import many, share
+
+EACH = pytest.mark.parametrize("defect", share(DEFECTS, 2), ids=lambda each: each.name.replace(" ", "-"))
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
+@EACH
 def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
     agent = defect.copy(tmp_path / "agent", broken=True)
     options = defect.options(agent)
@@ -41,8 +43,8 @@ def test_it_is_found_and_shown(defect: Defect, tmp_path: Path, monkeypatch: pyte
     assert mended.returncode == 0, mended.stdout.decode()
 
 
-@pytest.mark.parametrize("defect", DEFECTS, ids=lambda each: each.name.replace(" ", "-"))
+@EACH
 def test_the_agent_without_the_defect_has_the_property(defect: Defect, tmp_path: Path):
     options = defect.options(defect.copy(tmp_path / "agent", broken=False))
-    for path, played in islice(runs(options, defect.properties, 1), many(100_000, 6)):
+    for path, played in islice(runs(options, defect.properties, 1), many(100_000, 4)):
         assert played.violations == (), path

@@ -27,12 +27,12 @@ def result(seed: int, points: int) -> GameResult:
     return GameResult(Score({"A": points, "B": 0}, (), (), "POST_GAME", 1.0), True, seed, 1.0, {})
 
 
-def shortened(folder):
-    """Return a copy of the workshop with two orders and no failures."""
+def shortened(folder, length="orders: 2, minutes: 3.0"):
+    """Return a copy of the workshop with a few orders and no failures."""
     shutil.copytree(WORKSHOP, folder)
     (folder / "world.yaml").unlink()
     file = folder / "scenario.yaml"
-    file.write_text(file.read_text().replace("orders: 8, minutes: 5.0", "orders: 2, minutes: 3.0"))
+    file.write_text(file.read_text().replace("orders: 8, minutes: 5.0", length))
     return folder
 
 
@@ -126,9 +126,8 @@ def played_once(monkeypatch):
 
 
 @pytest.mark.usefixtures("played_once")
-def test_two_agents_on_the_same_seeds(short, tmp_path, capsys):
-    worse = tmp_path / "worse"
-    shutil.copytree(short, worse)
+def test_two_agents_on_the_same_seeds(tmp_path, capsys):
+    short, worse = (shortened(tmp_path / name, "orders: 1, minutes: 1.0") for name in ("short", "worse"))
     file = worse / "scenario.yaml"
     file.write_text(file.read_text().replace("speed: 0.5", "speed: 0.1"))
     command = ["game", str(short), "--against", str(worse), "--games", "6", "--seed", "1"]

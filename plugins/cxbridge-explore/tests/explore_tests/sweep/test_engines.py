@@ -80,7 +80,7 @@ def test_a_run_that_never_ends_has_crashed_and_the_others_go_on(tmp_path):
 
 def test_a_scenario_that_never_comes_to_a_skill_is_an_error(tmp_path):
     job = SweepJob(spinning(tmp_path, "(time $?)"), cpu_seconds=1)
-    with LocalEngine(2) as engine, pytest.raises(CxbridgeError, match="does not come to its first skill"):
+    with LocalEngine(1) as engine, pytest.raises(CxbridgeError, match="does not come to its first skill"):
         list(engine.rows(job, SEEDS))
 
 

@@ -9,6 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge_explore.sweep.statistics import Quantiles, mean_interval, proportion
+from tests.support import share
 
 VALUES = st.lists(st.floats(-1e6, 1e6), min_size=1, max_size=60)
 
@@ -48,7 +49,7 @@ def test_nineteen_of_twenty_intervals_hold_the_mean(size):
     assert 178 <= held <= 199  # of 200; 190 are expected
 
 
-@pytest.mark.parametrize("size", range(1, 13))
+@pytest.mark.parametrize("size", share(range(1, 13), 4))
 def test_chance_alone_shows_a_difference_in_one_sample_of_twenty_at_most(size):
     """Differences of two equal agents have each sign with the same probability."""
     rng = random.Random(size)

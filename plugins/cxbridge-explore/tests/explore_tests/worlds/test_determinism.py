@@ -7,14 +7,15 @@ import os
 import subprocess
 import sys
 
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 SEED = 11
 SEARCHING = {"temporal"}
 """Their planner, Aries, searches with several threads: which of the best plans it finds depends on them."""
 
-SCENARIOS = sorted(
-    {folder.parent.name for folder in (ROOT / "scenarios").glob("*/scenario.yaml")} - SEARCHING
+SCENARIOS = share(
+    sorted({folder.parent.name for folder in (ROOT / "scenarios").glob("*/scenario.yaml")} - SEARCHING),
+    3,
 )
 PLAY = """
 import json, os, sys
