@@ -130,7 +130,7 @@ for command in (
 
 @pytest.fixture(scope="module")
 def wheels(tmp_path_factory):
-    """A function that builds the wheels of a distribution and of those it needs, each once; returns their folder."""
+    """What builds the wheels of a distribution and of those it needs, each once, and returns their folder."""
     folder = tmp_path_factory.mktemp("wheels")
     built = set()
 

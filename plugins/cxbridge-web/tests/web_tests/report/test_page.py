@@ -27,6 +27,7 @@ from cxbridge.trace.html.page import asset
 from cxbridge_web.report import page as page_module
 from cxbridge_web.report.model import ReportLimits
 from cxbridge_web.report.page import SCRIPTS, report
+from tests.support import needs_full, share
 from tests.trace.events import events
 from tests.trace.html.browser import Shown, needs_browser, show
 from tests.trace.html.test_text import HOSTILE, Collector
@@ -120,6 +121,7 @@ def test_a_browser_shows_a_run(tmp_path):
     assert "the end" in shown.dom
 
 
+@needs_full
 @needs_browser
 def test_a_browser_shows_a_moment(tmp_path):
     run = [
@@ -205,20 +207,26 @@ def test_hostile_strings_stay_strings(tmp_path):
 @needs_browser
 @pytest.mark.parametrize(
     "run",
-    [
-        pytest.param([], id="empty"),
-        pytest.param([LogLine(5, Level.INFO, "c", "only a line")], id="no goals"),
-        pytest.param([InterfaceWrite(5, "T::i", {"x": 1})], id="a write"),
-        pytest.param(family()[:-5], id="cut off"),
-        pytest.param(
-            [goal("a", "FORMULATED", time_us=99_000_000), goal("a", "FINISHED", time_us=3)],
-            id="clock set back",
-        ),
-        pytest.param([goal("a", "FORMULATED", parent="b"), goal("b", "FORMULATED", parent="a")], id="circle"),
-        pytest.param(
-            [goal(f"g{n}", "FORMULATED", parent=f"g{n - 1}" if n else "nil") for n in range(3000)], id="deep"
-        ),
-    ],
+    share(
+        [
+            pytest.param([], id="empty"),
+            pytest.param([LogLine(5, Level.INFO, "c", "only a line")], id="no goals"),
+            pytest.param([InterfaceWrite(5, "T::i", {"x": 1})], id="a write"),
+            pytest.param(family()[:-5], id="cut off"),
+            pytest.param(
+                [goal("a", "FORMULATED", time_us=99_000_000), goal("a", "FINISHED", time_us=3)],
+                id="clock set back",
+            ),
+            pytest.param(
+                [goal("a", "FORMULATED", parent="b"), goal("b", "FORMULATED", parent="a")], id="circle"
+            ),
+            pytest.param(
+                [goal(f"g{n}", "FORMULATED", parent=f"g{n - 1}" if n else "nil") for n in range(3000)],
+                id="deep",
+            ),
+        ],
+        2,
+    ),
 )
 def test_a_browser_shows_any_run(tmp_path, run):
     shown = look_at(report(MemoryRun(run)), tmp_path)
@@ -232,6 +240,7 @@ def test_what_is_missing_is_told():
     assert "set back" in report(MemoryRun(backwards))
 
 
+@needs_full
 @needs_browser
 def test_a_thousand_goals_and_a_hundred_thousand_events(tmp_path):
     run: list[Event] = []
