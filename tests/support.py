@@ -10,7 +10,7 @@ from contextlib import suppress
 from functools import cache
 from importlib.util import find_spec
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pytest
 
@@ -114,7 +114,7 @@ needs_full = pytest.mark.skipif(not FULL, reason="FULL=1 runs it")
 """For tests that repeat with much effort what a test of every run shows."""
 
 
-def share(cases: Iterable[T], usual: int, row: Callable[[T], object] = lambda case: None) -> list[T]:
+def share(cases: Iterable[T], usual: int, row: Callable[[Any], object] = lambda case: None) -> list[T]:
     """Return the cases that an enumeration tries: all with FULL, else a part that SEED draws.
 
     :param usual: the number of cases without FULL; there are more if there are more rows.

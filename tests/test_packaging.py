@@ -132,7 +132,7 @@ for command in (
 def wheels(tmp_path_factory):
     """What builds the wheels of a distribution and of those it needs, each once, and returns their folder."""
     folder = tmp_path_factory.mktemp("wheels")
-    built = set()
+    built: set[str] = set()
 
     def build(name):
         for each in alone.closure([name])[0] - built:

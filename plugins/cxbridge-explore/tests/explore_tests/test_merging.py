@@ -60,7 +60,7 @@ def test_a_run_without_end_is_a_cycle(tmp_path: Path):
     assert [each["property"] for each in found["violations"]] == ["run-ends"]
     assert (
         "timed out"
-        in explored(scenario, "--faults", "0", "--no-merge", "--timeout", "2", status=1)["outcomes"]
+        in explored(scenario, "--faults", "0", "--no-merge", "--timeout", "0.5", status=1)["outcomes"]
     )
 
 
