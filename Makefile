@@ -21,7 +21,7 @@ DEV_PLUGINS := $(patsubst %/cxbridge-web,%/cxbridge-web[foxglove],$(patsubst %/c
 CONTAINER_PLUGINS := plugins/cxbridge-protobuf plugins/cxbridge-web
 PIP    := $(BIN)/python -m pip install --quiet --disable-pip-version-check
 
-.PHONY: help setup locked run run-pddl test test-core lint page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
+.PHONY: help setup locked run run-pddl test test-core lint ruff checks prose page-lint editor types platforms win32 darwin unit docs package bench lock doctor clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -63,17 +63,23 @@ run: $(RUN)
 run-pddl: $(RUN)
 	$(BIN)/cxbridge run scenarios/test-scenario-pddl
 
-# the types are checked while the tests run, and reported after them
-test:
-	@$(MAKE) --no-print-directory --jobs=3 lint # npm and pip fetch side by side
-	@told=$$(mktemp); $(MAKE) --no-print-directory types >$$told 2>&1 & checker=$$!; \
-	trap 'rm -f $$told' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
+# ruff first, which takes a second; all else that is checked is checked while the tests run, and reported after them
+test: setup
+	@$(MAKE) --no-print-directory ruff
+	@report=$$(mktemp); $(MAKE) --no-print-directory --jobs=2 --keep-going checks >$$report 2>&1 & checker=$$!; \
+	trap 'rm -f $$report' EXIT; trap 'kill $$checker; exit 130' INT TERM; \
 	$(MAKE) --no-print-directory unit; unit=$$?; \
-	wait $$checker; types=$$?; cat $$told; exit $$((unit || types))
+	wait $$checker; checks=$$?; cat $$report; exit $$((unit || checks))
 
-lint: setup page-lint editor
+lint: ruff page-lint editor prose
+
+checks: types page-lint editor prose
+
+ruff: setup
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
+
+prose: setup
 	$(BIN)/python -m tests.docs.prose
 
 # what is locked need not be asked for again; without a network npm would try for minutes

@@ -30,7 +30,7 @@ settings.register_profile(
     "cxbridge",
     deadline=None,
     suppress_health_check=[HealthCheck.too_slow],
-    max_examples=many(100, 40),
+    max_examples=many(100, 25),
     derandomize=not FULL,
 )
 settings.load_profile("cxbridge")

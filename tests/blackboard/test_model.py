@@ -16,6 +16,7 @@ from cxbridge.blackboard import EventKind, LocalBlackBoard, errors
 from cxbridge.clock import VirtualClock
 from tests.blackboard.contract.recorder import Recorder
 from tests.blackboard.samples import SampleInterface, SampleRegistry
+from tests.support import many
 
 IDS = ("a", "b")
 
@@ -210,7 +211,7 @@ class BoardMachine(RuleBasedStateMachine):
 
 TestBoardMachine = BoardMachine.TestCase
 TestBoardMachine.settings = settings(
-    max_examples=100,
+    max_examples=many(100, 25),
     stateful_step_count=40,
     deadline=None,
     derandomize=True,  # the same examples on each machine, however busy it is

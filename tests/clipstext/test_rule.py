@@ -13,6 +13,7 @@ from cxbridge.clipstext.condition import GroupCE, PatternCE
 from cxbridge.clipstext.rule import parse_rule
 from cxbridge.clipstext.syntax import one_line, read
 from cxbridge.errors import ClipsError
+from tests.support import many
 
 
 def first(text: str) -> PatternCE:
@@ -93,7 +94,7 @@ WORDS = '( ) (defrule\tr => " \\ ; & | ~ <- ?x $? ?*g* : = (not (or (test (decla
 PIECES = st.lists(st.sampled_from([*WORDS.split(" "), " ", "\n", "(deftemplate t ", "(defglobal "]))
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=many(500, 125), deadline=None)
 @given(PIECES.map("".join))
 def test_any_text_is_read_without_a_fault(text):
     for node in read(text):

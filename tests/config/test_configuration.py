@@ -10,9 +10,9 @@ from hypothesis import strategies as st
 
 from cxbridge.config import ConfigMissingError, ConfigType, ConfigTypeError, Configuration
 from cxbridge.errors import ConfigError
-from tests.support import FAWKES_DIR, SHARED, needs_fawkes, needs_shared
+from tests.support import FAWKES_DIR, SHARED, many, needs_fawkes, needs_shared
 
-patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 TEXT = """\
 robot:

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 
 from cxbridge.config.documents import MAX_DEPTH, YamlList, YamlMap, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError
+from tests.support import many
 
-patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def only(text: str) -> YamlMap:

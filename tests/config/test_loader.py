@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from tests.support import many
 from tests.unprivileged import unprivileged
 
-patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def write(folder: Path, name: str, *documents: str) -> Path:

@@ -13,6 +13,7 @@ from cxbridge.interfaces.accessors import fit_text
 from cxbridge.interfaces.fieldtypes import TYPES
 from cxbridge.interfaces.registry import default_registry
 from tests.interfaces.samples import block_of
+from tests.support import many
 
 ENUM = (
     '<enum name="Mode"><comment>c</comment><item name="OFF">c</item><item name="ON" value="5">c</item></enum>'
@@ -58,7 +59,7 @@ def same(one: object, other: object) -> bool:
 
 
 @given(st.data())
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100, 25), deadline=None)
 def test_scalars_come_back(data: st.DataObject) -> None:
     for name in SCALARS:
         value = data.draw(VALUES[name])
@@ -69,7 +70,7 @@ def test_scalars_come_back(data: st.DataObject) -> None:
 
 
 @given(st.data())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60, 25), deadline=None)
 def test_arrays_come_back_filled_up_with_zeros(data: st.DataObject) -> None:
     for name in SCALARS:
         values = data.draw(st.lists(VALUES[name], max_size=3))
@@ -85,7 +86,7 @@ def test_arrays_come_back_filled_up_with_zeros(data: st.DataObject) -> None:
 
 
 @given(st.text(st.characters(exclude_characters="\0", exclude_categories=["Cs"])))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=many(200, 50), deadline=None)
 def test_text_is_cut_between_characters_and_always_ends(text: str) -> None:
     BLOCK.text = text
     read = BLOCK.text

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from cxbridge.errors import ActionMappingError
 from cxbridge.events import Level
 from cxbridge.skiller.mapping import ActionSkillMapping, MappedSkill, Mode
+from tests.support import many
 
 MODES: tuple[Mode, ...] = ("strict", "fawkes")
 
@@ -251,7 +252,7 @@ pieces = st.sampled_from(
 values = st.text(st.sampled_from("-5a.\"'\\\n[]="), max_size=5)
 
 
-@settings(max_examples=1000)
+@settings(max_examples=many(1000, 250))
 @given(st.lists(pieces, max_size=10), values, values)
 def test_in_strict_mode_the_text_of_a_template_stays_what_it_is(template: list[str], v: str, w: str):
     """Whatever the values, Lua reads each character of the template as with values that are ``5``."""

@@ -10,6 +10,7 @@ from cxbridge.events import FactChange, Level, LogLine, SourceRead
 from cxbridge.history.state import RunState
 from cxbridge.trace import scrubbing
 from cxbridge.trace.scrubbing import Scrubber
+from tests.support import many
 from tests.trace.runs import MemoryRun, family, goal, skill
 
 
@@ -29,7 +30,7 @@ def facts(numbers):
 
 
 @given(st.lists(st.integers(0, 5), max_size=40), st.lists(st.integers(-2, 45), max_size=8), st.integers(1, 9))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60, 25), deadline=None)
 def test_however_it_is_reached_a_moment_is_the_same(numbers, path, stride):
     events = list(facts(numbers))
     it = loaded(events, stride)

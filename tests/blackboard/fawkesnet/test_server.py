@@ -24,6 +24,7 @@ from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
 from cxbridge.events import LogLine
 from tests.blackboard.fawkesnet.raw import TIMEOUT, RawClient, raw_client
 from tests.blackboard.samples import SAMPLE_SCHEMA, SampleInterface
+from tests.support import many
 
 SIZE = SAMPLE_SCHEMA.datasize
 READ = bb.Open("SampleInterface", "a", SAMPLE_SCHEMA.hash, writing=False)
@@ -189,7 +190,9 @@ def test_a_truncated_frame_and_silence_harm_nobody(served):
     assert list(served.board.list_all()) == []
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=many(60, 25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(noise=st.binary(min_size=1, max_size=300))
 def test_random_bytes_harm_nobody(served, noise):
     with raw_client(served.server.port) as client:

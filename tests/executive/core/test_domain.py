@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol
 from tests.executive.core.core_domain import EXECUTOR, DomainBench, Formula, moving_bench
+from tests.support import many
 
 
 @pytest.fixture
@@ -293,7 +294,9 @@ def again() -> DomainBench:
     return DomainBench()
 
 
-@settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(
+    max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture]
+)
 @given(
     formula=FORMULAS,
     x=st.sampled_from("AB"),

@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 from cxbridge.executive.host.values import FALSE, NIL, Symbol, Value
 from tests.executive.core.core_bench import Bench
+from tests.support import many
 
 FILES = ("worldmodel.clp", "wm-template-facts.clp")
 
@@ -93,7 +94,7 @@ _VALUE = st.one_of(_NAME, st.lists(_NAME, min_size=2, max_size=3))
 _ARGS = st.lists(st.tuples(_NAME, _VALUE), max_size=3)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60, 25), deadline=None)
 @given(path=_PATH, args=_ARGS)
 def test_ids_of_basic_names_survive_both_conversions(
     shared: Bench, path: list[str], args: list[tuple[str, str | list[str]]]

@@ -12,8 +12,9 @@ from hypothesis import strategies as st
 from cxbridge.errors import PddlError
 from cxbridge.executive.pddl.brackets import BracketWord, Group, read_items
 from cxbridge.executive.pddl.tokens import MAX_DEPTH
+from tests.support import many
 
-patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def shape(item: BracketWord | Group) -> object:

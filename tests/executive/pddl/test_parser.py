@@ -20,8 +20,9 @@ from cxbridge.executive.pddl import (
     parse_formula,
 )
 from tests.executive.pddl.texts import GARDEN
+from tests.support import many
 
-patient = settings(max_examples=100, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+patient = settings(max_examples=many(100, 25), deadline=None, suppress_health_check=[HealthCheck.too_slow])
 
 
 def test_load_domain(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from cxbridge.clock import VirtualClock
 from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import QueryError
+from tests.support import many
 
 mongomock = pytest.importorskip("mongomock")
 
@@ -137,7 +138,7 @@ LOGICAL = st.tuples(st.sampled_from(["$or", "$and", "$nor"]), st.lists(FIELDS, m
 QUERIES = FIELDS | LOGICAL.map(lambda parts: {parts[0]: parts[1]})
 
 
-@settings(max_examples=400, suppress_health_check=[HealthCheck.too_slow], deadline=None)
+@settings(max_examples=many(400, 100), suppress_health_check=[HealthCheck.too_slow], deadline=None)
 @given(DOCUMENTS, QUERIES)
 def test_queries_find_the_same(document, query):
     assert bool(ours(document).find(C, query)) == bool(list(theirs(document).find(query)))
@@ -160,7 +161,7 @@ ARRAY_UPDATES = st.one_of(
 )
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=many(200, 50), deadline=None)
 @given(ARRAYS, st.lists(ARRAY_UPDATES, min_size=1, max_size=3))
 def test_updates_make_the_same(document, updates):
     store, collection = ours(document), theirs(document)

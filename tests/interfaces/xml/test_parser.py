@@ -13,6 +13,7 @@ from cxbridge.interfaces.schema import InterfaceSchema
 from cxbridge.interfaces.xml.parser import check_bytes, check_file, parse_bytes, parse_file
 from tests.interfaces.mistakes import MISTAKES
 from tests.interfaces.samples import DATA, DOCTYPE, data_block, definition, schema_xml, schemas
+from tests.support import many
 
 
 @pytest.mark.parametrize(
@@ -152,7 +153,7 @@ def test_a_missing_file_is_told(tmp_path: Path) -> None:
 
 
 @given(schemas())
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=many(60, 25), deadline=None)
 def test_a_schema_written_as_xml_reads_the_same(schema: InterfaceSchema) -> None:
     data = schema_xml(schema)
     result = check_bytes(data)
@@ -168,14 +169,14 @@ def test_a_schema_written_as_xml_reads_the_same(schema: InterfaceSchema) -> None
 
 
 @given(st.binary(max_size=200))
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150, 37), deadline=None)
 def test_random_bytes_never_crash_the_parser(data: bytes) -> None:
     check_bytes(data)
     check_bytes(b"<interface name='A'>" + data)
 
 
 @given(st.data())
-@settings(max_examples=250, deadline=None)
+@settings(max_examples=many(250, 62), deadline=None)
 def test_mutated_definitions_never_crash_the_parser(draw: st.DataObject) -> None:
     data = bytearray(_WHOLE)
     for _ in range(draw.draw(st.integers(1, 4))):

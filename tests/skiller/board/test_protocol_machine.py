@@ -12,6 +12,7 @@ from cxbridge.skiller.board.master import Master, Timeouts
 from cxbridge.skiller.board.policy import BoardPolicy
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, Ticket
 from tests.skiller.board.rig import Puppet, Rig, call
+from tests.support import many
 
 AGENTS = ("r1", "r2")
 EXECUTORS = ("e1", "e2", "e3")
@@ -242,6 +243,6 @@ class AskingAll(Protocol):
 
 
 TestAskingAll = AskingAll.TestCase
-TestAskingAll.settings = settings(max_examples=60, stateful_step_count=30)
+TestAskingAll.settings = settings(max_examples=many(60, 25), stateful_step_count=30)
 TestProtocol = Protocol.TestCase
-TestProtocol.settings = settings(max_examples=60, stateful_step_count=30)
+TestProtocol.settings = settings(max_examples=many(60, 25), stateful_step_count=30)

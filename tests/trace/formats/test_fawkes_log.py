@@ -18,7 +18,7 @@ from cxbridge.trace.formats.fawkes_log import FawkesLog, FawkesLogWriter
 from cxbridge.trace.formats.files import MAX_LINE
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
-from tests.support import needs_shared
+from tests.support import many, needs_shared
 from tests.trace import events as strategies
 from tests.trace.runs import NAMES, RECORDINGS, recording
 
@@ -102,7 +102,7 @@ facts = st.builds(
 )
 
 
-@settings(max_examples=60)
+@settings(max_examples=many(60, 25))
 @given(st.lists(st.one_of(log_lines, firings, facts), min_size=1, max_size=8))
 def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
     path = write(tmp_path_factory.mktemp("log") / "log", events)

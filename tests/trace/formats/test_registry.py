@@ -20,6 +20,7 @@ from cxbridge.trace.formats.mcap.records import MAGIC as MCAP
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.formats.transitions_text import format_transition
+from tests.support import many
 from tests.trace.runs import family
 from tests.unprivileged import unprivileged
 
@@ -55,7 +56,7 @@ def test_bad_files(tmp_path: Path, content: bytes, message: str) -> None:
     assert caught.value.exit_status == 2
 
 
-@settings(max_examples=200)
+@settings(max_examples=many(200, 50))
 @given(
     st.binary(max_size=400),
     st.sampled_from([b"", MCAP, BBLOGGER, b"I 01:00:00.000000 A: b\n", b"goal gen1 class=A sub-type=nil "]),

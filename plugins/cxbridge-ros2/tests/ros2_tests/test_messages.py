@@ -24,6 +24,7 @@ from cxbridge_ros2.names import parse_type
 from fuzz import ros2 as fuzzed
 from ros2_tests.conftest import HERE, needs_ros, with_ros
 from ros2_tests.peer import PACKAGES
+from tests.support import many
 
 KNOWN = Definitions([PACKAGES], environment={})
 CODEC = Codec(KNOWN)
@@ -66,7 +67,7 @@ def messages(name: str, depth: int = 0) -> st.SearchStrategy[dict[str, Any]]:
     return st.fixed_dictionaries({field: values(kind, depth) for field, kind in fields})
 
 
-@settings(max_examples=400, deadline=None)
+@settings(max_examples=many(400, 100), deadline=None)
 @given(st.data())
 def test_what_is_written_is_read(data: st.DataObject):
     name = data.draw(st.sampled_from(TYPES))
@@ -78,7 +79,7 @@ def test_what_is_written_is_read(data: st.DataObject):
 def test_rclpy_reads_what_we_write_and_writes_the_same(request: pytest.FixtureRequest):
     cases: list[tuple[str, str]] = []
 
-    @settings(max_examples=300, deadline=None, database=None)
+    @settings(max_examples=many(300, 75), deadline=None, database=None)
     @given(st.data())
     def collect(data: st.DataObject) -> None:
         name = data.draw(st.sampled_from(TYPES))
@@ -176,7 +177,7 @@ def test_a_wrong_value_is_one_error_that_names_the_field(case: str):
     assert words in str(caught.value)
 
 
-@settings(max_examples=500, deadline=None)
+@settings(max_examples=many(500, 125), deadline=None)
 @given(st.sampled_from(TYPES), st.binary(max_size=64))
 def test_bytes_that_are_no_message_are_an_error_or_a_message(name: str, data: bytes):
     with suppress(Ros2Error):

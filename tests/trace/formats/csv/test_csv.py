@@ -20,7 +20,7 @@ from cxbridge.trace.formats.base import MAX_NOTES
 from cxbridge.trace.formats.csv.columns import columns_of, formatter, heading
 from cxbridge.trace.formats.csv.reader import CsvFile
 from cxbridge.trace.formats.registry import open_run
-from tests.support import needs_shared
+from tests.support import many, needs_shared
 from tests.trace.bblog_files import KIND, START_S, make
 from tests.trace.runs import NAMES, RECORDINGS, MemoryRun
 
@@ -219,7 +219,7 @@ def test_a_damaged_heading_is_refused(tmp_path: Path, line: str) -> None:
 texts = st.text(st.characters(codec="utf-8", exclude_characters="\0\\"), max_size=20)
 
 
-@settings(max_examples=60)
+@settings(max_examples=many(60, 25))
 @given(st.lists(st.tuples(texts, st.integers(0, 9), st.booleans()), max_size=4))
 def test_texts_come_back(tmp_path_factory: pytest.TempPathFactory, rows: list[tuple[str, int, bool]]) -> None:
     """With one text in a row there is nothing to guess, unless the text looks like a row itself."""

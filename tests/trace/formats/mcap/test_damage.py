@@ -25,7 +25,7 @@ from tests.support import many
 from tests.trace.runs import goal
 
 EVENTS = [goal(f"gen{i}", "FORMULATED", time_us=i) for i in range(15)]
-TEMPORARY = settings(max_examples=150, deadline=None)
+TEMPORARY = settings(max_examples=many(150, 37), deadline=None)
 
 
 @pytest.fixture(scope="module")

@@ -22,6 +22,7 @@ from cxbridge.trace.formats.mcap import records as mcap_records
 from cxbridge.trace.formats.mcap.reader import McapRun
 from cxbridge.trace.formats.mcap.writer import McapWriter
 from cxbridge.trace.formats.registry import open_run
+from tests.support import many
 from tests.trace import events as strategies
 from tests.trace.runs import family, goal
 
@@ -37,7 +38,7 @@ def write(path: Path, events: list[Event]) -> Path:
     return path
 
 
-@settings(max_examples=60)
+@settings(max_examples=many(60, 25))
 @given(st.lists(strategies.events, max_size=10))
 def test_what_is_written_is_read(tmp_path_factory: pytest.TempPathFactory, events: list[Event]) -> None:
     run = open_run(write(tmp_path_factory.mktemp("mcap") / "run", events))

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 from contextlib import suppress
+from itertools import product
 from pathlib import Path
 
 import pytest
@@ -127,7 +128,7 @@ def test_nothing_of_a_recording_runs(scene, tmp_path, capsys, rule):
     assert unharmed(scene)
 
 
-@pytest.mark.parametrize("rule", HEAVY)
+@pytest.mark.parametrize("rule", share(HEAVY, 3))
 def test_a_recording_does_not_hold_up_who_looks(tmp_path, monkeypatch, rule):
     monkeypatch.setattr(sandbox, "MEMORY", sandbox.MEMORY // 4)
     if "within 1 s" in TOLD[rule]:
@@ -155,10 +156,14 @@ NAMES = [
 ]
 
 
-@pytest.mark.parametrize("name", NAMES, ids=range(len(NAMES)))
-@pytest.mark.parametrize("where", ["template", "slot", "value", "rule", "function"])
-def test_names_of_a_recording_are_no_code(scene, tmp_path, name, where):
+WHERE = ("template", "slot", "value", "rule", "function")
+NUMBERS = share(product(WHERE, range(len(NAMES))), 14, row=lambda case: case[1])
+
+
+@pytest.mark.parametrize(("where", "number"), NUMBERS)
+def test_names_of_a_recording_are_no_code(scene, tmp_path, where, number):
     """What is put together to CLIPS text from names and values of a recording."""
+    name = NAMES[number]
     rule = "(defrule r (x ?) (test (any-factp ((?f x)) TRUE)) =>)"
     facts = [("x", "(x 1)")]
     if where == "template":

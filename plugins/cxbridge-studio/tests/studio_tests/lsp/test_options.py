@@ -9,22 +9,25 @@ from lsprotocol import types as lsp
 
 from studio_tests.lsp.conftest import Editor
 from tests.forked import nursery
-from tests.support import ROOT
+from tests.support import ROOT, share
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
-    [
-        (("--core", "zebra"), "--core cannot be 'zebra'"),
-        (("--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
-        (("test-scenario", "--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
-        (("two-agents", "--agent", "zebra"), "the scenario has no agent 'zebra'"),
-        (("nowhere",), "there is no such scenario"),
-        (("--fawkes-dir", "/nowhere"), "/nowhere: there is no such folder"),
-        (("--clips-dir", "/nowhere"), "/nowhere: there is no such folder"),
-        (("--config", "/nowhere.yaml"), "/nowhere.yaml: cannot read"),
-        (("--recording", "/nowhere.mcap"), "/nowhere.mcap: there is no such recording"),
-    ],
+    share(
+        [
+            (("--core", "zebra"), "--core cannot be 'zebra'"),
+            (("--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
+            (("test-scenario", "--spec", "zebra"), "scenario.yaml:10: the configuration has no spec 'zebra'"),
+            (("two-agents", "--agent", "zebra"), "the scenario has no agent 'zebra'"),
+            (("nowhere",), "there is no such scenario"),
+            (("--fawkes-dir", "/nowhere"), "/nowhere: there is no such folder"),
+            (("--clips-dir", "/nowhere"), "/nowhere: there is no such folder"),
+            (("--config", "/nowhere.yaml"), "/nowhere.yaml: cannot read"),
+            (("--recording", "/nowhere.mcap"), "/nowhere.mcap: there is no such recording"),
+        ],
+        4,
+    ),
     ids=" ".join,
 )
 def test_a_server_that_cannot_be_meant(arguments, message):
@@ -43,14 +46,17 @@ def test_a_scenario_that_cannot_be_read_is_what_one_has_an_editor_for(tmp_path):
 
 @pytest.mark.parametrize(
     ("options", "message"),
-    [
-        ({"core": "zebra"}, "--core cannot be 'zebra'"),
-        ({"spec": "zebra"}, "the configuration has no spec 'zebra'"),
-        ({"specs": "test"}, "a run has no option 'specs'"),
-        ({"clips_dirs": 3}, "'clips_dirs' must be a text or texts"),
-        ({"scenario": 3}, "'scenario' must be a text"),
-        ({"clips_dirs": ["/nowhere"]}, "/nowhere: there is no such folder"),
-    ],
+    share(
+        [
+            ({"core": "zebra"}, "--core cannot be 'zebra'"),
+            ({"spec": "zebra"}, "the configuration has no spec 'zebra'"),
+            ({"specs": "test"}, "a run has no option 'specs'"),
+            ({"clips_dirs": 3}, "'clips_dirs' must be a text or texts"),
+            ({"scenario": 3}, "'scenario' must be a text"),
+            ({"clips_dirs": ["/nowhere"]}, "/nowhere: there is no such folder"),
+        ],
+        3,
+    ),
     ids=str,
 )
 def test_settings_of_an_editor_that_make_no_sense(tmp_path, options, message):

@@ -8,9 +8,10 @@ from cxbridge_studio.explain.rules.constructs import Constructs, TextFile
 from cxbridge_studio.explain.rules.diagnose import diagnose
 from cxbridge_studio.explain.rules.matcher import Matcher
 from tests.clipstext.test_rule import PIECES
+from tests.support import many
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100, 25), deadline=None)
 @given(PIECES.map("".join))
 def test_any_text_is_read_without_a_fault(text):
     Constructs([TextFile("a.clp", text)])

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from cxbridge_studio.explain.rules.diagnose import diagnose
 from cxbridge_studio.explain.rules.environment import take
 from studio_tests.explain.worlds import world
+from tests.support import many
 
 VALUES = st.sampled_from(["a", "b", "1", "2", '"a"'])
 VARIABLES = st.sampled_from(["?x", "?y", "?z"])
@@ -30,7 +31,7 @@ FACTS = st.lists(
 CES = st.lists(st.tuples(st.booleans(), patterns()), min_size=1, max_size=4)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=many(150, 37), deadline=None)
 @given(FACTS, CES)
 def test_joins_equal_those_of_matches(facts, ces):
     texts = [
@@ -54,7 +55,7 @@ def test_joins_equal_those_of_matches(facts, ces):
 CONSTANTS = st.one_of(VALUES, VALUES.map("~{}".format), st.tuples(VALUES, VALUES).map("|".join))
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100, 25), deadline=None)
 @given(FACTS, st.lists(st.tuples(CONSTANTS, CONSTANTS), min_size=1, max_size=3))
 def test_patterns_alone_equal_those_of_matches(facts, constraints):
     texts = [f"(p (s ?own{place}) (t {t}) (u {u}))" for place, (t, u) in enumerate(constraints)]
@@ -66,7 +67,7 @@ def test_patterns_alone_equal_those_of_matches(facts, constraints):
         assert alone == theirs
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100, 25), deadline=None)
 @given(FACTS.filter(bool), st.tuples(CONSTANTS, CONSTANTS, CONSTANTS))
 def test_no_fact_deviates_less_than_the_nearest(facts, constraints):
     """A slot is right when a rule about it alone matches the fact: asked one by one, without a copy."""

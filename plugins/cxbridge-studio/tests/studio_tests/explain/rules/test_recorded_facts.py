@@ -12,6 +12,7 @@ from cxbridge_studio.explain.rules.environment import take
 from cxbridge_studio.explain.rules.recorded_facts import rows_of
 from cxbridge_studio.explain.rules.snapshot import FactRef, FactTemplate
 from studio_tests.explain.worlds import world
+from tests.support import many
 
 WORDS = st.text("abcXYZ-_09/ ", max_size=8)
 VALUES = st.one_of(
@@ -22,7 +23,7 @@ VALUES = st.one_of(
 )
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=many(100, 25), deadline=None)
 @given(st.lists(st.tuples(VALUES, st.lists(VALUES, max_size=4)), min_size=1, max_size=5))
 def test_what_is_printed_reads_back(contents):
     with world("(deftemplate t (slot a) (multislot b))", "(defrule it (t) (o $?) =>)") as env:
