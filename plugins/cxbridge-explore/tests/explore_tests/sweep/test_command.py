@@ -15,7 +15,8 @@ from cxbridge_explore.sweep.rows import CRASHED, RunRow
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
-FEW = ("--runs", "8", "--seed", "100", "--jobs", "2")
+RUNS = 5
+FEW = ("--runs", str(RUNS), "--seed", "100", "--jobs", "2")
 
 
 def ask(capsys: pytest.CaptureFixture[str], *words: object) -> tuple[int, str, str]:
@@ -38,8 +39,8 @@ def timeless(found: dict[str, Any]) -> dict[str, Any]:
 
 def test_what_scripts_get(capsys):
     found = swept(capsys, "--jobs", "1")
-    assert (found["runs"], found["seed"]) == (8, 100)
-    assert sum(found["outcomes"].values()) == 8
+    assert (found["runs"], found["seed"]) == (RUNS, 100)
+    assert sum(found["outcomes"].values()) == RUNS
     spans = found["makespan"]
     assert spans["min"] <= spans["p05"] <= spans["median"] <= spans["p95"] <= spans["max"]
     assert found["cpu_seconds"] > 0
@@ -50,7 +51,7 @@ def test_what_scripts_get(capsys):
 def test_what_people_get(capsys):
     status, out, _ = ask(capsys, SCENARIO, *FEW)
     assert status == 0
-    assert " of 8" in out.splitlines()[0]
+    assert f" of {RUNS}" in out.splitlines()[0]
     assert "makespan of completed runs, seconds: min" in out
     assert "goal TESTGOAL-PARENT: " in out
 
@@ -89,9 +90,9 @@ def test_two_agents_in_the_same_worlds(capsys, tmp_path):
     other = changed(tmp_path)
     page = tmp_path / "page.html"
     found = swept(capsys, "--against", other, "--html", page)
-    assert found["against"]["runs"] == 8
+    assert found["against"]["runs"] == RUNS
     assert set(found["comparison"]) == {"completed", "makespan", "seeds"}
-    assert all(100 <= each["seed"] < 108 for each in found["comparison"]["seeds"])
+    assert all(100 <= each["seed"] < 100 + RUNS for each in found["comparison"]["seeds"])
     text = page.read_text()
     assert all(part in text for part in ("Comparison", "Outcomes", "Makespan", "<svg", str(other)))
 
@@ -110,7 +111,7 @@ def test_tables(capsys, tmp_path):
     found = swept(capsys, "--csv", files[0], "--parquet", files[1])
     with files[0].open(newline="") as file:
         rows = list(csv.DictReader(file))
-    assert [int(row["seed"]) for row in rows] == list(range(100, 108))
+    assert [int(row["seed"]) for row in rows] == list(range(100, 100 + RUNS))
     assert sum(row["outcome"] == "completed" for row in rows) == found["outcomes"]["completed"]
     table = parquet.read_table(files[1]).to_pylist()
     assert [row["makespan"] for row in table] == [float(row["makespan"]) for row in rows]
@@ -121,13 +122,13 @@ def test_what_was_played_is_not_played_again(capsys, tmp_path):
     kept = tmp_path / "kept.jsonl"
     whole = swept(capsys, "--resume", kept)
     lines = kept.read_text().splitlines(keepends=True)
-    assert len(lines) == 8
+    assert len(lines) == RUNS
     marked = lines[0].replace('"calls":', '"calls":1000, "was":')  # to be told from one that is played
     kept.write_text(marked + "".join(lines[1:3]) + lines[3][:20])  # killed in the middle of a line
     again = swept(capsys, "--resume", kept)
     assert again["calls"] > 1000
     assert again["outcomes"] == whole["outcomes"]
-    assert len(kept.read_text().splitlines()) == 8
+    assert len(kept.read_text().splitlines()) == RUNS
 
 
 @pytest.mark.parametrize(
