@@ -7,7 +7,7 @@ which is a group of commands.
 from typing import Final
 
 HELP_SECTIONS: Final = {
-    "Run": ("new", "run", "daemon", "plan", "gateway"),
+    "Run": ("new", "run", "daemon", "gateway"),
     "Explore": (),
     "Look": ("env",),
     "Record and compare": ("trace",),

@@ -15,7 +15,7 @@ from cxbridge_explore.sweep.rows import CRASHED, RunRow
 from tests.support import ROOT
 
 SCENARIO = ROOT / "scenarios" / "test-scenario"
-RUNS = 5
+RUNS = 6
 FEW = ("--runs", str(RUNS), "--seed", "100", "--jobs", "2")
 
 
