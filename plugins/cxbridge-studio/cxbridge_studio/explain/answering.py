@@ -20,7 +20,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge_studio.explain.evidence import History
 from cxbridge_studio.explain.goal_rules import makers
-from cxbridge_studio.explain.goal_story import FACT_TEMPLATES
+from cxbridge_studio.explain.goal_story import FACT_TEMPLATES, MOST_FACTS
 from cxbridge_studio.explain.live import CopiedEvidence
 from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
 
@@ -35,9 +35,6 @@ MOST_QUESTIONS: Final = 4
 
 MOST_STEPS: Final = 10_000
 """Transitions, and firings, that are kept to explain goals."""
-
-MOST_FACTS: Final = 10_000
-"""Facts that are copied: the loop stops for about 10 us each."""
 
 _ANSWER_BYTES: Final = 262_143
 

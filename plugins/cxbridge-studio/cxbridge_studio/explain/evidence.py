@@ -187,6 +187,10 @@ class Evidence(ABC):
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values. None when not known."""
 
+    def has_facts_of(self, template: str) -> bool:  # noqa: ARG002 - of an environment all facts are known
+        """Whether :meth:`slots_of` is all there is of a deftemplate."""
+        return True
+
     def rule_texts(self) -> Mapping[str, str]:
         """Return all defrules by name; nothing where they are not known."""
         return {}

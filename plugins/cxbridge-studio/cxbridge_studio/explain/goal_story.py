@@ -18,6 +18,9 @@ from cxbridge_studio.explain.goals import Goals, failed_actions
 _SHOWN_STATES: Final = ("RUNNING", "EXECUTION-FAILED", "FAILED", "FINAL")
 _DEEPEST: Final = 20
 
+MOST_FACTS: Final = 10_000
+"""Facts of a deftemplate that are copied: the loop stops for about 10 us each."""
+
 Facts = Mapping[str, list[Mapping[str, str]]]
 """The facts of some deftemplates: slots, as CLIPS prints their values."""
 
@@ -89,7 +92,7 @@ class GoalReporter:
 
     def report(self, goal: GoalRecord) -> GoalStory:
         """Return the story of a goal."""
-        waits = goal.ended is None and goal.replaced is None
+        waits = goal.ended is None and not self._is_gone(goal)
         parent = self._goals.parent(goal)
         return GoalStory(
             goal.name,
@@ -106,6 +109,13 @@ class GoalReporter:
             else Cause(self._outcome(goal), (*self._because(goal, {goal.name}), *self._left_over(goal))),
             tuple(self._moments(goal)),
         )
+
+    def _is_gone(self, goal: GoalRecord) -> bool:
+        """Whether the fact of a goal is not there any more, as far as facts are known."""
+        facts = self._facts.get("goal")
+        if goal.replaced is not None or facts is None or not self._evidence.has_facts_of("goal"):
+            return goal.replaced is not None
+        return len(facts) < MOST_FACTS and all(slots.get("id") != goal.id for slots in facts)
 
     # --- what happened ------------------------------------------------------------------------------------
 
@@ -247,7 +257,7 @@ class GoalReporter:
 
     def _left_over(self, goal: GoalRecord) -> Iterator[Cause]:
         """Yield that a goal with an outcome has not been retracted, and which rule could go on with it."""
-        if goal.mode != "RETRACTED" and goal.replaced is None:
+        if goal.mode != "RETRACTED" and not self._is_gone(goal):
             yield Cause(self._waits_for(goal), tuple(self._rules_for(goal)))
 
     def _rules_for(self, goal: GoalRecord) -> Iterator[Cause]:
@@ -294,7 +304,7 @@ class GoalReporter:
             if mode == "DISPATCHED" and open_actions:
                 yield self._open_action(goal, open_actions[0], len(open_actions) - 1)
             for child in self._goals.children(goal):
-                if child.mode != "RETRACTED" and depth < _DEEPEST:
+                if child.mode != "RETRACTED" and depth < _DEEPEST and not self._is_gone(child):
                     yield self._open_child(child, depth)
 
     def _above(self, goal: GoalRecord) -> Iterator[Cause]:

@@ -179,6 +179,10 @@ class RecordedEvidence(Evidence):
         except TraceError:
             return {}
 
+    def has_facts_of(self, template: str) -> bool:
+        """Whether facts of a deftemplate were recorded."""
+        return template in self._seen
+
     def slots_of(self, template: str) -> list[Mapping[str, str]]:
         """Return the facts of a deftemplate: slots, as CLIPS prints their values."""
         return self._tables.slots(self.env, template)

@@ -97,3 +97,14 @@ def test_a_goal_whose_fact_went_waits_for_nothing():
     assert "g (G) was FORMULATED when its fact was retracted" in story
     assert "waits" not in story
     assert "waits" in causes("g#2", events)
+
+
+@pytest.mark.parametrize("recorded_facts", [True, False])
+def test_a_goal_whose_fact_a_rule_retracted_waits_for_nothing(recorded_facts: bool):
+    events: list[Event] = [goal(0, "g", "FORMULATED"), goal(1, "g", "SELECTED")]
+    if recorded_facts:
+        text = "(goal (id g) (class G) (mode SELECTED))"
+        events += [fact(1, 7, text), fact(2, 7, text, asserted=False)]
+    story = causes("g", events)
+    assert ("g (G) was SELECTED when its fact was retracted" in story) is recorded_facts
+    assert ("waits" in story) is not recorded_facts
