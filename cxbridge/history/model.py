@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import takewhile
 from typing import Final, NamedTuple
 
 from cxbridge.clock import MICROSECONDS
@@ -236,7 +237,7 @@ def _parent_of(goal: GoalRecord, lives: Mapping[tuple[str, str], Sequence[GoalRe
     """Return the number of the parent: of several lives of its id the one that there was."""
     above = parent_id(goal.parent)
     known = () if above is None else lives.get((goal.env, above), ())
-    since = next(change.seq for change in goal.changes if change.parent == goal.parent)
+    *_, since = (each.seq for each in takewhile(lambda each: each.parent == goal.parent, goal.changes[::-1]))
     begun = [parent for parent in known if parent.changes[0].seq <= since]
     return begun[-1].number if begun else known[0].number if known else None
 

@@ -23,6 +23,7 @@ from cxbridge.clipstext.facts import parse_fact
 from cxbridge.events import Event, FactChange, InterfaceMessage, PlanActionTransition, SkillStatus
 from cxbridge.history.builder import RunHistory
 from cxbridge.history.linking import links
+from cxbridge.history.model import goal_forest
 from cxbridge.history.outcome import ENDED_MODES, plain_outcomes
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
@@ -179,6 +180,9 @@ def compare_histories(history: RunHistory, model: dict[str, list[Any]]) -> None:
         for goal in history.goals
     ]
     assert [goal["states"] for goal in model["goals"]] == states
+    keys = [goal["key"] for goal in model["goals"]]
+    above = [keys.index(goal["parent"]) if goal["parent"] in keys else None for goal in model["goals"]]
+    assert above == list(goal_forest(history.goals).parents.values())
     assert [action[4] for action in model["actions"]] == [action.states for action in history.actions]
     ran = [
         [call.status, call.error, call.begin[1], None if call.end is None else call.end[1]]
@@ -264,7 +268,9 @@ def drawn_events(draw: random.Random) -> list[Event]:
         if kind == 0:
             mode = draw.choice(("FORMULATED", "DISPATCHED", "FINISHED", "RETRACTED"))
             ended = mode in ENDED_MODES
-            change = made.goal(at, name, mode, draw.choice(("COMPLETED", "FAILED")) if ended else "UNKNOWN")
+            outcome = draw.choice(("COMPLETED", "FAILED")) if ended else "UNKNOWN"
+            above = draw.choice(("nil", "a")) if name == "b" else "nil"
+            change = made.goal(at, name, mode, outcome, parent=above)
             events.append(replace(change, is_new=mode == "FORMULATED" and draw.random() < NEXT_LIFE))
         elif kind == 1:
             state = draw.choice(("FORMULATED", "PENDING", "WAITING", "RUNNING", "FINAL", "FAILED"))

@@ -112,7 +112,7 @@ export class Model {
     const goal = this.goals.get(key) || this.gone.get(key) || this.newGoal(key, event.goal, event.env);
     goal.cls = event.goal_class;
     goal.subType = bare(event.sub_type);
-    goal.parent = event.parent && bare(event.parent) ? this.keyOf(event.env, event.parent) : "";
+    goal.parent = this.history.goals.get(key)?.parent || "";
     goal.mode = event.mode;
     goal.outcome = event.outcome;
     goal.error = event.error;

@@ -149,9 +149,13 @@ export class History {
       this.shape += 1;
       if (this.goals.size > MOST_GOALS) this.forget();
     }
-    const parent = event.parent && bare(event.parent) ? this.keyOf(event.env, event.parent) : "";
-    if (parent !== goal.parent) this.shape += 1;
-    Object.assign(goal, { cls: event.goal_class, subType: bare(event.sub_type || ""), parent });
+    // the id of the parent may be used again: the goal stays below the one that there was
+    if (goal.above !== event.parent) {
+      goal.above = event.parent;
+      goal.parent = bare(event.parent || "") ? this.keyOf(event.env, event.parent) : "";
+      this.shape += 1;
+    }
+    Object.assign(goal, { cls: event.goal_class, subType: bare(event.sub_type || "") });
     const last = goal.changes.at(-1),
       { mode, outcome } = event,
       error = event.error || "";
