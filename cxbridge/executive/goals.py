@@ -78,8 +78,8 @@ class GoalWatch:
         if self._modified not in ("", goal):
             self._gone.add(self._modified)  # the goal has got another id
         self._modified = ""
-        if goal in self._gone and before is not None:
-            if mode == _FIRST and before.mode == _OVER:
+        if goal in self._gone and before is not None and mode == _FIRST:
+            if before.mode == _OVER:
                 self._leave(goal)  # an agent uses the id of a goal that is gone
             else:
                 self._lives[goal] += 1

@@ -205,7 +205,8 @@ class TransitionTracker:
             meta=_detail(slots, "meta"),
             priority=slots.get("priority", ""),
             resources=_detail(slots, "required-resources"),
-            is_new=is_first and goal != NO_PARENT,
+            # a rule may retract a goal and assert it in its next mode, which is no new goal
+            is_new=is_first and mode == "FORMULATED" and goal != NO_PARENT,
             slots={
                 slot.name: slots[slot.name]
                 for slot in _FURTHER

@@ -85,6 +85,23 @@ def test_a_log_of_facts_says_it_too(recorded: Path, tmp_path: Path):
     assert [goal.name for goal in open_run(log).goals] == [goal.name for goal in run.goals]
 
 
+def test_a_goal_that_a_rule_retracts_and_asserts_in_its_next_mode_is_one_goal(tmp_path: Path):
+    (tmp_path / "scenario.yaml").write_text(SCENARIO)
+    (tmp_path / "twice.clp").write_text(
+        "(defrule begin (executive-initialized) => (assert (goal (id A) (class LOOK))))\n"
+        "(defrule on ?g <- (goal (mode FORMULATED)) => (retract ?g)"
+        " (assert (goal (id A) (class LOOK) (mode SELECTED))))\n"
+        "(defrule end ?g <- (goal (mode SELECTED)) => (retract ?g)"
+        " (assert (goal (id A) (class LOOK) (mode RETRACTED) (outcome COMPLETED))))"
+    )
+    trace = tmp_path / "run.mcap"
+    result = run_scenario(RunOptions(scenario=tmp_path, trace=trace, timeout=20.0))
+    assert [(goal.goal, goal.outcome) for goal in result.goals] == [("A", "COMPLETED")]
+    assert [(goal.name, goal.modes) for goal in open_run(trace).goals] == [
+        ("A", ["FORMULATED", "SELECTED", "RETRACTED"])
+    ]
+
+
 @pytest.mark.parametrize("name", ["test-scenario", "workshop"])
 def test_the_result_of_a_run_lists_the_goals_of_the_recording(name: str, tmp_path: Path):
     """In one a goal is tried again, in both the core gives goals their ids."""
