@@ -10,6 +10,7 @@ import threading
 import time
 from abc import ABC, abstractmethod
 from contextlib import suppress
+from functools import cached_property
 
 from cxbridge.errors import ConfigError
 
@@ -76,6 +77,11 @@ class Clock(ABC):
     @abstractmethod
     def now_us(self) -> int:
         """Return the time in microseconds since the epoch."""
+
+    @cached_property
+    def start_us(self) -> int:
+        """The time when it was first asked for this: seconds into the run count from here, in every view."""
+        return self.now_us()
 
     @abstractmethod
     def sleep_until(self, time_us: int, wake: Wakeup | None = None) -> None:

@@ -23,6 +23,13 @@ def test_two_virtual_clocks_start_at_the_same_time():
     assert VirtualClock().now_us() == VirtualClock().now_us()
 
 
+def test_seconds_count_from_one_time():
+    clock = VirtualClock()
+    begun = clock.start_us
+    clock.sleep_until(begun + 5)
+    assert clock.start_us == begun == clock.now_us() - 5
+
+
 def test_real_time_is_the_machines_and_never_goes_back():
     clock = RealClock()
     first = clock.now_us()

@@ -188,7 +188,7 @@ class _GoalFollower:
         self._env = assembly.executive.env
         self._story = story
         self._reasons = BriefReasons(self._slots_of)
-        self._start_us = assembly.clock.now_us()
+        self._start_us = assembly.clock.start_us
         self._printed: dict[str, str] = {}
         self._selected_us: dict[str, int] = {}
 

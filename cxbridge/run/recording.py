@@ -82,7 +82,7 @@ def start_recording(
             "cxbridge": __version__,
             "spec": assembly.spec,
             "clock": assembly.clock.name,
-            "start_us": str(assembly.clock.now_us()),
+            "start_us": str(assembly.clock.start_us),
             "scenario": str(assembly.paths.config_file),
         }
     )

@@ -107,7 +107,7 @@ def _run(
         servers = [server for group in options.more for server in group.servers()]
         interactive = interactive or any(group.is_interactive for group in options.more)
         _let_in(stack, assembly, attach, servers)
-        begun_us = assembly.clock.now_us()
+        begun_us = assembly.clock.start_us
         stalls = stack.enter_context(_Stalls(assembly, options.timeout, on=not interactive))
         with assembly.loop.busy():
             _start(assembly, interrupt)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 
+from cxbridge.cli.story import RunStory
+from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
@@ -131,3 +133,14 @@ def test_the_result_of_a_run_lists_both(recorded: Path):
         ("HOUSE#2", "COMPLETED"),
         ("└─ ROOM#2", "COMPLETED"),
     ]
+
+
+def test_a_run_says_the_seconds_that_its_recording_has(
+    recorded: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+):
+    trace = tmp_path / "run.mcap"
+    options = RunOptions(scenario=recorded.parent, trace=trace, clock="scaled:20", timeout=20.0)
+    run_scenario(options, attach=RunStory().attach)
+    ends = [goal.ended for goal in open_run(trace).goals]
+    said = {line.split(" s ")[0].strip() for line in capsys.readouterr().out.splitlines()}
+    assert said == {f"{end.time / MICROSECONDS:.1f}" for end in ends if end}

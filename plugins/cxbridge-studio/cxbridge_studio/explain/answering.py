@@ -53,7 +53,7 @@ class Explainer(Component):
         )
         self._context = context
         self._is_daemon = isinstance(context, DaemonContext)
-        self._start_us = context.clock.now_us()
+        self._start_us = context.clock.start_us
         self._history = History(context.name or ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
         # whether firings are recorded, so that to receive them costs nothing more
         options = context.options

@@ -76,7 +76,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         name = agent.executive.env.name if env is None else env
         history = History(name, facts_of=partial(fact_slots, agent.executive.env))
         agent.bus.subscribe(history.take, *STORY_TYPES)
-        start_us = run.clock.now_us()
+        start_us = run.clock.start_us
         limit_us = start_us + int((options.timeout if at_s is None else at_s) * MICROSECONDS)
         watched = agent.executive.env.watcher.rules
         history.rules_known = True

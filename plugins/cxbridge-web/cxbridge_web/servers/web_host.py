@@ -51,7 +51,7 @@ class ProcessWebHost(ABC):
 
     def __init__(self, hosted: HostedProcess) -> None:
         self._hosted: Final = hosted
-        self._start_us: Final = hosted.clock.now_us()
+        self._start_us: Final = hosted.clock.start_us
         self._transforms: TransformListener | None = None
 
     @property
