@@ -17,7 +17,7 @@ from pathlib import Path
 from benchmarks.bench_core import ACTIONS, DOMAIN
 from benchmarks.harness import report
 from cxbridge.executive.host.values import Symbol, Value
-from cxbridge.run import Assembly, RunOptions
+from cxbridge.run import Run, RunOptions
 
 GOALS = 100
 FACTS = 2_000
@@ -111,11 +111,11 @@ def main() -> None:
     """Measure and print."""
     with tempfile.TemporaryDirectory() as folder:
         options = RunOptions(scenario=write_scenario(Path(folder)))
-        with Assembly(options) as assembly:
+        with Run(options) as assembly:
             measure(assembly)
 
 
-def measure(assembly: Assembly) -> None:
+def measure(assembly: Run) -> None:
     """Time loops of a run with and without a change."""
     assembly.start()
     env, clock, executive = assembly.executive.env, assembly.clock, assembly.executive

@@ -15,7 +15,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 
 ROBOTS = 50
@@ -124,7 +124,7 @@ def measure(fleet: Fleet) -> list[float]:
     with tempfile.TemporaryDirectory() as folder:
         options = RunOptions(scenario=write(Path(folder), fleet))
         loops: list[float] = []
-        with Assembly(options) as run:
+        with Run(options) as run:
             run.start()
             while not run.is_over and len(loops) < 5_000:
                 begin = time.process_time()

@@ -17,7 +17,7 @@ import clips
 from clips._clips import ffi, lib
 
 from benchmarks.harness import paired_ratio, report
-from cxbridge.run import Assembly, RunOptions
+from cxbridge.run import Run, RunOptions
 
 SCENARIO = Path(__file__).resolve().parent.parent / "scenarios" / "test-scenario"
 BATCH = 500
@@ -84,7 +84,7 @@ def soak(tick):
 
 def main():
     """Measure and print."""
-    with Assembly(RunOptions(scenario=SCENARIO)) as assembly:
+    with Run(RunOptions(scenario=SCENARIO)) as assembly:
         tick = ours(assembly)
         report("idle tick / bare clipspy with builders", paired_ratio(tick, bare(), BATCH), limit=1.3)
         first, last, grown = soak(tick)

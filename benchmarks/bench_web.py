@@ -145,7 +145,7 @@ MOST_MS = 33
 
 def fill(daemon: Daemon) -> None:
     """Give the executive its facts."""
-    env = daemon.executive.env  # type: ignore[union-attr]
+    env = daemon.node.env  # type: ignore[union-attr]
     assert env is not None
     with env.lock:
         for number in range(GOALS):

@@ -14,7 +14,7 @@ import tempfile
 from collections.abc import Callable
 from pathlib import Path
 
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 
 GOALS = 100_000
@@ -56,7 +56,7 @@ AGENT = """
 """
 
 
-def resident_mib(_run: Assembly) -> float:
+def resident_mib(_run: Run) -> float:
     """Return the resident memory of this process, in MiB."""
     gc.collect()
     for line in Path("/proc/self/status").read_text().splitlines():
@@ -65,7 +65,7 @@ def resident_mib(_run: Assembly) -> float:
     raise OSError("this system does not tell how much memory a process has")
 
 
-def measure(goals: int, gauge: Callable[[Assembly], float] = resident_mib) -> list[tuple[int, float]]:
+def measure(goals: int, gauge: Callable[[Run], float] = resident_mib) -> list[tuple[int, float]]:
     """Run the goals; return how many were over and how much memory was used, ten times after the warm-up.
 
     :param gauge: tells how much memory a run uses.
@@ -78,7 +78,7 @@ def measure(goals: int, gauge: Callable[[Assembly], float] = resident_mib) -> li
         (here / "soak.clp").write_text(
             AGENT.replace("@GOALS@", str(goals)).replace("@AT_ONCE@", str(AT_ONCE))
         )
-        with Assembly(RunOptions(scenario=here, skiller="none")) as run:
+        with Run(RunOptions(scenario=here, skiller="none")) as run:
             run.start()
             outcomes = run.executive.goals.outcomes
             due = goals * WARM_UP

@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from benchmarks import message_ids, soak_goals
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from tests.support import many
 
 GOALS = many(5000, 2200)
@@ -67,7 +67,7 @@ def short_memories(monkeypatch: Any) -> None:
 def test_goals_that_were_leave_nothing() -> None:
     clips: list[float] = []
 
-    def gauge(run: Assembly) -> float:
+    def gauge(run: Run) -> float:
         used = run.executive.env.eval("(mem-used)")
         assert isinstance(used, int)
         clips.append(used)

@@ -26,8 +26,8 @@ from cxbridge.executive.pddl import parse_domain, parse_problem
 from cxbridge.executive.planning import PlanningService, PlanRequest
 from cxbridge.executive.planning.registry import choose_planners
 from cxbridge.plugins import HOOKS, PluginError, Row, Table, installed_plugins, is_module, known_packages
-from cxbridge.run import Assembly, RunOptions, run_scenario
-from cxbridge.run.agent_context import clock_of
+from cxbridge.run import Run, RunOptions, run_scenario
+from cxbridge.run.agents import clock_of
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.program.finished import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
@@ -104,12 +104,12 @@ def test_its_feature(greeter, tmp_path):
 def test_its_component(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s")
     uid = ("SwitchInterface", "Heartbeat")
-    with Assembly(RunOptions(scenario=folder)) as assembly:
+    with Run(RunOptions(scenario=folder)) as assembly:
         assembly.start()
         assert not assembly.board.list(*uid)  # its section is missing
     with (folder / "scenario.yaml").open("a") as file:
         file.write("heartbeat: {on: true}\n")
-    with Assembly(RunOptions(scenario=folder)) as assembly:
+    with Run(RunOptions(scenario=folder)) as assembly:
         assembly.start()
         reader = assembly.board.open_for_reading(*uid, owner="test")
         assembly.loop.run(lambda: assembly.loop.loops >= 3)
@@ -172,7 +172,7 @@ def test_its_options(greeter, tmp_path):
 
 def test_its_decider(greeter, tmp_path):
     folder = write_scenario(tmp_path / "s", mapping="act: bow{deep=?(text)s}")
-    with Assembly(RunOptions(scenario=folder, skiller="simulator")) as assembly:
+    with Run(RunOptions(scenario=folder, skiller="simulator")) as assembly:
         assembly.start()
         assembly.loop.run(lambda: assembly.is_over)
         (skiller,) = assembly.board.list("SkillerInterface")
@@ -391,7 +391,7 @@ def test_what_belongs_to_an_absent_plug_in_names_its_package(
     monkeypatch.setattr(plugins, "installed_plugins", tuple)
     for module in [name for name in sys.modules if name.startswith("cxbridge.cli.commands")]:
         monkeypatch.delitem(sys.modules, module)
-    monkeypatch.setattr("cxbridge.run.context.installed_plugins", tuple)
+    monkeypatch.setattr("cxbridge.run.agent.installed_plugins", tuple)
     scenario = write_scenario(tmp_path / "s")
     ros2, web = (write_scenario(tmp_path / name) for name in ("ros2", "web"))
     for folder, text in ((ros2, "ros2: {interfaces: {a: b}}\n"), (web, "cxbridge: {web: {port: 1}}\n")):

@@ -21,7 +21,7 @@ from cxbridge.printing import one_line, terminal_of
 from cxbridge.run.result import COMPLETED
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
 
 _WORD: Final = max(len(outcome.word) for outcome in OutcomeKind)
@@ -56,7 +56,7 @@ class RunLog(ConsoleLog):
         self._printing = 0
         self._goes_on = False
 
-    def attach(self, assembly: Assembly) -> None:
+    def attach(self, assembly: Run) -> None:
         """Separate what an agent's rules print from all else that is logged for their environment.
 
         Without goals there is nothing else to follow: then it is printed, too.
@@ -105,7 +105,7 @@ class RunStory:
         self._agents = 0
         self._failed: OSError | None = None
 
-    def attach(self, assembly: Assembly) -> None:
+    def attach(self, assembly: Run) -> None:
         """Follow the goals of an agent, that is made and not started."""
         self._agents += 1
         if not self._quiet:
@@ -183,7 +183,7 @@ class RunStory:
 class _GoalFollower:
     """Follows the goals of one agent."""
 
-    def __init__(self, assembly: Assembly, story: RunStory) -> None:
+    def __init__(self, assembly: Run, story: RunStory) -> None:
         self._name = assembly.name
         self._env = assembly.executive.env
         self._story = story

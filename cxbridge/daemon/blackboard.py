@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.run.components.component import Component
 
 
@@ -11,9 +11,9 @@ class BlackBoardComponent(Component):
 
     steady = True
 
-    def __init__(self, context: DaemonContext) -> None:
-        self._context = context
+    def __init__(self, daemon: Daemon) -> None:
+        self._daemon = daemon
 
     def close(self) -> None:
         """Close what all others work with."""
-        self._context.close()
+        self._daemon.release()

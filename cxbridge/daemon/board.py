@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge import __version__
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
-from cxbridge.daemon.lifecycle import ComponentStatus
+from cxbridge.run.components.manager import ComponentStatus
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message

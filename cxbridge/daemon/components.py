@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cxbridge.daemon.lifecycle import ComponentStatus, LifecycleManager
+    from cxbridge.run.components.manager import ComponentManager, ComponentStatus
 
 
 def component_row(status: ComponentStatus) -> dict[str, Any]:
@@ -29,7 +29,7 @@ class DaemonComponents:
 
     def __init__(
         self,
-        manager: LifecycleManager,
+        manager: ComponentManager,
         status: Callable[[], list[ComponentStatus]],
         settle: Callable[[], None],
     ) -> None:
@@ -42,7 +42,7 @@ class DaemonComponents:
         return self._status()
 
     def change_one(self, name: str, transition: str) -> None:
-        """Let one component take one step of its life; see :meth:`LifecycleManager.change_one`.
+        """Let one component take one step of its life; see :meth:`ComponentManager.change_one`.
 
         :raises LifecycleError: when it cannot.
         """

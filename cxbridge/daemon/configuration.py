@@ -10,7 +10,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.settings import DaemonSettings, core_of
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
-from cxbridge.run.agent_context import AgentContext, agent_names, choose_agent, clock_of
+from cxbridge.run.agents import RunBase, agent_names, choose_agent, clock_of
 from cxbridge.run.options import RunOptions, SourceOptions
 from cxbridge.run.rate import make_main_loop
 from cxbridge.run.source import source_of
@@ -19,7 +19,7 @@ DEFAULT_CONFIG = Path("cxbridge.yaml")
 """Stands for the configuration where none is given; need not exist."""
 
 
-def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSettings]:
+def make_daemon_base(options: DaemonOptions) -> tuple[RunBase, DaemonSettings]:
     """Read the configuration, and make a clock, a bus and a main loop; returns them and the settings.
 
     :raises CxbridgeError: when a file is missing or wrong, or a setting makes no sense.
@@ -29,7 +29,7 @@ def make_agent_context(options: DaemonOptions) -> tuple[AgentContext, DaemonSett
     clock = clock_of(settings.clock, config, file.parent)
     bus = EventBus(clock)
     loop = make_main_loop(source_of(_named(options)).loop_period_us(config), bus)
-    return AgentContext("", config, file, clock, bus, loop), settings
+    return RunBase("", config, file, clock, bus, loop), settings
 
 
 def read_configuration(options: DaemonOptions) -> tuple[Configuration, Path]:

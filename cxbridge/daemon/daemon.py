@@ -9,10 +9,8 @@ from typing import TYPE_CHECKING, Any
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import DaemonBoard
 from cxbridge.daemon.components import DaemonComponents
-from cxbridge.daemon.configuration import make_agent_context, make_run_options
-from cxbridge.daemon.context import DaemonContext
-from cxbridge.daemon.lifecycle import ComponentFailedError, ComponentStatus, LifecycleManager, State
-from cxbridge.daemon.nodes import ComponentNode, ExecutiveNode
+from cxbridge.daemon.configuration import make_daemon_base, make_run_options
+from cxbridge.daemon.nodes import ExecutiveNode
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.requests import DaemonRequests
 from cxbridge.daemon.stalls import DaemonStalls
@@ -23,13 +21,22 @@ from cxbridge.mainloop import Hook
 from cxbridge.plugins import Row
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.process.systemd import Notifier
-from cxbridge.rights import Right
+from cxbridge.rights import Right, Rights
+from cxbridge.run.agent import Run
+from cxbridge.run.components.manager import (
+    ComponentFailedError,
+    ComponentManager,
+    ComponentStatus,
+    ManagedNode,
+    State,
+)
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
 
 if TYPE_CHECKING:
     from cxbridge.daemon.plugins import DaemonPlugins
     from cxbridge.operations.operation import OperationContext
+    from cxbridge.run.plugin_settings import PluginSettings
 
 COMPONENT = "Daemon"
 """Under which the daemon logs."""
@@ -37,32 +44,24 @@ COMPONENT = "Daemon"
 _WATCH_US = MICROSECONDS
 
 
-class Daemon:
-    """A daemon: made from its options, started and stopped by :meth:`run`.
+class Daemon(Run):
+    """A run without an end of its own: made from its options, started and stopped by :meth:`run`.
 
     :param options: the options of the command line.
     :param console: gets the log lines.
     :raises CxbridgeError: when the configuration is wrong.
     """
 
+    waits_for_skiller = False
+
     def __init__(self, options: DaemonOptions, console: Sink | None = None) -> None:
-        agent, settings = make_agent_context(options)
-        self.settings, self.config = settings, agent.config
-        self.run_options = make_run_options(options, self.config, settings)
-        """The options of the parts that runs have, too."""
-        self.clock, self.bus, self.loop = agent.clock, agent.bus, agent.loop
+        base, settings = make_daemon_base(options)
+        self.settings = settings
+        """The tree ``cxbridge:`` of the configuration."""
+        self.has_executive = settings.executive
         if console is not None:
-            self.bus.subscribe(console, LogLine)
-        self.log = self.bus.logger(COMPONENT)
-        self.context = DaemonContext.make(
-            agent,
-            self.run_options,
-            executive=settings.executive,
-            waits_for_skiller=False,
-            settings=settings,
-            daemon=self,
-        )
-        self.board, self.spec = self.context.board, self.context.spec
+            base.bus.subscribe(console, LogLine)
+        self.log = base.bus.logger(COMPONENT)
         self.endpoints: list[str] = []
         """Where it can be reached, as far as its servers are up."""
         self._state = "STARTING"
@@ -70,32 +69,30 @@ class Daemon:
         self._thread = 0
         """The thread of :meth:`run`; 0 before."""
         self._notifier = Notifier()
-        self.executive: ExecutiveNode | None = None
-        """The executive; None: there shall be none."""
+        self.node: ExecutiveNode | None = None
+        """The executive, as clients see it; None: a daemon without one."""
         self.plugins: DaemonPlugins | None = None
         """The components for Fawkes' plugin tool; None without a server for that."""
-        nodes = [self._node(row) for row in needed_components(self.context, *DAEMON_COMPONENTS)]
-        self.manager = LifecycleManager(
-            nodes, self.clock, self.log, policy=settings.on_failure, on_change=self._publish
-        )
+        super().__init__(make_run_options(options, base.config, settings), base)
         self.stalls = DaemonStalls(
             self.loop,
-            lambda: {} if self.executive is None else self.executive.environments,
+            lambda: {} if self.node is None else self.node.environments,
             self.log,
             self._notifier,
             self._publish,
             allowed=settings.rights.control,
             limit_s=settings.watchdog_s,
         )
+        nodes = self.lifecycle.nodes
         names = [node.name for node in nodes]
         self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.take_command)
-        self.parts = DaemonComponents(self.manager, self.components, self._settle)
+        self.parts = DaemonComponents(self.lifecycle, self.status_of_components, self._settle)
         self._requests = DaemonRequests(
-            self.board, self.bus, self.executive, settings.rights, self.parts, self.loop
+            self.board, self.bus, self.node, settings.rights, self.parts, self.loop
         )
         for node in nodes:
             for hook in node.hooks:
-                self.loop.add(hook, self.manager.guarded(node, node.step))
+                self.loop.add(hook, self.lifecycle.guarded(node, node.step))
         self.loop.add(Hook.PRE_LOOP, self._poll)
 
     @property
@@ -103,17 +100,37 @@ class Daemon:
         """What operations on the daemon work on."""
         return self._requests.context
 
-    def _node(self, row: Row) -> ComponentNode[Any]:
-        """Make the node of a component."""
-        component_class = COMPONENTS.load(row)
+    def _make_nodes(self) -> None:
+        """Make the nodes of all components; they make the components when they are configured."""
+        nodes = [self._node(row) for row in needed_components(self, *DAEMON_COMPONENTS)]
+        self.lifecycle = ComponentManager(
+            nodes, self.clock, self.log, policy=self.settings.on_failure, on_change=self._publish
+        )
+
+    def _node(self, row: Row) -> ManagedNode[Any]:
+        kind = COMPONENTS.load(row)
 
         def make() -> Any:
-            return component_class(self.context)
+            return kind(self)
 
         if row.name != EXECUTIVE:
-            return ComponentNode(row.name, component_class, make)
-        self.executive = ExecutiveNode(row.name, component_class, make)
-        return self.executive
+            return ManagedNode(row.name, make, kind)
+        self.node = self.thinking_node = ExecutiveNode(row.name, make, kind, self)
+        return self.node
+
+    @property
+    def has_clients(self) -> bool:
+        """Whether clients may ask questions: always."""
+        return True
+
+    @property
+    def rights(self) -> Rights:
+        """What clients may do."""
+        return self.settings.rights
+
+    def section(self, name: str) -> PluginSettings | None:
+        """Return the settings of a plug-in; None when the configuration has none."""
+        return self.settings.sections.get(name)
 
     def add_endpoints(self, endpoints: Sequence[str], purpose: str = "the blackboard") -> None:
         """Announce where a server can be reached."""
@@ -132,18 +149,18 @@ class Daemon:
         :raises CxbridgeError: when a component cannot be started and the policy is to stop.
         """
         self._thread = get_ident()
-        for warning in self.context.warnings:
+        for warning in self.warnings:
             self.bus.logger("Config").warn(warning)
         with Interrupt(self.stop, self._force, service=True) as interrupt:
             self.stalls.watchdog.start()
             try:
                 with self.loop.busy():
-                    self.manager.startup(interrupt)
+                    self.lifecycle.startup(interrupt)
                 if interrupt.received:
                     # what was broken off may have failed for that reason only
-                    self.manager.failure = ""
-                elif self.manager.failure:
-                    raise self._foreseen(self.manager.failure_error)
+                    self.lifecycle.failure = ""
+                elif self.lifecycle.failure:
+                    raise self._foreseen(self.lifecycle.failure_error)
                 else:
                     self._work(on_ready)
             finally:
@@ -152,15 +169,15 @@ class Daemon:
                     self._wind_up()
                 self.stalls.watchdog.stop()
                 self.clock.close()
-        if isinstance(self.manager.failure_error, BrokenAgentError):
-            raise self.manager.failure_error  # a file that was loaded later
-        return FAULT if self.manager.failure else 0
+        if isinstance(self.lifecycle.failure_error, BrokenAgentError):
+            raise self.lifecycle.failure_error  # a file that was loaded later
+        return FAULT if self.lifecycle.failure else 0
 
     def _foreseen(self, error: Exception) -> Exception:
         """Return an error of the user's as it is, and of any other one that says which component failed."""
         if isinstance(error, CxbridgeError) or (isinstance(error, OSError) and error.filename is not None):
             return error
-        failed = ComponentFailedError(self.manager.failure)
+        failed = ComponentFailedError(self.lifecycle.failure)
         failed.__cause__ = error
         return failed
 
@@ -169,7 +186,7 @@ class Daemon:
         self._notifier.ready(f"serving at {', '.join(self.endpoints) or 'nowhere'}")
         self.log.info("Ready")
         on_ready()
-        self.loop.run(lambda: bool(self.manager.failure))
+        self.loop.run(lambda: bool(self.lifecycle.failure))
 
     def stop(self) -> None:
         """Make :meth:`run` return soon; from any thread."""
@@ -177,12 +194,12 @@ class Daemon:
 
     def _force(self) -> None:
         """End what rules do that do not come to their end; from any thread."""
-        if self.executive is None:
+        if self.node is None:
             return
         if self._state == "STOPPING":
-            self.executive.interrupt()
+            self.node.interrupt()
         else:
-            self.executive.break_off()
+            self.node.break_off()
 
     def _wind_up(self) -> None:
         self.stop()
@@ -192,7 +209,7 @@ class Daemon:
         if self.plugins is not None:
             self.plugins.close()
         self._publish()
-        self.manager.shutdown()
+        self.lifecycle.shutdown()
         self.log.info("Stopped")
 
     # -- every loop
@@ -207,7 +224,7 @@ class Daemon:
         now_us = self.clock.now_us()
         if now_us >= self._next_watch_us:
             self._next_watch_us = now_us + _WATCH_US
-            self.manager.watch()
+            self.lifecycle.watch()
             self._notifier.alive()
             self._settle()
 
@@ -236,7 +253,7 @@ class Daemon:
         if what == "shutdown":
             self.stop()
         elif what:
-            getattr(self.manager, what)()
+            getattr(self.lifecycle, what)()
         if what == "resume":
             self._requests.resume()
         self._settle()
@@ -246,14 +263,14 @@ class Daemon:
         """How it stands: name of a ``DaemonState``."""
         return "DEGRADED" if self.stalls.text and self._state == "RUNNING" else self._state
 
-    def components(self) -> list[ComponentStatus]:
+    def status_of_components(self) -> list[ComponentStatus]:
         """Return how the components stand."""
-        return self.stalls.apply(self.manager.status())
+        return self.stalls.apply(self.lifecycle.status())
 
     def _settle(self) -> None:
         """Report how the daemon stands."""
-        states = {status.state for status in self.manager.status()}
-        if self.manager.paused:
+        states = {status.state for status in self.lifecycle.status()}
+        if self.lifecycle.paused:
             self._state = "PAUSED"
         else:
             self._state = "RUNNING" if states <= {State.ACTIVE} else "DEGRADED"
@@ -262,7 +279,7 @@ class Daemon:
         self._publish()
 
     def _publish(self) -> None:
-        components = self.components()
+        components = self.status_of_components()
         troubles = [f"{status.name}: {status.reason}" for status in components if status.reason]
         if not troubles and self.stalls.text:
             troubles = [self.stalls.text]

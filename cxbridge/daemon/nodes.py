@@ -1,12 +1,12 @@
-"""Components as managed nodes of a daemon."""
+"""The executive of a daemon, as its clients see it."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Generic, TypeVar
+from typing import TYPE_CHECKING
 
-from cxbridge.daemon.lifecycle import ManagedNode
-from cxbridge.run.components.component import Component
+from cxbridge.run.components.component import ThinkingComponent
+from cxbridge.run.components.manager import ManagedNode
 from cxbridge.run.ending.mistakes import AgentChecks
 
 if TYPE_CHECKING:
@@ -16,89 +16,36 @@ if TYPE_CHECKING:
     from cxbridge.executive.goals import GoalState
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.service import EnvironmentService
-    from cxbridge.run.components.executive import ExecutiveComponent
-
-ComponentType = TypeVar("ComponentType", bound=Component)
+    from cxbridge.run.agent import Run
 
 
-class ComponentNode(ManagedNode, Generic[ComponentType]):
-    """A component that is made when it is configured, and closed at its cleanup.
-
-    :param component_class: its class.
-    :param make: makes it.
-    """
-
-    def __init__(
-        self, name: str, component_class: type[ComponentType], make: Callable[[], ComponentType]
-    ) -> None:
-        super().__init__(name, steady=component_class.steady, description=component_class.description)
-        self.hooks = tuple(component_class.hooks)
-        self._make = make
-        self.component: ComponentType | None = None
-        """None while it is not configured."""
-
-    def on_configure(self) -> None:
-        """Make it, and get it ready."""
-        component = self.component = self._make()
-        try:
-            self.configure_component(component)
-        except Exception:
-            self.component = None
-            component.abort()
-            raise
-
-    def configure_component(self, component: ComponentType) -> None:
-        """Get a component ready that was made."""
-        component.configure()
-
-    def on_activate(self) -> None:
-        """Let it begin to work."""
-        if self.component is not None:
-            self.component.activate()
-
-    def on_deactivate(self) -> None:
-        """Let it stop working."""
-        if self.component is not None:
-            self.component.deactivate()
-
-    def on_cleanup(self) -> None:
-        """Close it."""
-        try:
-            if self.component is not None:
-                self.component.close()
-        finally:
-            self.component = None
-
-    def step(self) -> None:
-        """Let it work."""
-        if self.component is not None:
-            self.component.loop()
-
-    def check(self) -> None:
-        """Raise when it does not work any more."""
-        if self.component is not None:
-            self.component.check()
-
-
-class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
+class ExecutiveNode(ManagedNode[ThinkingComponent]):
     """The executive as clients see it; nothing of it is there while it is not configured.
 
     Breakpoints survive a reset.
+
+    :param run: the daemon.
     """
+
+    def __init__(
+        self, name: str, make: Callable[[], ThinkingComponent], kind: type[ThinkingComponent], run: Run
+    ) -> None:
+        super().__init__(name, make, kind)
+        self._run = run
 
     service: EnvironmentService | None = None
     """What manages the environments."""
     _breakpoints: tuple[Breakpoint, ...] = ()
     _checks: AgentChecks | None = None
 
-    def configure_component(self, component: ExecutiveComponent) -> None:
+    def configure_component(self, component: ThinkingComponent) -> None:
         """Load the core and the agent."""
         from cxbridge.executive.service import EnvironmentService  # noqa: PLC0415 - start-up time is a feature
 
         component.watch()
         for item in self._breakpoints:
             component.executive.debugger.add(item)
-        self._checks = AgentChecks((component,))
+        self._checks = AgentChecks((self._run,))
         component.configure()
         self._checks.start()
         self.service = EnvironmentService(component.manager)
@@ -122,7 +69,7 @@ class ExecutiveNode(ComponentNode["ExecutiveComponent"]):
 
     @property
     def _executive(self) -> Executive | None:
-        component: ExecutiveComponent | None = self.component
+        component = self.component
         return component.executive if component is not None and self.service is not None else None
 
     @property

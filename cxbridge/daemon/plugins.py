@@ -8,8 +8,8 @@ from collections.abc import Sequence
 from typing import Protocol
 
 from cxbridge.blackboard.fawkesnet.components.plugins import FawkesPlugin
-from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, State
 from cxbridge.errors import CxbridgeError
+from cxbridge.run.components.manager import ComponentManager, LifecycleError, State
 
 ANSWER_S = 30.0
 """Seconds that loading or unloading may take."""
@@ -51,7 +51,7 @@ class DaemonPlugins:
     :param allowed: whether clients may change anything.
     """
 
-    def __init__(self, manager: LifecycleManager, *, allowed: bool) -> None:
+    def __init__(self, manager: ComponentManager, *, allowed: bool) -> None:
         self._manager = manager
         self._allowed = allowed
         self._requests: deque[_Request] = deque()

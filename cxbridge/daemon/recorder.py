@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge.run.recording import start_recording
@@ -19,9 +19,9 @@ class RecorderComponent(Component):
     hooks = (Hook.POST_LOOP,)
     steady = True
 
-    def __init__(self, context: DaemonContext) -> None:
-        self._recorder = start_recording(context, context.options, keep=True)
-        self._switch = _make_switch(context, self._recorder)
+    def __init__(self, daemon: Daemon) -> None:
+        self._recorder = start_recording(daemon, daemon.options, keep=True)
+        self._switch = _make_switch(daemon, self._recorder)
 
     def loop(self) -> None:
         """Bring what was recorded into the files, now and then."""
@@ -39,14 +39,14 @@ class RecorderComponent(Component):
         self._recorder.close()
 
 
-def _make_switch(context: DaemonContext, recorder: Recorder) -> RecordingSwitch | None:
+def _make_switch(daemon: Daemon, recorder: Recorder) -> RecordingSwitch | None:
     """Let ``ffbblog enable`` and ``disable`` switch what Fawkes' bblogger would write."""
-    if context.settings.bblog is None or not context.settings.rights.control:
+    if daemon.settings.bblog is None or not daemon.settings.rights.control:
         return None
     from cxbridge.trace.formats.bblogger.writer import BBLoggerWriter  # noqa: PLC0415 - for those who write it
 
     return RecordingSwitch(
-        context.board,
+        daemon.board,
         lambda enabled: recorder.enable(enabled, BBLoggerWriter),
-        context.bus.logger("BBLogger"),
+        daemon.bus.logger("BBLogger"),
     )

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from cxbridge.config import Configuration
-from cxbridge.daemon.lifecycle import Policy
 from cxbridge.errors import ConfigError
 from cxbridge.listening import LOOPBACK, is_loopback, is_private
 from cxbridge.plugins import package_hint
 from cxbridge.resources import DAEMON_URL
 from cxbridge.rights import Rights
+from cxbridge.run.components.manager import Policy
 from cxbridge.run.options import CORES, SKILLERS, SPEECH, TRACE_LEVELS, is_speech_target
 from cxbridge.run.plugin_settings import PluginSettings, plugin_keys, plugin_settings
 from cxbridge.run.rights import read_rights
@@ -138,7 +138,7 @@ class DaemonSettings:
             clients=file("zmq/clients"),
             fawkes=fawkes if fawkes_there else None,
             sections=sections,
-            on_failure=Policy(_choice(config, "on-failure", tuple(item.value for item in Policy), "stop")),
+            on_failure=Policy(_choice(config, "on-failure", ("stop", "continue"), "stop")),
             rights=rights,
             watchdog_s=_seconds(config, "watchdog", LIMIT_S),
             trace=file("record/trace"),

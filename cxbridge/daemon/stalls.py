@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from cxbridge.daemon.board import INTERRUPT
-from cxbridge.daemon.lifecycle import ComponentStatus
+from cxbridge.run.components.manager import ComponentStatus
 from cxbridge.run.watchdog import Stall, Watchdog
 
 if TYPE_CHECKING:

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Final
+from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.plugins import Row
 
 if TYPE_CHECKING:
-    from cxbridge.daemon.context import DaemonContext
+    from cxbridge.daemon.settings import DaemonSettings
 
 _PACKAGE = "cxbridge.daemon"
 
 
-def _records(context: DaemonContext) -> bool:
+class _Configured(Protocol):
+    settings: DaemonSettings
+
+
+def _records(context: _Configured) -> bool:
     settings = context.settings
     return bool(settings.trace or settings.log or settings.bblog)
 
 
-def _has_endpoints(context: DaemonContext) -> bool:
+def _has_endpoints(context: _Configured) -> bool:
     return bool(context.settings.endpoints)
 
 
-def _serves_fawkes(context: DaemonContext) -> bool:
+def _serves_fawkes(context: _Configured) -> bool:
     return context.settings.fawkes is not None
 
 

@@ -1,6 +1,6 @@
 """A run put together: configuration, clock, blackboard, skiller, executive, recorders.
 
-:func:`run_scenario` is what ``cxbridge run`` calls; :class:`Assembly` is the parts, for those who drive the
+:func:`run_scenario` is what ``cxbridge run`` calls; :class:`Run` is the parts, for those who drive the
 loop themselves. The package can be called, too: ``cxbridge.run("test-scenario")`` runs a scenario for a
 program, see :func:`cxbridge.run.program.run.run`.
 """
@@ -10,14 +10,14 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
     from cxbridge.run.result import RunResult
     from cxbridge.run.run import run_scenario
 
-__all__ = ["Assembly", "RunOptions", "RunResult", "run_scenario"]
+__all__ = ["Run", "RunOptions", "RunResult", "run_scenario"]
 
-_MODULES = {"Assembly": "assembly", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
+_MODULES = {"Run": "assembly", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
 
 
 def __getattr__(name: str) -> Any:

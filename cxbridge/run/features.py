@@ -15,50 +15,50 @@ from cxbridge.plugins import PluginError, Row, Table, always, configured
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
     from cxbridge.skiller.board.local_calls import LocalSkillCalls
 
 _MOTOR_SWITCH = "/clips-motor-switch"
 _PLANNER = "/planner"
 
 
-def _blackboard(context: RunContext) -> Feature:
+def _blackboard(context: Run) -> Feature:
     retract_early = context.config.get_bool("/clips/retract-early", default=False)
     return BlackBoardFeature(context.board, retract_early=retract_early)
 
 
-def _config(context: RunContext) -> Feature:
+def _config(context: Run) -> Feature:
     return ConfigFeature(context.config)
 
 
-def _redefine_warning(_context: RunContext) -> Feature:
+def _redefine_warning(_context: Run) -> Feature:
     return RedefineWarningFeature()
 
 
-def _pddl_parser(context: RunContext) -> Feature:
+def _pddl_parser(context: Run) -> Feature:
     return context.pddl_parser
 
 
-def _robot_memory(context: RunContext) -> Feature:
+def _robot_memory(context: Run) -> Feature:
     from cxbridge.executive.features.robot_memory import LIBRARY, RobotMemoryFeature  # noqa: PLC0415
 
     library = context.paths.robot_memory or LIBRARY
     return RobotMemoryFeature(context.memory, library, context.paths.placeholders)
 
 
-def _tf(context: RunContext) -> Feature:
+def _tf(context: Run) -> Feature:
     from cxbridge.executive.features.tf import TfFeature  # noqa: PLC0415
 
     return TfFeature(context.board)
 
 
-def _navgraph(context: RunContext) -> Feature:
+def _navgraph(context: Run) -> Feature:
     from cxbridge.executive.features.navgraph import NavGraphFeature  # noqa: PLC0415
 
-    return NavGraphFeature(partial(context.navgraph.get, context.config, context.paths, context.bus))
+    return NavGraphFeature(lambda: context.navgraph)
 
 
-def _planner(context: RunContext) -> Feature:
+def _planner(context: Run) -> Feature:
     from cxbridge.executive.features.planner import PlannerFeature  # noqa: PLC0415
     from cxbridge.executive.planning.settings import PlannerSettings  # noqa: PLC0415
 
@@ -66,24 +66,24 @@ def _planner(context: RunContext) -> Feature:
     return PlannerFeature(settings, context.pddl_parser.domain_of, context.make_planning)
 
 
-def _motor_switch(context: RunContext) -> Feature:
+def _motor_switch(context: Run) -> Feature:
     from cxbridge.executive.features.motor_switch import MotorSwitchFeature  # noqa: PLC0415
 
     motor = context.config.get_str(f"{_MOTOR_SWITCH}/interface-id", default="Robotino")
     return MotorSwitchFeature(context.board, motor)
 
 
-def _skill_board(context: RunContext) -> Feature:
+def _skill_board(context: Run) -> Feature:
     from cxbridge.executive.features.skill_board import SkillBoardFeature  # noqa: PLC0415
 
     def local_calls() -> LocalSkillCalls | None:
-        service = context.skills.service
+        service = context.skill_service
         return None if service is None else service.local_calls
 
     return SkillBoardFeature(local_calls)
 
 
-FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
+FEATURES: Final[Table[Callable[[Run], Feature]]] = Table(
     "FEATURES",
     callable,
     "a function that makes a feature from the context of a run",
@@ -101,7 +101,7 @@ FEATURES: Final[Table[Callable[[RunContext], Feature]]] = Table(
 """The features, in the order of Fawkes' facts about features; those that most agents use are made early."""
 
 
-def run_features(context: RunContext) -> list[Feature | LazyFeature]:
+def run_features(context: Run) -> list[Feature | LazyFeature]:
     """Return the features of a run; features that are not early are made when an environment requests them.
 
     :raises CxbridgeError: when two features have the same name, or an early feature's configuration is wrong.
@@ -113,11 +113,11 @@ def run_features(context: RunContext) -> list[Feature | LazyFeature]:
     return [_make(row, context) if row.early(context) else _lazy(row, context) for row in needed]
 
 
-def _lazy(row: Row, context: RunContext) -> LazyFeature:
+def _lazy(row: Row, context: Run) -> LazyFeature:
     return LazyFeature(row.name, partial(_make, row, context), str(row) if row.origin else "")
 
 
-def _make(row: Row, context: RunContext) -> Feature:
+def _make(row: Row, context: Run) -> Feature:
     make = FEATURES.load(row)
     if not row.origin:
         return make(context)

@@ -13,8 +13,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
-from cxbridge.run.agent_context import agent_names, make_agent_context
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
+from cxbridge.run.agents import agent_names, make_base
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.ending.stuck import RuleErrors, StuckWatch, waits_for
 from cxbridge.run.options import RunOptions
@@ -43,7 +43,7 @@ LEAST_STALL_S = 60.0
 def run_scenario(
     options: RunOptions,
     console: Sink | None = None,
-    attach: Callable[[Assembly], None] | None = None,
+    attach: Callable[[Run], None] | None = None,
     additions: Additions = NOTHING,
     *,
     interactive: bool = False,
@@ -77,7 +77,7 @@ def _run(
     options: RunOptions,
     console: Sink | None,
     replay: Replay | None = None,
-    attach: Callable[[Assembly], None] | None = None,
+    attach: Callable[[Run], None] | None = None,
     additions: Additions = NOTHING,
     *,
     interactive: bool,
@@ -101,7 +101,7 @@ def _run(
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
-        stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
+        stack.callback(assembly.finalize)  # before the recorder: the rules' good-bye belongs to the run
         stack.callback(interrupt.give_time, GOODBYE_S)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         servers = [server for group in options.more for server in group.servers()]
@@ -158,8 +158,8 @@ def _run(
 
 def _let_in(
     stack: ExitStack,
-    assembly: Assembly | Team,
-    attach: Callable[[Assembly], None] | None,
+    assembly: Run | Team,
+    attach: Callable[[Run], None] | None,
     servers: Sequence[RunServer],
 ) -> None:
     """Attach the console and the servers to a run before the run starts."""
@@ -171,7 +171,7 @@ def _let_in(
 
 
 def sum_up_run(
-    assembly: Assembly | Team,
+    assembly: Run | Team,
     options: RunOptions,
     loss: str,
     verdict: tuple[int, str] | None,
@@ -219,7 +219,7 @@ class _Stalls:
     :param on: whether to watch at all.
     """
 
-    def __init__(self, assembly: Assembly | Team, timeout_s: float, *, on: bool) -> None:
+    def __init__(self, assembly: Run | Team, timeout_s: float, *, on: bool) -> None:
         self.verdict: tuple[int, str] | None = None
         """Status and reason, when the run was ended; None when it was not."""
         self._assembly = assembly
@@ -251,7 +251,7 @@ class _Stalls:
             self._assembly.interrupt()
 
 
-def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
+def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
     """Start it all.
 
     :raises KeyboardInterrupt: when a signal came meanwhile.
@@ -264,17 +264,13 @@ def _start(assembly: Assembly | Team, interrupt: Interrupt) -> None:
     interrupt.check()
 
 
-def make_run(
-    options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING
-) -> Assembly | Team:
+def make_run(options: RunOptions, replay: Replay | None = None, additions: Additions = NOTHING) -> Run | Team:
     """Make the parts of a run, of one agent or of several.
 
     :raises CxbridgeError: when something is missing or wrong, e.g. one of several is to be replayed.
     """
-    agent_context = make_agent_context(
-        options, None if replay is None else replay.clock(), recorded=bool(additions.writers)
-    )
-    names = [] if options.agent else agent_names(agent_context.config)
+    base = make_base(options, None if replay is None else replay.clock(), recorded=bool(additions.writers))
+    names = [] if options.agent else agent_names(base.config)
     if not names:
         if options.agent and replay is not None and len(replay.recordings.envs) > 1:
             known = ", ".join(sorted(replay.recordings.envs))
@@ -283,14 +279,14 @@ def make_run(
                 hint="a single agent would miss the documents that the other agents sent it: "
                 f"replay all, without --agent; in the recording are: {known}",
             )
-        return Assembly(options, agent_context, replay, additions)
+        return Run(options, base, replay, additions)
     from cxbridge.run.team import Team  # noqa: PLC0415 - start-up time is a feature
 
-    return Team(options, agent_context, names, replay, additions)
+    return Team(options, base, names, replay, additions)
 
 
 def _verdict(
-    assembly: Assembly, options: RunOptions, loss: str, rule_errors: RuleErrors | None, *, over: bool
+    assembly: Run, options: RunOptions, loss: str, rule_errors: RuleErrors | None, *, over: bool
 ) -> tuple[int, str]:
     """Return the exit status and the reason for it.
 
@@ -317,7 +313,7 @@ def _verdict(
     return COMPLETED, f"maintaining {maintaining}" if maintaining else "every root goal ended COMPLETED"
 
 
-def _verdict_without_goals(assembly: Assembly) -> tuple[int, str]:
+def _verdict_without_goals(assembly: Run) -> tuple[int, str]:
     """Return the exit status and the reason for an agent whose run lasts as long as its timeout."""
     if error := assembly.executive.first_error:
         return UNSUCCESSFUL, f"an error was reported: {error}"
@@ -341,7 +337,7 @@ def _shortcomings(goals: GoalWatch, *, quit_early: bool) -> list[str]:
     return bad
 
 
-def _what_is_open(assembly: Assembly) -> str:
+def _what_is_open(assembly: Run) -> str:
     """Return what a run that timed out was waiting for."""
     if not assembly.executive.initialized:
         return "the initialisation has not ended"

@@ -23,7 +23,7 @@ class RunServer:
     def serve(self, run: Any) -> AbstractContextManager[object]:  # noqa: ARG002 - for subclasses
         """Return a context that serves a run: it is entered before the run starts.
 
-        :param run: an Assembly or a Team, which import the options that name the servers.
+        :param run: an Run or a Team, which import the options that name the servers.
         """
         return nullcontext()
 

@@ -2,22 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Sequence
-from contextlib import ExitStack
-from functools import partial
-from typing import TYPE_CHECKING, Final, get_args
+from collections.abc import Collection, Sequence
+from typing import get_args
 
 from msgspec import Struct
 
 from cxbridge.config import Configuration
-from cxbridge.errors import ConfigError, SkillError
-from cxbridge.executive.executive import place_of_skill
-from cxbridge.plugins import Table
+from cxbridge.errors import ConfigError
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES, Mode, SkillerBackend
-
-if TYPE_CHECKING:
-    from cxbridge.run.context import RunContext
-    from cxbridge.skiller.simulation.deciders import Decider
 
 KINDS = ("lua", "simulator")
 """The Skillers of this process."""
@@ -128,73 +120,3 @@ class SkillerGroup(SkillerBackend):
         """Close them, last to first."""
         for skiller in reversed(self.skillers):
             skiller.close()
-
-
-DECIDERS: Final[Table[Callable[[RunContext, str], Decider]]] = Table(
-    "DECIDERS",
-    callable,
-    "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
-)
-"""The deciders of plug-ins for simulated skills; ``make_simulator`` makes those of cxbridge as configured."""
-
-
-def make_deciders(context: RunContext, skiller: str) -> list[Decider]:
-    """Return the deciders of plug-ins for a simulated Skiller, or an agent on the skill board."""
-    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
-
-
-def make_skillers(context: RunContext, settings: Sequence[SkillerSettings]) -> SkillerGroup:
-    """Make Skillers, for the hook :attr:`Hook.SKILL`.
-
-    :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
-    """
-    with ExitStack() as undo:
-        made = [undo.enter_context(_make(context, item)) for item in settings]
-        undo.pop_all()
-    return SkillerGroup(made)
-
-
-def _make(context: RunContext, item: SkillerSettings) -> SkillerBackend:
-    # Lua and estimators only for those who use them: start-up time is a feature
-    from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
-
-    config = context.config
-    navgraph = None
-    if skills_see_navgraph(config):
-        navgraph = context.navgraph.get(config, context.paths, context.bus)
-    if item.kind == "simulator":
-        from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
-        from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
-
-        return make_simulator(
-            context.board,
-            context.clock,
-            context.bus,
-            config=config,
-            name=item.name,
-            mode=item.mode,
-            read_samples=read_samples,
-            navgraph=navgraph,
-            more=make_deciders(context, item.name),
-        )
-    from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
-
-    try:
-        return make_lua_skiller(
-            context.board,
-            context.clock,
-            context.bus,
-            folders=context.paths.skill_dirs,
-            config=config,
-            space=item.space,
-            name=item.name,
-            mode=item.mode,
-            limits=limits_of(config),
-            navgraph=navgraph,
-            place_of=partial(place_of_skill, config, context.spec),
-        )
-    except SkillError as error:
-        if error.file is None and config.exists(_SPACE):
-            place = config.get(_SPACE)
-            error.file, error.line = place.file or None, place.line or None
-        raise

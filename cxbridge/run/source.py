@@ -34,8 +34,8 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.planning.service import PlanningService
     from cxbridge.run.options import RunOptions
-    from cxbridge.run.shared import SharedSkillBoard
     from cxbridge.skiller.board.policy import BoardPolicy
+    from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
 
 SOURCES: Final[Table[Callable[[RunOptions], Source]]] = Table(
@@ -59,17 +59,20 @@ _FAWKES_LUA = "src/lua"
 _OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
 
 
-class SourceContext(Protocol):
-    """The part of a run's context that a source uses: :class:`~cxbridge.run.context.RunContext` has it."""
+class RunFacts(Protocol):
+    """The part of a :class:`~cxbridge.run.agent.Run` that sources and the table of components use."""
 
     name: str
+    spec: str
+    options: RunOptions
+    source: Source
     config: Configuration
     paths: RunPaths
     clock: Clock
     bus: EventBus
     board: LocalBlackBoard
     skill_board: BoardSettings | None
-    skills: SharedSkillBoard
+    skill_service: SkillBoardService | None
     make_planning: Callable[[str], PlanningService] | None
 
 
@@ -277,19 +280,19 @@ class Source:
         """Return how the skill board treats executors; None for the usual policy."""
         return None
 
-    def prepare_board(self, context: SourceContext) -> None:
+    def prepare_board(self, context: RunFacts) -> None:
         """Add executors to the skill board of a run when the board begins.
 
         :raises CxbridgeError: when an executor cannot be made.
         """
 
-    def features(self, context: SourceContext) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
         """Return the features that replace those of cxbridge; None for the features of cxbridge."""
         return None
 
     def make_manager(
         self,
-        context: SourceContext,
+        context: RunFacts,
         features: Sequence[Feature | LazyFeature],
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
@@ -300,7 +303,7 @@ class Source:
         return EnvironmentManager(context.bus, features, context.paths.library, environment)
 
     def make_executive(
-        self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+        self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         """Return the executive, with its environment and nothing of the agent.
 

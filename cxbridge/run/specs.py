@@ -261,3 +261,15 @@ def _error(message: str, place: ConfigValue | None, hint: str | None) -> ConfigE
     if place is None or not place.file:
         return ConfigError(message, hint=hint)
     return ConfigError(message, file=place.file, line=place.line, hint=hint)
+
+
+def init_mentions(config: Configuration, spec: str, *names: str) -> bool:
+    """Whether a feature or file of the spec's initialisation has one of these in its name."""
+    init = f"/clips-executive/specs/{spec}/init/"
+    texts = [text for item in config.search(init) for text in (item.text, *item.items)]
+    return any(name in text for name in names for text in texts)
+
+
+def needs_memory(config: Configuration, spec: str) -> bool:
+    """Whether the spec's initialisation asks for the robot memory, or waits for it."""
+    return init_mentions(config, spec, "robot_memory", "robmem-wait-init")

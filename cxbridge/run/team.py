@@ -16,8 +16,8 @@ from msgspec import structs
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
-from cxbridge.run.agent_context import AgentContext, choose_agent
-from cxbridge.run.assembly import Assembly, MakeComponent
+from cxbridge.run.agent import MakeComponent, Run
+from cxbridge.run.agents import RunBase, choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 
@@ -29,18 +29,18 @@ if TYPE_CHECKING:
 class AgentWatcher(Protocol):
     """Watches the agents of a run."""
 
-    def left(self, agent: Assembly) -> None:
+    def left(self, agent: Run) -> None:
         """Take note of an agent that was killed."""
 
-    def joined(self, agent: Assembly) -> None:
+    def joined(self, agent: Run) -> None:
         """Take note of an agent that was made again and is not started yet."""
 
 
 class Team(Closing):
-    """A run of several agents, with the face of an :class:`Assembly`.
+    """A run of several agents, with the face of a :class:`Run`.
 
     :param options: the options of the run; checked.
-    :param agent_context: what they share.
+    :param base: what they share.
     :param names: the agents.
     :param replay: plays the environment of each.
     :param additions: what each gets besides.
@@ -51,18 +51,18 @@ class Team(Closing):
     def __init__(
         self,
         options: RunOptions,
-        agent_context: AgentContext,
+        base: RunBase,
         names: list[str],
         replay: Replay | None = None,
         additions: Additions = NOTHING,
         components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:
-        self.bus, self.clock, self.loop = agent_context.bus, agent_context.clock, agent_context.loop
-        self.config, self.early = agent_context.config, agent_context.early
-        self._memory = SharedMemory(agent_context)
-        self._options, self._agent_context, self._additions = options, agent_context, additions
+        self.bus, self.clock, self.loop = base.bus, base.clock, base.loop
+        self.config, self.early = base.config, base.early
+        self._memory = SharedMemory(base)
+        self._options, self._base, self._additions = options, base, additions
         self._components = components
-        self._dead: list[Assembly] = []
+        self._dead: list[Run] = []
         self.watchers: list[AgentWatcher] = []
         """Called when an agent is killed or started again."""
         with ExitStack() as undo:
@@ -70,22 +70,22 @@ class Team(Closing):
             made = []
             for name in names:
                 part = None if replay is None else replay.of_agent(name)
-                one = self._one(agent_context, name)
-                agent = Assembly(options, one, part, additions, components(name))
+                one = self._one(base, name)
+                agent = Run(options, one, part, additions, components(name))
                 made.append(undo.enter_context(agent))
             undo.pop_all()
-        self.agents: tuple[Assembly, ...] = tuple(made)
+        self.agents: tuple[Run, ...] = tuple(made)
         self.paths, self.registry = self.agents[0].paths, self.agents[0].registry
         self.spec = " ".join(dict.fromkeys(agent.spec for agent in self.agents))
 
-    def _one(self, agent_context: AgentContext, name: str) -> AgentContext:
-        config = choose_agent(agent_context.config, name)
+    def _one(self, base: RunBase, name: str) -> RunBase:
+        config = choose_agent(base.config, name)
         config.warnings = ()  # they are reported once
         return replace(
-            agent_context,
+            base,
             name=name,
             config=config,
-            bus=AgentBus(name, agent_context.bus),
+            bus=AgentBus(name, base.bus),
             embedded=partial(self._memory.part, name),
         )
 
@@ -96,7 +96,7 @@ class Team(Closing):
         for agent in self.agents:
             agent.start()
 
-    def kill(self, agent: Assembly) -> None:
+    def kill(self, agent: Run) -> None:
         """Let an agent end as by ``kill -9``; the databases that it shares with others stay as they are.
 
         To be called between two loops. The agent is none of :attr:`agents` any more.
@@ -120,8 +120,8 @@ class Team(Closing):
 
         :raises CxbridgeError: when the agent cannot be made.
         """
-        one, more = self._one(self._agent_context, name), self._components(name)
-        agent = Assembly(self._options, one, None, self._additions, more)
+        one, more = self._one(self._base, name), self._components(name)
+        agent = Run(self._options, one, None, self._additions, more)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:
             watcher.joined(agent)
@@ -142,10 +142,10 @@ class Team(Closing):
         for agent in self.agents:
             agent.interrupt()
 
-    def stop(self) -> None:
+    def finalize(self) -> None:
         """Run the rules of all agents for the shutdown."""
         for agent in self.agents:
-            agent.stop()
+            agent.finalize()
 
     def close(self) -> None:
         """Stop everything and let go of it."""
@@ -153,7 +153,7 @@ class Team(Closing):
             stack.callback(self._memory.close)
             for agent in (*self._dead, *self.agents):
                 stack.callback(agent.close)
-            self.stop()
+            self.finalize()
 
 
 class AgentBus(EventBus):
@@ -189,11 +189,11 @@ class AgentBus(EventBus):
 class SharedMemory:
     """What the agents of a run share of their embedded robot memories: the distributed databases.
 
-    :param agent_context: whose configuration says where they survive.
+    :param base: whose configuration says where they survive.
     """
 
-    def __init__(self, agent_context: AgentContext) -> None:
-        self._agent_context = agent_context
+    def __init__(self, base: RunBase) -> None:
+        self._base = base
         self._store: Store | None = None
 
     def part(self, agent: str, settings: Settings) -> Store:
@@ -205,9 +205,9 @@ class SharedMemory:
         from cxbridge.executive.robmem.embedded import EmbeddedStore  # noqa: PLC0415
         from cxbridge.executive.robmem.split import SplitStore  # noqa: PLC0415
 
-        clock = self._agent_context.clock
+        clock = self._base.clock
         if self._store is None:
-            shared = Settings.read(self._agent_context.config)
+            shared = Settings.read(self._base.config)
             self._store = EmbeddedStore(clock, shared.file)
         file = settings.file
         own = None if file is None else file.with_name(f"{file.stem}-{agent}{file.suffix}")

@@ -249,8 +249,8 @@ def _frames(frame: FrameType | None) -> Iterator[FrameType]:
 
 
 def _component(frame: FrameType) -> str:
-    """Return the name of the component whose step a frame is (``LifecycleManager.guarded``)."""
-    if frame.f_code.co_qualname == "LifecycleManager.guarded.<locals>.run":
+    """Return the name of the component whose step a frame is (``ComponentManager.guarded``)."""
+    if frame.f_code.co_qualname == "ComponentManager.guarded.<locals>.run":
         return str(frame.f_locals["node"].name)
     return ""
 

@@ -20,7 +20,7 @@ from cxbridge.history.model import GoalRecord, PlanActionRecord, goal_tree, goal
 from cxbridge.history.transitions import TRANSITION_TYPES, Transition
 from cxbridge.mainloop import Hook
 from cxbridge.printing import indented
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.options import RunOptions
@@ -76,7 +76,7 @@ class AgentRun(Closing):
         self._due: list[tuple[int, Callable[[], object]]] = []
         self._skills: ScriptedSkills | None = None
         with ExitStack() as stack:
-            assembly = self._assembly = stack.enter_context(Assembly(options))
+            assembly = self._assembly = stack.enter_context(Run(options))
             self._checks = AgentChecks([assembly], strict=strict)
             self._start_us = assembly.clock.now_us()
             recorder = start_recording(assembly, options)
@@ -88,7 +88,7 @@ class AgentRun(Closing):
             self._world = World(assembly.executive.env, assembly.board)
             stack.callback(self._world.close)
             if scripted:
-                self._skills = ScriptedSkills(assembly.context)
+                self._skills = ScriptedSkills(assembly)
                 stack.callback(self._skills.close)
                 assembly.loop.add(Hook.SKILL, self._skills.loop)
             assembly.loop.add(Hook.PRE_LOOP, self._do_what_is_due)
@@ -108,7 +108,7 @@ class AgentRun(Closing):
         return find_member("run", self, name)
 
     @property
-    def assembly(self) -> Assembly:
+    def assembly(self) -> Run:
         """The agent of the run."""
         return self._assembly
 

@@ -7,7 +7,7 @@ import sys
 from collections.abc import Hashable, Sequence
 from typing import Final
 
-from cxbridge.run.context import RunContext
+from cxbridge.run.agent import Run
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.skiller.simulation.deciders import Decider, Deciders
 from cxbridge.skiller.simulation.estimators import StaticEstimator
@@ -28,7 +28,7 @@ class ScriptedSkills(SkillScript):
     :param usual: know how the skills of Skillers end that nothing is said of; empty: after a second.
     """
 
-    def __init__(self, context: RunContext, usual: Sequence[Decider] = ()) -> None:
+    def __init__(self, context: Run, usual: Sequence[Decider] = ()) -> None:
         super().__init__(context.clock)
         served = () if context.skill_board is None else context.skill_board.skillers
         self._context = context
@@ -37,7 +37,7 @@ class ScriptedSkills(SkillScript):
         self._skillers: dict[str, SkillerSimulator] = {}
         self.execute = DecidedExecution(lambda agent: Deciders([self.decider(agent)]))
         """Executes the skills of the skill board as the script says."""
-        context.skills.execution = self.execute
+        context.execution = self.execute
         for name in self._modes:
             self.come_back(name)
 

@@ -10,7 +10,7 @@ from cxbridge.blackboard import EventKind, Listener
 from cxbridge.cli.commands import daemon
 from cxbridge.cli.main import invoke
 from cxbridge.daemon.board import DaemonBoard
-from cxbridge.daemon.lifecycle import ComponentStatus, State
+from cxbridge.run.components.manager import ComponentStatus, State
 from tests.cli.boards import SharedBoard
 
 

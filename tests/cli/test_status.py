@@ -9,9 +9,9 @@ import pytest
 
 from cxbridge.cli import main as program
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.lifecycle import ComponentFailedError
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError, CxbridgeError, TraceError
+from cxbridge.run.components.manager import ComponentFailedError
 from tests.programs import Started
 
 FULL_DISK = Path("/dev/full")
@@ -109,7 +109,7 @@ def test_a_component_that_cannot_start_says_which_and_why(monkeypatch, error, ki
     def fail():
         raise error
 
-    node = next(node for node in daemon.manager.nodes if node.name == "zmq")
+    node = next(node for node in daemon.lifecycle.nodes if node.name == "zmq")
     monkeypatch.setattr(node, "on_activate", fail)
     with pytest.raises(kind) as caught:
         daemon.run()

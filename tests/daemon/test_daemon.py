@@ -224,7 +224,7 @@ def test_another_blackboard_has_no_daemon():
 
 def test_a_component_that_fails_ends_the_daemon_with_status_4():
     with running(settings=QUIET) as (daemon, lines, outcome):
-        broken = next(node for node in daemon.manager.nodes if node.name == "speech")
+        broken = next(node for node in daemon.lifecycle.nodes if node.name == "speech")
         broken.check = lambda: 1 // 0
         done = threading.Event()
         for _ in range(WAIT_S * 50):
@@ -237,7 +237,7 @@ def test_a_component_that_fails_ends_the_daemon_with_status_4():
 
 def test_a_component_that_fails_leaves_the_others_alone_when_told_so():
     with running(settings=(*QUIET, ("on-failure", "continue"))) as (daemon, _, outcome):
-        broken = next(node for node in daemon.manager.nodes if node.name == "speech")
+        broken = next(node for node in daemon.lifecycle.nodes if node.name == "speech")
         broken.check = lambda: 1 // 0
         done = threading.Event()
         for _ in range(WAIT_S * 50):
@@ -297,9 +297,9 @@ def test_the_executive_runs_its_agent(tmp_path):
     trace = tmp_path / "t.mcap"
     with running(config=scenario, settings=(*QUIET, ("record/trace", str(trace)))) as (daemon, _, outcome):
         done = threading.Event()
-        assert daemon.executive is not None
+        assert daemon.node is not None
         for _ in range(WAIT_S * 50):
-            executive = daemon.executive._executive
+            executive = daemon.node._executive
             if executive is not None and executive.goals.outcomes:
                 break
             done.wait(0.02)

@@ -7,7 +7,7 @@ import pytest
 from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, RuleFired
 from cxbridge.history.transitions import TRANSITION_TYPES
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from tests.run.mini import write_scenario
 
@@ -16,7 +16,7 @@ def play(folder, specs, on_stop=None, steps=""):
     """Run the small scenario; return its events and the reasons of the stops."""
     events: list[Event] = []
     reasons: list[str] = []
-    with Assembly(RunOptions(scenario=folder)) as assembly:
+    with Run(RunOptions(scenario=folder)) as assembly:
         assembly.bus.subscribe(events.append, RuleFired, *TRANSITION_TYPES)
         debugger = assembly.executive.debugger
 

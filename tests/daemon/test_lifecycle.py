@@ -7,18 +7,43 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.clock import VirtualClock
-from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, ManagedNode, Policy, State
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus, LogLine
+from cxbridge.run.components.component import Component
+from cxbridge.run.components.manager import ComponentManager, LifecycleError, ManagedNode, Policy, State
 
 STEPS = ("configure", "activate", "deactivate", "cleanup")
 
 
-class Node(ManagedNode):
+class Part(Component):
     """Writes down what happens to it, and fails at the steps that the test names."""
 
-    def __init__(self, name, diary, *, fails=(), steady=False):
-        super().__init__(name, steady=steady)
+    def __init__(self, node):
+        self.node = node
+
+    def configure(self):
+        self.node.note("configure")
+
+    def abort(self):
+        """Release nothing: what fails to configure has acquired nothing."""
+
+    def activate(self):
+        self.node.note("activate")
+
+    def deactivate(self):
+        self.node.note("deactivate")
+
+    def close(self):
+        self.node.note("cleanup")
+
+    def check(self):
+        if "check" in self.node.fails:
+            raise ConfigError("not well", hint="see a doctor")
+
+
+class Node(ManagedNode):
+    def __init__(self, name, diary, *, fails=()):
+        super().__init__(name, lambda: Part(self), Part)
         self.diary = diary
         self.fails = set(fails)
 
@@ -26,22 +51,6 @@ class Node(ManagedNode):
         self.diary.append(f"{step} {self.name}")
         if step in self.fails:
             raise ValueError(f"{step} on purpose")
-
-    def on_configure(self):
-        self.note("configure")
-
-    def on_activate(self):
-        self.note("activate")
-
-    def on_deactivate(self):
-        self.note("deactivate")
-
-    def on_cleanup(self):
-        self.note("cleanup")
-
-    def check(self):
-        if "check" in self.fails:
-            raise ConfigError("not well", hint="see a doctor")
 
 
 class Rig:
@@ -53,8 +62,12 @@ class Rig:
         self.diary: list[str] = []
         self.nodes = [Node(name, self.diary, fails=fails.get(name, ())) for name in names]
         self.changes = 0
-        self.manager = LifecycleManager(
-            self.nodes, self.clock, bus.logger("L"), policy=policy, on_change=self.count
+        self.manager = ComponentManager(
+            self.nodes,
+            self.clock,
+            None if policy is Policy.RAISE else bus.logger("L"),
+            policy=policy,
+            on_change=self.count,
         )
 
     def note(self, line):
@@ -201,7 +214,7 @@ def test_a_step_from_the_wrong_state_is_refused(step):
 @given(
     fails=st.dictionaries(st.sampled_from("abc"), st.sets(st.sampled_from(STEPS))),
     commands=st.lists(st.sampled_from(["startup", "pause", "resume", "reset", "watch"]), max_size=8),
-    policy=st.sampled_from(Policy),
+    policy=st.sampled_from([Policy.STOP, Policy.CONTINUE]),
 )
 def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, policy):
     rig = Rig(policy=policy, **fails)
@@ -214,6 +227,20 @@ def test_whatever_happens_every_acquisition_is_let_go_once(fails, commands, poli
         done = [step for step in steps if step not in node.fails or step in ("deactivate", "cleanup")]
         assert done.count("configure") == done.count("cleanup")
         assert done.count("activate") == done.count("deactivate")
+
+
+def test_a_run_raises_what_a_component_raises_and_closes_every_component():
+    rig = Rig(policy=Policy.RAISE, b=["configure", "cleanup"], c=["cleanup"])
+    rig.manager.start(rig.nodes[0])
+    rig.manager.start(rig.nodes[2])
+    with pytest.raises(ValueError, match="configure on purpose"):
+        rig.manager.start(rig.nodes[1])
+    rig.said()
+    with pytest.raises(ValueError, match="cleanup on purpose"):
+        rig.manager.shutdown()
+    assert rig.said() == ["deactivate c", "cleanup c", "cleanup b", "deactivate a", "cleanup a"]
+    assert rig.states() == [State.FINALIZED] * 3
+    assert rig.log == []
 
 
 def test_one_component_is_taken_through_its_life_step_by_step():

@@ -8,23 +8,36 @@ from typing import Any
 import pytest
 
 from cxbridge.clock import VirtualClock
-from cxbridge.daemon.lifecycle import LifecycleError, LifecycleManager, ManagedNode, State
 from cxbridge.daemon.plugins import DaemonPlugins
 from cxbridge.events import EventBus
+from cxbridge.run.components.component import Component
+from cxbridge.run.components.manager import ComponentManager, LifecycleError, ManagedNode, State
 
 WAIT_S = 20
 
 
-class Broken(ManagedNode):
-    def on_configure(self):
+class Part(Component):
+    def __init__(self):
+        pass
+
+
+class Board(Part):
+    steady = True
+
+
+class Broken(Part):
+    def configure(self):
         raise ValueError("on purpose")
+
+
+PARTS = {"board": Board, "skiller": Part, "executive": Part}
 
 
 @pytest.fixture
 def manager():
     clock = VirtualClock()
-    nodes = [ManagedNode("board", steady=True), ManagedNode("skiller"), ManagedNode("executive")]
-    made = LifecycleManager(nodes, clock, EventBus(clock).logger("L"))
+    nodes = [ManagedNode(name, kind, kind) for name, kind in PARTS.items()]
+    made = ComponentManager(nodes, clock, EventBus(clock).logger("L"))
     made.startup()
     return made
 
@@ -85,7 +98,7 @@ def test_a_request_that_was_given_up_is_not_carried_out_later(manager, monkeypat
 
 def test_a_load_that_fails_is_an_error_for_the_client_and_not_the_end():
     clock = VirtualClock()
-    manager = LifecycleManager([Broken("broken")], clock, EventBus(clock).logger("L"))
+    manager = ComponentManager([ManagedNode("broken", Broken, Broken)], clock, EventBus(clock).logger("L"))
     plugins = DaemonPlugins(manager, allowed=True)
     error = Ask(plugins.load, "broken").served_by(plugins)
     assert error.message == "broken cannot configure: ValueError: on purpose"

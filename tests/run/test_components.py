@@ -7,10 +7,9 @@ from typing import Any
 import pytest
 
 from cxbridge.daemon.daemon import Daemon
-from cxbridge.daemon.lifecycle import State
-from cxbridge.daemon.nodes import ComponentNode
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.plugins import PluginError
+from cxbridge.run.components.manager import State
 from tests.daemon.test_daemon import QUIET, running
 from tests.executive.planning.test_plugins import CONFIG, DOMAIN, TEMPLATE
 from tests.plugins import example, forget, install
@@ -42,7 +41,7 @@ def plugin(tmp_path, monkeypatch):
 
 
 def components(daemon):
-    return {status.name: status.state for status in daemon.components()}
+    return {status.name: status.state for status in daemon.status_of_components()}
 
 
 def test_a_daemon_manages_it(plugin):
@@ -52,20 +51,20 @@ def test_a_daemon_manages_it(plugin):
         assert daemon.board.list(*UID)[0].has_writer
     assert outcome == [0]
     daemon = Daemon(DaemonOptions(settings=SILENT))
-    daemon.manager.startup()
-    daemon.manager.change_one("heartbeat", "deactivate")
+    daemon.lifecycle.startup()
+    daemon.lifecycle.change_one("heartbeat", "deactivate")
     assert daemon.board.list(*UID)[0].has_writer
-    daemon.manager.stop_one("heartbeat")
+    daemon.lifecycle.stop_one("heartbeat")
     assert not daemon.board.list(*UID)
-    daemon.manager.start_one("heartbeat")
-    assert [node.description for node in daemon.manager.nodes if not node.steady] == ["Counts loops"]
-    daemon.manager.shutdown()
+    daemon.lifecycle.start_one("heartbeat")
+    assert [node.description for node in daemon.lifecycle.nodes if not node.steady] == ["Counts loops"]
+    daemon.lifecycle.shutdown()
 
 
 def test_it_is_gone_with_its_package():
     daemon = Daemon(DaemonOptions(settings=SILENT))
     assert "heartbeat" not in components(daemon)
-    daemon.manager.shutdown()
+    daemon.lifecycle.shutdown()
 
 
 @pytest.mark.parametrize(
@@ -95,15 +94,14 @@ def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
     text = file.read_text().replace("[mini.clp,", "[mini.clp, pddl-init.clp,")
     file.write_text(text.replace("pddl-parser", "robot_memory") + CONFIG.replace("{planner}", "pyperplan"))
     daemon = Daemon(DaemonOptions(config=folder, settings=SILENT))
-    daemon.manager.startup()
-    assert components(daemon)["planning"] is State.ACTIVE, daemon.components()
+    daemon.lifecycle.startup()
+    assert components(daemon)["planning"] is State.ACTIVE, daemon.status_of_components()
     document = {"relation": "domain-object", "name": "EVE", "type": "name"}
-    store = daemon.context.memory.store
+    store = daemon.memory.store
     store.insert("robmem.clipswm", document)
     generator = daemon.board.open_for_reading("PddlGenInterface", "pddl-gen", owner="test")
     planner: Any = daemon.board.open_for_reading("PddlPlannerInterface", "pddl-planner", owner="test")
-    (node,) = (node for node in daemon.manager.nodes if node.name == "planning")
-    assert isinstance(node, ComponentNode)
+    (node,) = (node for node in daemon.lifecycle.nodes if node.name == "planning")
     message = generator.create_message("GenerateMessage")
     message.set("goal", "(said EVE BYE)")
     generator.msgq_enqueue(message)
@@ -118,4 +116,4 @@ def test_a_daemon_plans_for_its_agent_by_the_blackboard(tmp_path):
         daemon.clock.sleep_until(daemon.clock.now_us() + 10_000)
     (plan,) = store.find("robmem.pddl-plan", {"plan": 1})
     assert [action["name"] for action in plan["actions"]] == ["greet", "leave"]
-    daemon.manager.shutdown()
+    daemon.lifecycle.shutdown()

@@ -16,7 +16,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent_context import make_agent_context
+from cxbridge.run.agents import make_base
 from cxbridge.trace.formats.registry import open_run
 from tests.forked import nursery
 from tests.run.mini import AGENT, write_scenario, write_skill_space
@@ -165,7 +165,7 @@ def test_a_second_configuration_is_laid_over_the_first(tmp_path):
     second.write_text("other: {text: second}\n")
     result, _ = run(scenario, config=(first, second))
     assert (result.status, result.reason) == (0, "every root goal ended COMPLETED")
-    context = make_agent_context(RunOptions(scenario=scenario, config=(first, second)))
+    context = make_base(RunOptions(scenario=scenario, config=(first, second)))
     assert context.config.get_str("/other/text") == "second"
     arguments = ["--config", str(first), "--config", str(second)]
     daemon = DaemonOptions(config=scenario, overlay=(first, second))

@@ -11,7 +11,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.context import needs_memory
+from cxbridge.run.specs import needs_memory
 from tests.run.mini import write_scenario
 
 AGENT = """

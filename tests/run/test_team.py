@@ -15,7 +15,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.events import InterfaceWrite, LogLine, PlanActionTransition, SkillStatus
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent_context import agent_names, choose_agent
+from cxbridge.run.agents import agent_names, choose_agent
 from cxbridge.trace.formats.registry import open_run
 from tests.daemon.test_daemon import running
 from tests.run.mini import write_scenario

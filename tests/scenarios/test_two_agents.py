@@ -15,8 +15,8 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
 from cxbridge.executive.robmem.mongodb import store as mongo
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent_context import agent_names, make_agent_context
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
+from cxbridge.run.agents import agent_names, make_base
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.executive.robmem.mongo_server import MongoServer
@@ -130,7 +130,7 @@ def test_who_loses_his_lock_stops_and_what_he_left_is_done_later(tmp_path: Path)
     config, world = overlay(tmp_path)
     world.touch()
     options = RunOptions(scenario=SCENARIO, config=config)
-    context = make_agent_context(options)
+    context = make_base(options)
     with Team(options, context, agent_names(context.config)) as team:
         team.start()
         team.loop.run(
@@ -212,7 +212,7 @@ def fast(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(mongo, "_PAUSE_S", 0.1)
 
 
-class Alone(Assembly):
+class Alone(Run):
     """One of the agents, step by step in real time."""
 
     def __init__(self, config: Path) -> None:
@@ -246,7 +246,7 @@ def test_a_database_that_is_away_at_the_start(tmp_path: Path) -> None:
         assert not robot.executive.initialized
         with MongoServer(port):
             robot.until(lambda: robot.is_over)
-            robot.stop()
+            robot.finalize()
         assert robot.outcomes()["HOUSE"] == "COMPLETED"
     check_once(entries(world))
 
@@ -264,7 +264,7 @@ def test_a_database_that_goes_away_in_a_run_and_comes_back(tmp_path: Path) -> No
         with MongoServer(server.port, before=server) as again:
             robot.until(lambda: robot.is_over)
             facts = {document["_id"] for document in again.store.find("syncedrobmem.worldmodel")}
-            robot.stop()
+            robot.finalize()
         assert robot.outcomes()["HOUSE"] == "COMPLETED"
     assert ends(entries(world)) == Counter(WORK)
     assert facts == {f"/domain/fact/{what}?room={room}" for what in ("swept", "mopped") for room in ROOMS}

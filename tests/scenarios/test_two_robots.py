@@ -17,7 +17,7 @@ import pytest
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.events import GoalTransition, LogLine, PlanActionTransition
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.support import ROOT
 
@@ -26,7 +26,7 @@ PLACES = ("kitchen", "office", "lab", "store")
 WAIT_S = 60
 
 
-class Watched(Assembly):
+class Watched(Run):
     """A run whose transitions are kept."""
 
     def __init__(self, **options: Any) -> None:
@@ -48,7 +48,7 @@ class Watched(Assembly):
     @property
     def service(self) -> Any:
         """The skill board."""
-        service = self.context.skills.service
+        service = self.context.skill_service
         assert service is not None
         return service
 

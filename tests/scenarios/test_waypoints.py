@@ -11,7 +11,7 @@ from cxbridge.event_kinds import View
 from cxbridge.events import InterfaceWrite, PlanActionTransition
 from cxbridge.navgraph import load_navgraph
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
@@ -21,13 +21,13 @@ SCENARIO = ROOT / "scenarios" / "waypoints"
 WAYPOINTS = ["wp-init", *(f"wp{n}" for n in range(1, 7)), "wp-final"]
 
 
-class Run:
+class Drive:
     """A run, and what was to be seen of it."""
 
     def __init__(self, **options: Any) -> None:
         self.actions: list[PlanActionTransition] = []
         self.poses: list[tuple[int, tuple[float, ...], tuple[float, ...]]] = []
-        with Assembly(RunOptions(scenario=SCENARIO, skiller="none", **options)) as assembly:
+        with Run(RunOptions(scenario=SCENARIO, skiller="none", **options)) as assembly:
             assembly.bus.subscribe(self._note, PlanActionTransition, InterfaceWrite)
             assembly.start()
             assembly.loop.run(lambda: assembly.is_over or assembly.loop.loops > 3000)
@@ -46,7 +46,7 @@ class Run:
 
 @pytest.fixture(scope="module")
 def run():
-    return Run()
+    return Drive()
 
 
 def test_seven_moves_one_after_the_other(run):
@@ -77,7 +77,7 @@ def test_the_pose_passes_all_waypoints_in_order_and_within_the_limits(run):
 
 
 def test_it_goes_the_same_way_each_time(run):
-    again = Run()
+    again = Drive()
     assert again.poses == run.poses
     assert again.actions == run.actions
 

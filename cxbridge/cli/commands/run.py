@@ -18,7 +18,7 @@ from cxbridge.cli.staying import stay_after
 from cxbridge.run.options import RunOptions
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
 
 
@@ -58,7 +58,7 @@ def run(
         story = RunStory(quiet=console.quiet)
         followers.append(story.attach)
 
-    def attach(assembly: Assembly) -> None:
+    def attach(assembly: Run) -> None:
         for follow in followers:
             follow(assembly)
 

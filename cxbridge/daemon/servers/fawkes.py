@@ -19,22 +19,22 @@ class FawkesComponent(ServerComponent[FawkesServer]):
 
     def make(self) -> FawkesServer:
         """Make the server."""
-        context, daemon = self._context, self._context.daemon
-        settings, rights = context.settings.fawkes, context.settings.rights
+        daemon = self._daemon
+        settings, rights = daemon.settings.fawkes, daemon.settings.rights
         assert settings is not None  # else it is not needed
-        plugins = daemon.plugins = DaemonPlugins(daemon.manager, allowed=rights.allow(Right.CONTROL))
+        plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, allowed=rights.allow(Right.CONTROL))
         manager = plugins.watchers = PluginManager(plugins, daemon.log.warn)
         components = (
             manager,
-            ConfigurationComponent(context.config, writable=rights.allow(Right.PROGRAMS)),
-            NetworkLogger(context.bus),
+            ConfigurationComponent(daemon.config, writable=rights.allow(Right.PROGRAMS)),
+            NetworkLogger(daemon.bus),
         )
         clients = most_clients(raise_file_limit(), DEFAULT_LIMITS.most_clients)
         return FawkesServer(
-            context.board,
+            daemon.board,
             settings.host,
             settings.port,
-            bus=context.bus,
+            bus=daemon.bus,
             components=components,
             allow=settings.allow,
             rights=rights,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from typing import Generic, Protocol, TypeVar
 
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.run.components.component import Component
 
 
@@ -27,8 +27,8 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
 
     steady = True
 
-    def __init__(self, context: DaemonContext) -> None:
-        self._context = context
+    def __init__(self, daemon: Daemon) -> None:
+        self._daemon = daemon
         self._server: ServerType | None = None
 
     @abstractmethod
@@ -48,7 +48,7 @@ class ServerComponent(Component, ABC, Generic[ServerType]):
             server.stop()
             raise
         self._server = server
-        self._context.daemon.add_endpoints(self.endpoints(server))
+        self._daemon.add_endpoints(self.endpoints(server))
 
     def deactivate(self) -> None:
         """Serve no more."""

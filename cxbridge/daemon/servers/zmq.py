@@ -13,11 +13,11 @@ class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
 
     def make(self) -> ZmqBlackBoardServer:
         """Make the server, with CURVE if there are keys."""
-        settings, keys = self._context.settings, None
+        settings, keys = self._daemon.settings, None
         if settings.secret_key is not None and settings.clients is not None:
             keys = CurveServer(settings.secret_key, settings.clients)
         return ZmqBlackBoardServer(
-            self._context.board,
+            self._daemon.board,
             list(settings.endpoints),
             keys=keys,
             insecure=settings.insecure,

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
+    from cxbridge.executive.executive import Executive
+    from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.mainloop import Hook
-    from cxbridge.run.context import RunContext
 
 
 class Component:
@@ -15,7 +17,7 @@ class Component:
 
     Making it acquires what it works with, and leaves nothing behind when it raises.
 
-    :param context: what all components share.
+    :param run: the run or daemon, a :class:`cxbridge.run.agent.Run`: what all components share.
     """
 
     hooks: ClassVar[Sequence[Hook]] = ()
@@ -27,7 +29,7 @@ class Component:
     description: ClassVar[str] = ""
     """A line about it, for ``ffplugin``."""
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, run: Any) -> None:
         """Acquire what it works with."""
 
     def configure(self) -> None:
@@ -66,6 +68,30 @@ class Component:
     def loss(self) -> str:
         """Why a run cannot come to its end without what is gone; empty while all is there."""
         return ""
+
+
+class ThinkingComponent(Component):
+    """The executive of a run.
+
+    :ivar manager: makes its environments.
+    :ivar firings: how many rules have fired.
+    """
+
+    manager: EnvironmentManager
+    executive: Executive
+    firings: int
+
+    @abstractmethod
+    def watch(self) -> None:
+        """Watch what is to be followed and recorded, from before the first file is loaded."""
+
+    @abstractmethod
+    def finalize(self) -> None:
+        """Let the rules run their finalization; a second call does nothing."""
+
+    @abstractmethod
+    def forgo_finalization(self) -> None:
+        """Let :meth:`finalize` do nothing."""
 
 
 def is_component(loaded: object) -> bool:

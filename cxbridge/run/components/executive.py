@@ -10,21 +10,21 @@ from cxbridge.executive.executive import Executive, action_mapping
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
-from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext, init_mentions, needs_memory
+from cxbridge.run.agent import Run
+from cxbridge.run.components.component import ThinkingComponent
 from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
 from cxbridge.run.features import FEATURES, run_features
 from cxbridge.run.rights import data_may_be_programs
 from cxbridge.run.skillers import skiller_mode
-from cxbridge.run.specs import check_features
+from cxbridge.run.specs import check_features, init_mentions, needs_memory
 from cxbridge.skiller.mapping import ActionSkillMapping
 
 _EVERY_TICK_RULES = ("time-retract", "blackboard-read")
 _EVERY_TICK_FACTS = ("time",)
 
 
-class ExecutiveComponent(Component):
+class ExecutiveComponent(ThinkingComponent):
     """Lets the rules of an agent think.
 
     :raises CxbridgeError: when the configuration or the library is wrong.
@@ -33,7 +33,7 @@ class ExecutiveComponent(Component):
     hooks = (Hook.THINK,)
     description = "CLIPS Executive"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         self.context = context
         self.firings = 0
         """How many rules have fired."""
@@ -56,7 +56,6 @@ class ExecutiveComponent(Component):
         for name in unasked_features(self.context):
             self.manager.request(self.executive.env.name, name)
         self.executive.init()
-        self.context.executive = self.executive
         self.context.source.start_thinking(self.context.clock, self.context.config)
 
     def loop(self) -> None:
@@ -96,12 +95,11 @@ class ExecutiveComponent(Component):
 
     def abort(self) -> None:
         """Unload everything."""
-        self.context.executive = None
         self.executive.close()
         self.manager.close()
 
 
-def unasked_features(context: RunContext) -> list[str]:
+def unasked_features(context: Run) -> list[str]:
     """Return the features that an agent gets though its initialisation does not name them."""
     names = [feature.name for feature in context.additions.features]
     names += [row.name for row in FEATURES.rows if row.requested(context)]
@@ -109,7 +107,7 @@ def unasked_features(context: RunContext) -> list[str]:
 
 
 def make_executive(
-    context: RunContext, environment: type[ClipsEnvironment] = ClipsEnvironment
+    context: Run, environment: type[ClipsEnvironment] = ClipsEnvironment
 ) -> tuple[EnvironmentManager, Executive]:
     """Make the executive of an agent; nothing of the agent is loaded yet.
 

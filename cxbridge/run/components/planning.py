@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from cxbridge.executive.planning.plugins import PddlPlanner, PddlRobotMemory, ProblemFiles
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext, needs_memory
+from cxbridge.run.specs import needs_memory
 
 
 class PlanningPlugins(Component):
@@ -17,7 +18,7 @@ class PlanningPlugins(Component):
     hooks = (Hook.ACT_EXEC,)
     description = "Makes problems from the robot memory, and plans"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         if needs_memory(context.config, context.spec):
             context.memory.open()
         paths, config, store = context.paths, context.config, context.memory.store

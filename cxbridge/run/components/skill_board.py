@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import Execution, as_executor
 from cxbridge.skiller.board.service import SkillBoardService
 from cxbridge.skiller.board.settings import BoardSettings
@@ -19,7 +19,7 @@ class SkillBoardComponent(Component):
 
     hooks = (Hook.SKILL,)
 
-    def __init__(self, context: RunContext, settings: BoardSettings | None = None) -> None:
+    def __init__(self, context: Run, settings: BoardSettings | None = None) -> None:
         from_recording = settings is not None
         settings = settings or context.skill_board
         assert settings is not None  # else it is not needed
@@ -27,8 +27,8 @@ class SkillBoardComponent(Component):
         self.service = SkillBoardService(
             context.board, context.clock, context.bus, settings, policy, _execution(context)
         )
-        self._shared = context.skills
-        self._shared.service = self.service
+        self._run = context
+        context.skill_service = self.service
         try:
             if not from_recording:
                 context.source.prepare_board(context)
@@ -52,20 +52,20 @@ class SkillBoardComponent(Component):
 
     def close(self) -> None:
         """End all skills."""
-        self._shared.service = None
+        self._run.skill_service = None
         self.service.close()
 
 
-def _execution(context: RunContext) -> Execution:
+def _execution(context: Run) -> Execution:
     """Return how calls are executed: failures are simulated where the Skillers are.
 
     :raises SkillerError: when the configuration of the failures is wrong.
     """
-    if context.skills.execution is not None:
-        return context.skills.execution
+    if context.execution is not None:
+        return context.execution
     if context.options.skiller != "simulator":
         return as_executor
-    from cxbridge.run.skillers import make_deciders  # noqa: PLC0415 - for simulations
+    from cxbridge.run.components.skillers import make_deciders  # noqa: PLC0415 - for simulations
     from cxbridge.skiller.simulation.deciders import Deciders  # noqa: PLC0415
     from cxbridge.skiller.simulation.execution import DecidedExecution  # noqa: PLC0415
     from cxbridge.skiller.simulation.make import make_failures  # noqa: PLC0415

@@ -1,12 +1,28 @@
-"""The Skillers of this process as a component."""
+"""The Skillers of a run as components: those of this process, their speech, and a Skiller elsewhere."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack
+from functools import partial
+from typing import TYPE_CHECKING, Final
+
+from cxbridge.blackboard import BlackBoard
+from cxbridge.errors import SkillError
+from cxbridge.executive.executive import place_of_skill
 from cxbridge.mainloop import Hook
+from cxbridge.plugins import Table
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.table import local_skillers
-from cxbridge.run.context import RunContext
-from cxbridge.run.skillers import SkillerGroup, make_skillers
+from cxbridge.run.remote_skiller import PATIENCE_S, RemoteSkiller
+from cxbridge.run.skillers import SkillerGroup, SkillerSettings
+from cxbridge.skiller.backend import SkillerBackend
+
+if TYPE_CHECKING:
+    from cxbridge.skiller.simulation.deciders import Decider
+
+_SPACE = "/skiller/skillspace"
 
 
 class Skillers(Component):
@@ -19,7 +35,7 @@ class Skillers(Component):
     hooks = (Hook.SKILL,)
     description = "Executes skills, or mirrors the Skiller that does"
 
-    def __init__(self, context: RunContext, skillers: SkillerGroup | None = None) -> None:
+    def __init__(self, context: Run, skillers: SkillerGroup | None = None) -> None:
         self._skillers = skillers or make_skillers(context, local_skillers(context))
         context.known_skills.update(self._skillers.known_by_name)
 
@@ -40,3 +56,135 @@ class Skillers(Component):
     def close(self) -> None:
         """Close them."""
         self._skillers.close()
+
+
+class RemoteSkillers(Component):
+    """Mirrors the Skiller of the blackboard at a URL.
+
+    A run waits for the Skiller, and ends when it is gone; a daemon does without it until it comes.
+
+    :raises CxbridgeError: when nobody is at the URL, or in time no Skiller.
+    """
+
+    description = Skillers.description
+
+    def __init__(self, context: Run) -> None:
+        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415 - start-up time is a feature
+
+        def open_there(url: str) -> BlackBoard:
+            return open_blackboard(url, context.registry, context.clock, context.bus)
+
+        self._remote = RemoteSkiller(
+            context.options.skiller,
+            context.board,
+            context.bus,
+            open_there,
+            patience_s=PATIENCE_S if context.waits_for_skiller else 0,
+        )
+
+    @property
+    def loss(self) -> str:
+        """Why the run cannot go on."""
+        return self._remote.loss
+
+    def close(self) -> None:
+        """Leave both blackboards."""
+        self._remote.close()
+
+
+class Speech(Component):
+    """Writes ``SpeechSynthInterface``; works after the Skiller.
+
+    :raises CxbridgeError: when it cannot speak, or somebody else writes its interface.
+    """
+
+    hooks = (Hook.ACT,)
+    description = "Speech synthesis that skills use"
+
+    def __init__(self, context: Run) -> None:
+        from cxbridge.skiller.make import make_speech  # noqa: PLC0415 - start-up time is a feature
+
+        self._writer = make_speech(context.board, context.clock, context.bus, speech=context.options.speech)
+
+    def loop(self) -> None:
+        """Take messages, and go on speaking."""
+        self._writer.loop()
+
+    @property
+    def is_quiet(self) -> bool:
+        """Whether it only speaks what skills say: always."""
+        return True
+
+    def close(self) -> None:
+        """Close the interface."""
+        self._writer.close()
+
+
+DECIDERS: Final[Table[Callable[[Run, str], Decider]]] = Table(
+    "DECIDERS",
+    callable,
+    "a function that makes a decider from the context of a run and the name of a Skiller or an agent",
+)
+"""The deciders of plug-ins for simulated skills; ``make_simulator`` makes those of cxbridge as configured."""
+
+
+def make_deciders(context: Run, skiller: str) -> list[Decider]:
+    """Return the deciders of plug-ins for a simulated Skiller, or an agent on the skill board."""
+    return [DECIDERS.load(row)(context, skiller) for row in DECIDERS.rows if row.needed(context)]
+
+
+def make_skillers(context: Run, settings: Sequence[SkillerSettings]) -> SkillerGroup:
+    """Make Skillers, for the hook :attr:`Hook.SKILL`.
+
+    :raises CxbridgeError: when skills cannot be loaded, or somebody else writes an interface.
+    """
+    with ExitStack() as undo:
+        made = [undo.enter_context(_make(context, item)) for item in settings]
+        undo.pop_all()
+    return SkillerGroup(made)
+
+
+def _make(context: Run, item: SkillerSettings) -> SkillerBackend:
+    # Lua and estimators only for those who use them: start-up time is a feature
+    from cxbridge.skiller.make import make_lua_skiller, skills_see_navgraph  # noqa: PLC0415
+
+    config = context.config
+    navgraph = None
+    if skills_see_navgraph(config):
+        navgraph = context.navgraph
+    if item.kind == "simulator":
+        from cxbridge.run.skill_history import read_samples  # noqa: PLC0415
+        from cxbridge.skiller.simulation.make import make_simulator  # noqa: PLC0415
+
+        return make_simulator(
+            context.board,
+            context.clock,
+            context.bus,
+            config=config,
+            name=item.name,
+            mode=item.mode,
+            read_samples=read_samples,
+            navgraph=navgraph,
+            more=make_deciders(context, item.name),
+        )
+    from cxbridge.skiller.lua.limits import limits_of  # noqa: PLC0415
+
+    try:
+        return make_lua_skiller(
+            context.board,
+            context.clock,
+            context.bus,
+            folders=context.paths.skill_dirs,
+            config=config,
+            space=item.space,
+            name=item.name,
+            mode=item.mode,
+            limits=limits_of(config),
+            navgraph=navgraph,
+            place_of=partial(place_of_skill, config, context.spec),
+        )
+    except SkillError as error:
+        if error.file is None and config.exists(_SPACE):
+            place = config.get(_SPACE)
+            error.file, error.line = place.file or None, place.line or None
+        raise

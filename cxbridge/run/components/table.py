@@ -7,19 +7,19 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.plugins import Row, Table, two_of_a_name
 from cxbridge.run.components.component import is_component
-from cxbridge.run.context import init_mentions
 from cxbridge.run.remote_skiller import is_url
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
+from cxbridge.run.specs import init_mentions
 
 if TYPE_CHECKING:
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.source import RunFacts
 
 EXECUTIVE: Final = "executive"
 PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
-def local_skillers(context: RunContext) -> tuple[SkillerSettings, ...]:
+def local_skillers(context: RunFacts) -> tuple[SkillerSettings, ...]:
     """Return the Skillers that this process has to make.
 
     :raises ConfigError: when the configuration of one makes no sense.
@@ -31,11 +31,11 @@ def local_skillers(context: RunContext) -> tuple[SkillerSettings, ...]:
     return skiller_settings(context.config, kind, served)
 
 
-def _speaks(context: RunContext) -> bool:
+def _speaks(context: RunFacts) -> bool:
     return any(item.kind == "lua" for item in local_skillers(context))
 
 
-def _plans_by_blackboard(context: RunContext) -> bool:
+def _plans_by_blackboard(context: RunFacts) -> bool:
     """Whether the spec's initialisation waits for Fawkes' planning plugins."""
     return (
         bool(context.spec)
@@ -50,10 +50,10 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     "a subclass of cxbridge.run.components.component.Component",
     Row(
         "skiller",
-        f"{_PACKAGE}.remote_skiller:RemoteSkillers",
+        f"{_PACKAGE}.skillers:RemoteSkillers",
         lambda context: is_url(context.options.skiller),
     ),
-    Row("speech", f"{_PACKAGE}.speech:Speech", _speaks),
+    Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),
     Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
     Row(
         "skill-board",
@@ -66,7 +66,7 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
 """The components of runs and daemons, in the order of their start; the executive starts after all others."""
 
 
-def needed_components(context: RunContext, *daemon: Row, replayed: bool = False) -> list[Row]:
+def needed_components(context: RunFacts, *daemon: Row, replayed: bool = False) -> list[Row]:
     """Return the components that a run or daemon needs, in the order of their start.
 
     :param daemon: components that only daemons have; they start before the others.

@@ -9,7 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Iterable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final
 
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError, SkillError
 from cxbridge.executive.executive import action_mapping
@@ -21,7 +21,7 @@ from cxbridge.suggestions import did_you_mean
 if TYPE_CHECKING:
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.loading import Diagnostic
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
 
 UNCLOSED: Final = "UNCLOSED"
 _UNKNOWN_NAME: Final = frozenset({"EXPRNPSR3", "GLOBLPSR1", "PRNTUTIL2"})
@@ -37,27 +37,27 @@ class AgentChecks:
     :param strict: as :attr:`RunOptions.strict`; by default that of each agent's options.
     """
 
-    def __init__(self, agents: Iterable[CheckedAgent], *, strict: bool | None = None) -> None:
+    def __init__(self, agents: Iterable[Run], *, strict: bool | None = None) -> None:
         self._strict = strict
         self._agents: list[_Agent] = []
         self._missing: list[CxbridgeError] = []
         for agent in agents:
             self.joined(agent)
 
-    def joined(self, agent: CheckedAgent) -> None:
+    def joined(self, agent: Run) -> None:
         """Look for mistakes of an agent, too, which is not started.
 
         A missing file is the only mistake of an agent that is lenient by default, see
         :attr:`~cxbridge.run.source.Source.is_lenient`.
         """
-        options = agent.context.options
+        options = agent.options
         strict = options.strict if self._strict is None else self._strict
-        if strict or (strict is None and not agent.context.source.is_lenient):
-            self._agents.append(_Agent(agent.context, agent.executive))
+        if strict or (strict is None and not agent.source.is_lenient):
+            self._agents.append(_Agent(agent, agent.executive))
         elif strict is None:
-            self._missing += agent.context.missing
+            self._missing += agent.missing
 
-    def left(self, agent: CheckedAgent) -> None:
+    def left(self, agent: Run) -> None:
         """Look no more at an agent that was killed."""
         self._agents = [each for each in self._agents if not each.is_of(agent.executive)]
 
@@ -90,22 +90,10 @@ class AgentChecks:
             raise BrokenAgentError([*{str(each): each for each in mistakes}.values()], started=started)
 
 
-class CheckedAgent(Protocol):
-    """An agent whose mistakes can be looked for."""
-
-    @property
-    def context(self) -> RunContext:
-        """What its components share."""
-
-    @property
-    def executive(self) -> Executive:
-        """Its executive."""
-
-
 class _Agent:
     """The mistakes of one agent."""
 
-    def __init__(self, context: RunContext, executive: Executive) -> None:
+    def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
         self._loader = executive.env.loader
         self._loader.quiet = True
@@ -177,7 +165,7 @@ def names_any(file: str | None, line: int | None, constructs: Collection[str]) -
     return any(re.search(rf"\({re.escape(name)}[\s)]", text) for name in constructs)
 
 
-def mapping_mistakes(context: RunContext, executive: Executive) -> list[CxbridgeError]:
+def mapping_mistakes(context: Run, executive: Executive) -> list[CxbridgeError]:
     """Return what is wrong with the action mapping: skills that there are not, and unknown parameters."""
     skills = known_skills(context)
     operators = (
@@ -227,7 +215,7 @@ def _with_values(action: str, template: str) -> str:
     return mapping.map(action, dict.fromkeys(_parameters(template), "1")).text or f"{template}"
 
 
-def known_skills(context: RunContext) -> frozenset[str] | None:
+def known_skills(context: Run) -> frozenset[str] | None:
     """Return the skills that actions can be mapped to; None when others have them, or nobody says."""
     board = context.skill_board
     if not context.known_skills and board is None:
@@ -241,9 +229,7 @@ def known_skills(context: RunContext) -> frozenset[str] | None:
     return frozenset(found)
 
 
-def _of_mapping(
-    context: RunContext, action: str, message: str, word: str, known: Iterable[str]
-) -> ConfigError:
+def _of_mapping(context: Run, action: str, message: str, word: str, known: Iterable[str]) -> ConfigError:
     """Return a mistake in the mapping of an action, with the name that was probably meant."""
     known = sorted(known)
     hint = did_you_mean(word, known, f"there are: {', '.join(known) or 'none'}")
@@ -251,5 +237,5 @@ def _of_mapping(
     return ConfigError(message, file=place.file or None, line=place.line or None, hint=hint)
 
 
-def _path(context: RunContext, action: str) -> str:
+def _path(context: Run, action: str) -> str:
     return f"/clips-executive/specs/{context.spec}/action-mapping/{action}"

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from cxbridge.executive.executive import Executive
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
 
 _NOT_EXECUTED: Final = "No action executor"
 """How the error of an action begins that the core fails because no rule took it."""
@@ -32,7 +32,7 @@ class AgentPlaces:
     :param executive: of the agent.
     """
 
-    def __init__(self, context: RunContext, executive: Executive) -> None:
+    def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
 
     @cached_property
@@ -111,7 +111,7 @@ class UnexecutedActions:
     :param executive: of the agent; its facts are followed from now on.
     """
 
-    def __init__(self, context: RunContext, executive: Executive) -> None:
+    def __init__(self, context: Run, executive: Executive) -> None:
         self._context, self._executive = context, executive
         self._reported: set[str] = set()
         self._places = AgentPlaces(context, executive)

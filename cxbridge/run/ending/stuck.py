@@ -19,7 +19,7 @@ from cxbridge.run.ending.places import AgentPlaces
 if TYPE_CHECKING:
     from cxbridge.events import Event
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
 
 _QUIET_LOOPS: Final = 15
 """Loops without a rule but those of each tick, after which it is worth to look."""
@@ -44,19 +44,19 @@ class StuckWatch:
     :param on: whether to look at all: somebody who looks on may interfere.
     """
 
-    def __init__(self, agents: Sequence[Assembly], *, on: bool) -> None:
+    def __init__(self, agents: Sequence[Run], *, on: bool) -> None:
         self._agents = tuple(agents)
         self._is_on = on
         self._fired = 0
         self._quiet = 0
         self._look_at = _QUIET_LOOPS
 
-    def joined(self, agent: Assembly) -> None:
+    def joined(self, agent: Run) -> None:
         """Look at an agent, too, which is about to begin."""
         self._agents = (*self._agents, agent)
         self._quiet, self._look_at = 0, _QUIET_LOOPS
 
-    def left(self, agent: Assembly) -> None:
+    def left(self, agent: Run) -> None:
         """Expect nothing any more of an agent that was killed."""
         self._agents = tuple(each for each in self._agents if each is not agent)
         self._quiet, self._look_at = 0, _QUIET_LOOPS
@@ -79,7 +79,7 @@ class StuckWatch:
         return all(agent.is_over or is_stuck(agent) for agent in self._agents)
 
 
-def is_stuck(agent: Assembly) -> bool:
+def is_stuck(agent: Run) -> bool:
     """Return whether nothing can happen any more to an agent."""
     env = agent.executive.env
     if not agent.is_quiet or env.agenda_size_at_least(1) or agent.executive.skills.running:
@@ -99,7 +99,7 @@ def is_stuck(agent: Assembly) -> bool:
     return next(timed_rules(env, skillers), None) is None
 
 
-def _has_time(agent: Assembly) -> bool:
+def _has_time(agent: Run) -> bool:
     """Whether the rules get a fact of the time in each loop."""
     return agent.config.get_bool(_TIME, default=False)
 
@@ -111,7 +111,7 @@ def _read_interfaces(env: ClipsEnvironment) -> Iterator[tuple[str, str]]:
             yield str(slots["type"]), str(slots["id"])
 
 
-def _may_change(agent: Assembly, kind: str, name: str) -> bool:
+def _may_change(agent: Run, kind: str, name: str) -> bool:
     """Whether somebody writes an interface who is not known to be at rest."""
     if kind == "SkillerInterface":
         return False  # its Skiller is one of the components, which are at rest
@@ -135,9 +135,9 @@ class RuleErrors:
 # ---- what it waits for
 
 
-def waits_for(agent: Assembly, errors: RuleErrors) -> str:
+def waits_for(agent: Run, errors: RuleErrors) -> str:
     """Return what a run waits for in vain, as far as the facts show."""
-    executive, places = agent.executive, AgentPlaces(agent.context, agent.executive)
+    executive, places = agent.executive, AgentPlaces(agent, agent.executive)
     if not executive.initialized:
         causes = [*_signals(agent)] or ["the initialisation has not ended"]
     elif executive.goals.open_roots:
@@ -157,7 +157,7 @@ def waits_for(agent: Assembly, errors: RuleErrors) -> str:
     return "; ".join(causes)
 
 
-def _signals(agent: Assembly) -> Iterator[str]:
+def _signals(agent: Run) -> Iterator[str]:
     """Yield the entries of the initialisation that wait for a signal."""
     for _, _, slots in agent.executive.env.facts("executive-init-request"):
         if slots["state"] == "WAIT-FOR":
@@ -165,7 +165,7 @@ def _signals(agent: Assembly) -> Iterator[str]:
             yield f"{_place_of_signal(agent, signal)}{slots['name']} waits for the signal {signal}"
 
 
-def _place_of_signal(agent: Assembly, signal: str) -> str:
+def _place_of_signal(agent: Run, signal: str) -> str:
     init = f"/clips-executive/specs/{agent.spec}/init/"
     for item in agent.config.search(init):
         if item.path.endswith("/wait-for") and item.text == signal and item.file:
@@ -177,7 +177,7 @@ def _at(place: str) -> str:
     return f" ({place})" if place else ""
 
 
-def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
+def _goals(agent: Run, places: AgentPlaces) -> Iterator[str]:
     """Yield the goals that are open, each with its plan-actions that are not over."""
     env, goals = agent.executive.env, agent.executive.goals
     modes = allowed_values(env, "goal", "mode")
@@ -202,7 +202,7 @@ def _goals(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
         yield "no (skiller-control) asks for control of a Skiller"
 
 
-def _without_files(agent: Assembly) -> Iterator[str]:
+def _without_files(agent: Run) -> Iterator[str]:
     """Yield that the spec loads nothing, if so, with the place of the spec, or of what is chosen."""
     base, chosen = f"/clips-executive/specs/{agent.spec}", "/clips-executive/spec"
     if any("/file" in value.path.removeprefix(base) for value in agent.config.search(f"{base}/init")):
@@ -214,14 +214,14 @@ def _without_files(agent: Assembly) -> Iterator[str]:
     yield f"the init of the spec {agent.spec} names no file{_at(place)}"
 
 
-def _empty(agent: Assembly) -> Iterator[str]:
+def _empty(agent: Run) -> Iterator[str]:
     """Yield the files that are loaded and empty."""
     for file in dict.fromkeys(agent.executive.env.loader.files):
         if file.exists() and not file.stat().st_size:
             yield f"{file}:1: the file is empty"
 
 
-def _lacking(agent: Assembly, places: AgentPlaces) -> list[str]:
+def _lacking(agent: Run, places: AgentPlaces) -> list[str]:
     """Return what a rule that makes goals lacks: the first whose facts are not all there."""
     from cxbridge.run.ending.timed_rules import lacking  # noqa: PLC0415 - for runs that are stuck
 
@@ -234,7 +234,7 @@ def _lacking(agent: Assembly, places: AgentPlaces) -> list[str]:
     return []
 
 
-def _deffacts(agent: Assembly) -> list[str]:
+def _deffacts(agent: Run) -> list[str]:
     """Return the deffacts of the agent: a loaded file alone asserts none."""
     found: list[str] = []
     for file in agent.executive.env.loader.files:
@@ -256,14 +256,14 @@ def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
     yield from ((each.name, each.line) for each in definitions(text) if each.kind == kind)
 
 
-def _failed_rules(agent: Assembly, errors: RuleErrors) -> Iterator[str]:
+def _failed_rules(agent: Run, errors: RuleErrors) -> Iterator[str]:
     for rule in errors.rules:
         place = agent.executive.env.loader.place_of(rule)
         if place is not None:
             yield f"{place[0]}:{place[1]}: an error has ended the actions of rule {rule}"
 
 
-def _unwritten(agent: Assembly, places: AgentPlaces) -> Iterator[str]:
+def _unwritten(agent: Run, places: AgentPlaces) -> Iterator[str]:
     """Yield the interfaces that the rules read and nobody writes."""
     written = {info.uid for info in agent.board.list_all() if info.has_writer}
     for kind, name in _read_interfaces(agent.executive.env):

@@ -12,10 +12,10 @@ from typing import ClassVar, Final
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.skill_board import SkillBoardComponent
 from cxbridge.run.components.skillers import Skillers
-from cxbridge.run.context import RunContext
 from cxbridge.run.replay.agents import recordings_of
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
@@ -130,7 +130,7 @@ class Replay:
         if divergence is not None:
             self._diverge(divergence)
 
-    def components(self, context: RunContext) -> Iterator[Component]:
+    def components(self, context: Run) -> Iterator[Component]:
         """Make the players: of Skillers, executors and sensors.
 
         :raises CxbridgeError: when an interface is different from the recorded, or cannot be written.
@@ -152,7 +152,7 @@ class Replay:
         yield SensorPlayer(context.board, log, sensors, self.recordings.writes(sensors))
         context.bus.subscribe(self._check_plan, PlannerCall)
 
-    def _play_skillers(self, context: RunContext, kept: set[str]) -> Skillers:
+    def _play_skillers(self, context: Run, kept: set[str]) -> Skillers:
         scripts = {name: script for name, script in self.recordings.skillers().items() if name not in kept}
         for settings in skiller_settings(context.config, "lua", kept):
             scripts.setdefault(settings.name, SkillerScript())
@@ -163,7 +163,7 @@ class Replay:
         self._skillers = SkillerGroup([self._skiller(context, *item) for item in scripts.items()])
         return Skillers(context, self._skillers)
 
-    def _skiller(self, context: RunContext, name: str, script: SkillerScript) -> RecordedSkiller:
+    def _skiller(self, context: Run, name: str, script: SkillerScript) -> RecordedSkiller:
         player = RecordedSkiller(
             context.board,
             context.bus,
@@ -178,7 +178,7 @@ class Replay:
             self._note(command.time_us + (command.later[-1][0] if command.later else 0))
         return player
 
-    def _executor(self, context: RunContext, script: ExecutorScript) -> ExecutorHost:
+    def _executor(self, context: Run, script: ExecutorScript) -> ExecutorHost:
         log = context.bus.logger(COMPONENT)
         executor = RecordedExecutor(
             ExecutorContext(script.agent, context.board, context.clock, log),

@@ -119,7 +119,7 @@ def play(
         stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
         start_us = assembly.clock.now_us()
         _, result = run.play()
-        on_board = any(agent.context.skill_board is not None for agent in assembly.agents)
+        on_board = any(agent.skill_board is not None for agent in assembly.agents)
         return Played(
             result.choices,
             tuple(run.properties.violations),

@@ -87,7 +87,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
     is_at_end = run.is_over or agent.executive.maintained
     ending = Ending.OVER if is_at_end else Ending.STUCK if is_stuck else Ending.CUT
     watch.end(RunEnd(ending, "" if ending is not Ending.CUT else f"not within {timeout:g} s"))
-    agent.stop()
+    agent.finalize()
     watch.released()
     if watch.violations:
         raise AssertionError(

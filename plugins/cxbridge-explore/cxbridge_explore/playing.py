@@ -58,7 +58,7 @@ class ExploredRun(JudgedRun):
         is_over = ended.status in (COMPLETED, UNSUCCESSFUL)
         ending = Ending.OVER if is_over else Ending.STUCK if ended.is_stuck else Ending.CUT
         self.properties.end(RunEnd(ending, "" if is_over else ended.reason))
-        self.world.assembly.stop()
+        self.world.assembly.finalize()
         self.properties.released()
         return ended, result
 

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from cxbridge.blackboard.local import LocalBlackBoard
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge_explore.playing import ExploredRun
     from cxbridge_explore.worlds.points import ChoicePoint
 
@@ -83,7 +83,7 @@ class StateReader:
         return blake2b(repr(state).encode("utf-8", "surrogatepass"), digest_size=16).digest(), ""
 
     @property
-    def _agents(self) -> tuple[Assembly, ...]:
+    def _agents(self) -> tuple[Run, ...]:
         return self._run.world.assembly.agents
 
     def _state(self, point: ChoicePoint) -> Hashable:
@@ -178,7 +178,7 @@ class _Names:
         return self._generated.setdefault(match[0], f"gen#{len(self._generated)}")
 
 
-def _agent_state(agent: Assembly, names: _Names) -> Hashable:
+def _agent_state(agent: Run, names: _Names) -> Hashable:
     env, goals = agent.executive.env, agent.executive.goals
     if env.is_firing or env.agenda_size_at_least(1):
         raise HiddenStateError("a choice was made while rules fired")
@@ -227,7 +227,7 @@ def _board_state(board: LocalBlackBoard, names: _Names) -> Hashable:
     return tuple(found)
 
 
-def _hidden_parts(agent: Assembly) -> list[str]:
+def _hidden_parts(agent: Run) -> list[str]:
     """Return the parts of an agent whose state is invisible."""
     env = agent.executive.env
     found = [
@@ -237,7 +237,7 @@ def _hidden_parts(agent: Assembly) -> list[str]:
     ]
     if agent.memory.is_open:
         found.append("nobody sees the state of the robot memory")
-    if agent.context.additions.features:
+    if agent.additions.features:
         found.append("nobody sees the state of a program's own features")
     if lib.GetNextInstance(env.env, NULL) != NULL:
         found.append("the agent has instances of COOL")

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import Final
 
 from cxbridge.events import Event, EventBus, GoalTransition, PlanActionTransition, RuleFired, SkillStatus
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 
 RULE, MODE, OUTCOME, ACTION, SKILL = "rule", "mode", "outcome", "action", "skill"
 
@@ -23,7 +23,7 @@ class UseWatch:
     :param agents: of the run, not started yet.
     """
 
-    def __init__(self, bus: EventBus, agents: Iterable[Assembly]) -> None:
+    def __init__(self, bus: EventBus, agents: Iterable[Run]) -> None:
         self._known: set[Used] = set()
         self._news: list[Used] = []
         bus.subscribe(self._take, *_EVENTS)

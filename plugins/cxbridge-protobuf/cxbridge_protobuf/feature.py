@@ -17,7 +17,7 @@ from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, Symbol,
 from cxbridge_protobuf.settings import CONNECTIONS, NetworkSettings, ProtobufSettings
 
 if TYPE_CHECKING:
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.inbox import Presence, Received
 
@@ -83,7 +83,7 @@ class ProtobufFeature(Feature):
             user.network.close()
 
 
-def make_feature(context: RunContext) -> ProtobufFeature:
+def make_feature(context: Run) -> ProtobufFeature:
     """Return the feature of a run. A look at an agent imports no compiled messages, which are programs.
 
     :raises ConfigError: when a setting is wrong.

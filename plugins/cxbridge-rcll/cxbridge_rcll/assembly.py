@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.config import Configuration
-from cxbridge.run.agent_context import AGENT_NAME, AGENTS, make_agent_context
-from cxbridge.run.assembly import Assembly, MakeComponent
+from cxbridge.run.agent import MakeComponent, Run
+from cxbridge.run.agents import AGENT_NAME, AGENTS, make_base
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of
@@ -31,7 +31,6 @@ if TYPE_CHECKING:
     from cxbridge.executive.host.values import Value
     from cxbridge.navgraph import NavGraph
     from cxbridge.run.components.component import Component
-    from cxbridge.run.context import RunContext
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_rcll.machines import Workplace
 
@@ -57,7 +56,7 @@ class GameReferee(Protocol):
     def set_up(self, config: Configuration) -> None:
         """Set what differs in the configuration of a team."""
 
-    def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
+    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield what makes the components that a run of a game has for its referee."""
 
     def machine(self, name: str) -> Workplace | None:
@@ -83,7 +82,7 @@ class GameReferee(Protocol):
         """Errors of ours that came to light."""
 
 
-class LeagueAssembly(Assembly):
+class LeagueAssembly(Run):
     """The run of a game with one executive: it is over when the referee says so."""
 
     def __init__(self, parts: GameParts, additions: Additions) -> None:
@@ -137,7 +136,7 @@ class GameParts:
             assert settings.referee is not None
             self.referee = RemoteReferee(settings.referee, messages)
         self.world = RobotWorld(Field(self.referee.places), self.referee.machine)
-        self.context = make_agent_context(run)
+        self.context = make_base(run)
         config = self.context.config
         spec = f"{_SPECS}/{run.spec or config.get_str(_SPEC, default='')}"
         self.is_team = bool(config.keys(f"{spec}/{_COORDINATION}"))
@@ -184,9 +183,9 @@ class GameParts:
         :param prefixes: what their ids begin with, by the robot's name.
         """
 
-        def make(context: RunContext) -> Component:
+        def make(context: Run) -> Component:
             def graph() -> NavGraph:
-                return context.navgraph.get(context.config, context.paths, context.bus)
+                return context.navgraph
 
             stations = StationNodes(self.world.places, graph) if self.is_team else None
             return RobotInterfaces(context, self.world, prefixes, stations)

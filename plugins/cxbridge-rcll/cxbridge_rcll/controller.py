@@ -10,8 +10,8 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.errors import ProtobufError
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_protobuf.types import Message, MessageTypes
 
 
@@ -61,7 +61,7 @@ class Controller(Component):
     description = "Leads through the phases of a game"
 
     def __init__(
-        self, context: RunContext, types: MessageTypes, script: Script, send: Callable[[Message], None]
+        self, context: Run, types: MessageTypes, script: Script, send: Callable[[Message], None]
     ) -> None:
         self._clock: Clock = context.clock
         self._types = types

@@ -23,7 +23,7 @@ from cxbridge_rcll.simtest import Verdict
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Sequence
 
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
 SCENARIO: Final = Path("rcll-simulator/central_agent.yaml")
@@ -94,7 +94,7 @@ class LeagueGame(LeagueSettings):
         self,
         seed: int,
         console: Sink | None = None,
-        attach: Callable[[Assembly], None] | None = None,
+        attach: Callable[[Run], None] | None = None,
     ) -> GameResult:
         """Play it.
 
@@ -112,7 +112,7 @@ class LeagueGame(LeagueSettings):
 
         verdict = Verdict()
 
-        def listen(agent: Assembly) -> None:
+        def listen(agent: Run) -> None:
             agent.bus.subscribe(verdict, LogLine)
             if attach is not None:
                 attach(agent)
@@ -157,13 +157,13 @@ class _Judge:
     def __init__(self, referees: Sequence[GameReferee]) -> None:
         self._referees = referees
 
-    def watch(self, run: Assembly | Team) -> None:
+    def watch(self, run: Run | Team) -> None:
         """Do nothing: the referee is a part of the run."""
 
     def standing(self) -> Standing:
         """Return the referee's findings."""
         return self._referees[0].standing
 
-    def score(self, _agents: Sequence[Assembly]) -> Score:
+    def score(self, _agents: Sequence[Run]) -> Score:
         """Return how the game stands."""
         return self._referees[0].score

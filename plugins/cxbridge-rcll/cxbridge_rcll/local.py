@@ -7,8 +7,8 @@ from pathlib import Path
 
 from cxbridge.config import Configuration
 from cxbridge.executive.host.values import Value
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_explore.game.judge import Standing
 from cxbridge_explore.game.score import POST_GAME, Score
 from cxbridge_protobuf.connections import MakeConnections
@@ -48,10 +48,10 @@ class LocalReferee:
     def set_up(self, config: Configuration) -> None:
         """Set the differences in the configuration of a team: none, all ports are free."""
 
-    def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
+    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield what makes the referee, and who leads it through the game."""
 
-        def controller(context: RunContext) -> Component:
+        def controller(context: Run) -> Component:
             types = MessageTypes(context.bus.logger("Controller").warn)
             types.add_folders((self._messages,))
             connections = self._network.join(types, NetworkSettings(), context.clock.now_us)

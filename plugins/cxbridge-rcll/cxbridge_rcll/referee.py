@@ -14,8 +14,8 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.executive.host.facts.making import NumberFact
 from cxbridge.executive.host.values import FALSE, TRUE, Symbol, Value
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_protobuf.feature import ProtobufFeature
 from cxbridge_protobuf.local import LocalNetwork
 from cxbridge_protobuf.settings import ProtobufSettings
@@ -58,7 +58,7 @@ class Referee(Component):
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Referee of the RoboCup Logistics League"
 
-    def __init__(self, context: RunContext, settings: RefereeSettings) -> None:
+    def __init__(self, context: Run, settings: RefereeSettings) -> None:
         self._settings = settings
         self._clock = context.clock
         self.env = env = ClipsEnvironment(ENVIRONMENT, context.bus, "Referee")
@@ -145,15 +145,13 @@ class Referee(Component):
         self.env.destroy()
 
 
-def referee_maker(
-    settings: RefereeSettings, made: Callable[[Referee], None]
-) -> Callable[[RunContext], Component]:
+def referee_maker(settings: RefereeSettings, made: Callable[[Referee], None]) -> Callable[[Run], Component]:
     """Return what makes the referee of a run.
 
     :param made: called with it.
     """
 
-    def make(context: RunContext) -> Component:
+    def make(context: Run) -> Component:
         referee = Referee(context, settings)
         made(referee)
         return referee

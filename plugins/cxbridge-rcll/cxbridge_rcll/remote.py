@@ -13,8 +13,8 @@ from cxbridge.errors import CxbridgeError, ProtobufError
 from cxbridge.executive.host.values import Value
 from cxbridge.listening import is_loopback
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_explore.game.judge import Standing
 from cxbridge_explore.game.score import Score
 from cxbridge_protobuf.inbox import Event, Presence, Received, Warned
@@ -82,10 +82,10 @@ class RemoteReferee:
             if config.exists(path):
                 config.set(path, "127.0.0.1")
 
-    def components(self, script: Script) -> Iterator[Callable[[RunContext], Component]]:
+    def components(self, script: Script) -> Iterator[Callable[[Run], Component]]:
         """Yield what makes the connection to the referee, and who leads it through the game."""
 
-        def client(context: RunContext) -> Component:
+        def client(context: Run) -> Component:
             self._client = RefereeClient(context, self._address, self._messages)
             return self._client
 
@@ -130,7 +130,7 @@ class RefereeClient(Component):
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Connection to a referee box"
 
-    def __init__(self, context: RunContext, address: Address, messages: Path) -> None:
+    def __init__(self, context: Run, address: Address, messages: Path) -> None:
         self._address = address
         self._clock = context.clock
         self._log = context.bus.logger("Referee")

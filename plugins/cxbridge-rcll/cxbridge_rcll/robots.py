@@ -9,8 +9,8 @@ from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.executor import SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge_rcll.field import Field, Pose, entry
@@ -216,7 +216,7 @@ class RobotInterfaces(Component):
 
     def __init__(
         self,
-        context: RunContext,
+        context: Run,
         world: RobotWorld,
         prefixes: Mapping[str, str],
         stations: StationNodes | None = None,

@@ -11,7 +11,7 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.problem.numbers import load_functions
 
 if TYPE_CHECKING:
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
     from cxbridge_ros2.experts.knowledge import ProblemExpert
 
 _FILE: Final = CORE_DIR / "features" / "problem.clp"
@@ -61,11 +61,11 @@ class ProblemExpertFeature(Feature):
         return ProblemExpert(FactKnowledge(env, self._goals), lambda: domain)
 
 
-def make_problem_expert(context: RunContext) -> ProblemExpertFeature:
+def make_problem_expert(context: Run) -> ProblemExpertFeature:
     """Make the feature of a run."""
     return ProblemExpertFeature(context.pddl_parser.domain_of)
 
 
-def problem_expert(context: RunContext) -> ProblemExpertFeature:
+def problem_expert(context: Run) -> ProblemExpertFeature:
     """Return the feature that the rules and the servers of experts of a run share."""
     return context.one_of(make_problem_expert)

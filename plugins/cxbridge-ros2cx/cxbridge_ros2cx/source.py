@@ -16,7 +16,7 @@ from cxbridge.executive.features.redefine_warning import RedefineWarningFeature
 from cxbridge.executive.manager import HOST_LIBRARY
 from cxbridge.resources import shipped_dir
 from cxbridge.run.paths import RunPaths
-from cxbridge.run.source import Source, SourceContext
+from cxbridge.run.source import RunFacts, Source
 from cxbridge.skiller.board.settings import BoardSettings
 from cxbridge_ros2cx.checkout import ROS2CX_CLIPS, ROS2CX_SANE_CLIPS, Ros2CxCheckout
 from cxbridge_ros2cx.checks import check_parameters
@@ -140,16 +140,16 @@ class Ros2CxSource(Source):
         """Return the policy of the original's board."""
         return policy_of(config)
 
-    def prepare_board(self, context: SourceContext) -> None:
+    def prepare_board(self, context: RunFacts) -> None:
         """Add the executors of ``--executor``."""
         for text in self.options.option("executors"):
             skills = self._skills_of(context)
             assert skills is not None  # the board begins
             skills.add_executor(text)
 
-    def _skills_of(self, context: SourceContext) -> Ros2CxSkills | None:
+    def _skills_of(self, context: RunFacts) -> Ros2CxSkills | None:
         """Return the interface of the executive to the skill board; None while the run has no board."""
-        service = context.skills.service
+        service = context.skill_service
         if service is None:
             return None
         if self._skills is None or self._skills[0] is not service:
@@ -167,7 +167,7 @@ class Ros2CxSource(Source):
             self._skills = service, skills
         return self._skills[1]
 
-    def features(self, context: SourceContext) -> list[Feature]:
+    def features(self, context: RunFacts) -> list[Feature]:
         """Return the features that the parameter files name."""
         folder = self._checkout.parameters
         settings = Ros2CxSettings.of(context.config)

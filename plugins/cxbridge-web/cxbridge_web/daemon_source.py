@@ -6,12 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.daemon.components import component_row
-from cxbridge.daemon.lifecycle import State
+from cxbridge.run.components.manager import State
 from cxbridge_web.servers.web_host import ProcessWebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.daemon.context import DaemonAccess
+    from cxbridge.daemon.daemon import Daemon
     from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
@@ -26,7 +26,7 @@ class DaemonWeb(ProcessWebHost):
     """
 
     def __init__(
-        self, daemon: DaemonAccess, command: Callable[[str], None], executive: ExecutiveNode | None
+        self, daemon: Daemon, command: Callable[[str], None], executive: ExecutiveNode | None
     ) -> None:
         super().__init__(daemon)
         self._daemon = daemon
@@ -56,7 +56,7 @@ class DaemonWeb(ProcessWebHost):
     def status(self) -> dict[str, Any]:
         """Return how the daemon and its components stand."""
         daemon = self._daemon
-        components = daemon.components()
+        components = daemon.status_of_components()
         return self._status(
             daemon.state,
             [component_row(part) for part in components],
@@ -77,7 +77,7 @@ class DaemonWeb(ProcessWebHost):
         """Return name, description and whether it is loaded, of all components that are not steady."""
         return [
             (node.name, node.description, node.state is State.ACTIVE)
-            for node in self._daemon.manager.nodes
+            for node in self._daemon.lifecycle.nodes
             if not node.steady
         ]
 
@@ -86,5 +86,5 @@ class DaemonWeb(ProcessWebHost):
 
         :raises CxbridgeError: when that is not possible.
         """
-        manager = self._daemon.manager
+        manager = self._daemon.lifecycle
         (manager.start_one if load else manager.stop_one)(name)

@@ -13,7 +13,7 @@ from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
 from cxbridge.events import Event, FactChange, InterfaceWrite, LogLine
 from cxbridge.mainloop import Hook
-from cxbridge.run import Assembly, RunOptions, run_scenario
+from cxbridge.run import Run, RunOptions, run_scenario
 from cxbridge.run.recording import start_recording
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
@@ -50,7 +50,7 @@ def record(folder: Path) -> Path:
     """Record a run in which somebody opens a door, a tenth a loop."""
     write_scenario(folder, agent=agent())
     options = RunOptions(scenario=folder, trace=folder / "run.mcap", trace_level="facts")
-    with Assembly(options) as assembly:
+    with Run(options) as assembly:
         recorder = start_recording(assembly, options)
         door: Any = assembly.board.open_for_writing("SwitchInterface", "door", owner="the door")
 

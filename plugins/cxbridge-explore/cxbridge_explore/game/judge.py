@@ -10,7 +10,7 @@ from cxbridge_explore.game.score import POST_GAME, Score
 from cxbridge_explore.game.timeline import Span, within
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
 PRODUCTION: Final = "PRODUCTION"
@@ -31,13 +31,13 @@ class Standing(NamedTuple):
 class Judge(Protocol):
     """Says how a game stands; it only looks."""
 
-    def watch(self, run: Assembly | Team) -> None:
+    def watch(self, run: Run | Team) -> None:
         """Begin to look at a run; it is not started yet."""
 
     def standing(self) -> Standing:
         """Return the present state; called after each loop."""
 
-    def score(self, agents: Sequence[Assembly]) -> Score:
+    def score(self, agents: Sequence[Run]) -> Score:
         """Return how the game of these agents stands."""
 
 

@@ -12,7 +12,7 @@ from cxbridge.plugins import Table
 
 if TYPE_CHECKING:
     from cxbridge.events import Sink
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
     from cxbridge_explore.game.score import GameResult
     from cxbridge_explore.worlds.run import MakeAssembly
@@ -36,7 +36,7 @@ class Game(Protocol):
         """
 
     def play(
-        self, seed: int, console: Sink | None = None, attach: Callable[[Assembly], None] | None = None
+        self, seed: int, console: Sink | None = None, attach: Callable[[Run], None] | None = None
     ) -> GameResult:
         """Play the game.
 

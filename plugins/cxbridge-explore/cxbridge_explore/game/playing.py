@@ -24,7 +24,7 @@ from cxbridge_explore.worlds.points import RandomChooser
 from cxbridge_explore.worlds.run import MakeAssembly, make_scenario
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
 
 _INTERRUPTED: Final = 130
 
@@ -40,7 +40,7 @@ def play_game(
     *,
     make: MakeAssembly = make_scenario,
     console: Sink | None = None,
-    attach: Callable[[Assembly], None] | None = None,
+    attach: Callable[[Run], None] | None = None,
 ) -> GameResult:
     """Play a game.
 

@@ -14,7 +14,7 @@ from cxbridge_explore.game.score import Award, Delivery, ProductOrder, Score
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.blackboard.info import InterfaceInfo
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
 
 GAME: Final = "GameInterface"
@@ -35,7 +35,7 @@ class PublishedGame:
         self._phase = ""
         self._machines: dict[str, str] = {}
 
-    def watch(self, run: Assembly | Team) -> None:
+    def watch(self, run: Run | Team) -> None:
         """Begin to look at a run: at its writes, so that no reader is needed."""
         run.bus.subscribe(self, InterfaceWrite)
 
@@ -52,7 +52,7 @@ class PublishedGame:
         """Return the present state."""
         return Standing(self._phase, self._machines)
 
-    def score(self, agents: Sequence[Assembly]) -> Score:
+    def score(self, agents: Sequence[Run]) -> Score:
         """Return how the game stands, by the blackboard of an agent.
 
         :raises CxbridgeError: when no referee writes to it.

@@ -22,7 +22,7 @@ from cxbridge_explore.worldmodel.reading import find_world, read_world
 
 if TYPE_CHECKING:
     from cxbridge.config import Configuration
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
 
 SEED: Final = "/game/seed"
 MINUTES: Final = "/game/minutes"
@@ -55,7 +55,7 @@ class ScenarioGame:
         self,
         seed: int,
         console: Sink | None = None,
-        attach: Callable[[Assembly], None] | None = None,
+        attach: Callable[[Run], None] | None = None,
     ) -> GameResult:
         """Play it.
 

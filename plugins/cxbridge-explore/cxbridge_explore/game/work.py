@@ -16,7 +16,7 @@ from cxbridge_explore.game.score import RobotWork
 from cxbridge_explore.game.timeline import Span, Timeline, covered
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
 
 
 class WorkCount:
@@ -58,11 +58,11 @@ class WorkCount:
         return {robot: tuple(found[robot]) for robot in sorted(found)}
 
 
-def robots_of(agents: Sequence[Assembly]) -> dict[str, str]:
+def robots_of(agents: Sequence[Run]) -> dict[str, str]:
     """Return the robots of a run, by the names of their Skillers and executors."""
     found = {}
     for agent in agents:
-        board = agent.context.skill_board
+        board = agent.skill_board
         for each in () if board is None else board.agents:
             found[each.name] = each.name
             if each.skiller != DEFAULT_SKILLER:

@@ -8,8 +8,7 @@ from typing import Final
 
 from cxbridge.blackboard import parse_uid
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.run.assembly import Assembly
-from cxbridge.run.context import RunContext
+from cxbridge.run.agent import Run
 from cxbridge.run.skillers import skiller_settings
 from cxbridge.run.team import Team
 from cxbridge.suggestions import did_you_mean
@@ -18,17 +17,17 @@ from cxbridge_explore.worldmodel.model import SensedValue, WorldModel, WorldPlac
 _SKILL: Final = re.compile(r"\w+")
 
 
-def check_world(world: WorldModel, run: Assembly | Team) -> None:
+def check_world(world: WorldModel, run: Run | Team) -> None:
     """Check the names of a world against the scenario of a run.
 
     :raises ConfigError: when it names something unknown.
     """
     names = [agent.name for agent in run.agents] if isinstance(run, Team) else []
-    check_world_of(world, [agent.context for agent in run.agents], names)
+    check_world_of(world, list(run.agents), names)
 
 
 def check_world_of(
-    world: WorldModel, agents: Iterable[RunContext], names: Collection[str], *, as_written: bool = False
+    world: WorldModel, agents: Iterable[Run], names: Collection[str], *, as_written: bool = False
 ) -> None:
     """Check the names of a world against a scenario.
 
@@ -47,7 +46,7 @@ def check_world_of(
         raise _error(place, f"the scenario has one agent: the world cannot {what}", hint)
 
 
-def _check_agent(world: WorldModel, agent: RunContext, skills: Collection[str]) -> None:
+def _check_agent(world: WorldModel, agent: Run, skills: Collection[str]) -> None:
     for skill in world.skills:
         if skills:
             _must_be_known("skill", skill.pattern.name, (*skills, "*"), skill.place)
@@ -61,7 +60,7 @@ def _check_agent(world: WorldModel, agent: RunContext, skills: Collection[str]) 
         _must_be_known("Skiller or executor", absence.name, _executing(agent), absence.place)
 
 
-def known_skills(agent: RunContext, *, as_written: bool) -> set[str]:
+def known_skills(agent: Run, *, as_written: bool) -> set[str]:
     """Return the skills that an action is mapped to, or that an executor of the skill board has.
 
     :param as_written: see :func:`check_world_of`.
@@ -82,7 +81,7 @@ def known_skills(agent: RunContext, *, as_written: bool) -> set[str]:
     return found
 
 
-def _executing(agent: RunContext) -> set[str]:
+def _executing(agent: Run) -> set[str]:
     """Return the names of the Skillers of this process, and of the executors of the skill board."""
     board = agent.skill_board
     served = frozenset[str]() if board is None else board.skillers
@@ -98,7 +97,7 @@ def _must_be_known(kind: str, name: str, known: Collection[str], place: WorldPla
         raise _error(place, f"there is no {kind} '{name}'", did_you_mean(name, known, otherwise))
 
 
-def _check_interface(uid: str, agent: RunContext, place: WorldPlace) -> None:
+def _check_interface(uid: str, agent: Run, place: WorldPlace) -> None:
     try:
         agent.registry.get(parse_uid(uid)[0])
     except (CxbridgeError, ValueError) as error:
@@ -107,7 +106,7 @@ def _check_interface(uid: str, agent: RunContext, place: WorldPlace) -> None:
         raise _error(place, message, hint) from None
 
 
-def _check_sensed(sensed: SensedValue, agent: RunContext) -> None:
+def _check_sensed(sensed: SensedValue, agent: Run) -> None:
     _check_interface(sensed.uid, agent, sensed.place)
     kind = parse_uid(sensed.uid)[0]
     fields = [field.name for field in agent.registry.schema(kind).fields]

@@ -27,7 +27,7 @@ from cxbridge_explore.worlds.skills import SkillAnswer, SkillChoices
 from cxbridge_explore.worlds.vanishing import AbsenceChoices, KillChoices, OrderChoices
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,11 +44,11 @@ class WorldResult:
     choices: tuple[Choice, ...]
 
 
-MakeAssembly = Callable[[RunOptions, Additions], "Assembly | Team"]
+MakeAssembly = Callable[[RunOptions, Additions], "Run | Team"]
 """Makes the program to run, with the world's additions."""
 
 
-def make_scenario(options: RunOptions, additions: Additions) -> Assembly | Team:
+def make_scenario(options: RunOptions, additions: Additions) -> Run | Team:
     """Make the run of a scenario."""
     return make_run(options, additions=additions)
 
@@ -103,11 +103,11 @@ class WorldRun(Closing):
 
         return Additions(planning=partial(ChosenPlanning, planner, lambda: self._ask))
 
-    def _part(self, agent: Assembly) -> AgentWorld:
+    def _part(self, agent: Run) -> AgentWorld:
         prefix = f"{agent.name}/" if isinstance(self.assembly, Team) else ""
         return AgentWorld(self._world, agent, self._ask, prefix)
 
-    def _team_choices(self, team: Assembly | Team) -> tuple[list[KillChoices], OrderChoices | None]:
+    def _team_choices(self, team: Run | Team) -> tuple[list[KillChoices], OrderChoices | None]:
         if not isinstance(team, Team):
             return [], None
         team.watchers.append(self)
@@ -120,11 +120,11 @@ class WorldRun(Closing):
         """The watchers of the run's agents. A single agent is not killed."""
         return self.assembly.watchers if isinstance(self.assembly, Team) else []
 
-    def left(self, agent: Assembly) -> None:
+    def left(self, agent: Run) -> None:
         """Let go of the world of an agent that was killed."""
         self._parts.pop(agent.name).close()
 
-    def joined(self, agent: Assembly) -> None:
+    def joined(self, agent: Run) -> None:
         """Make the world of an agent that starts again."""
         self._parts[agent.name] = self._part(agent)
 
@@ -149,7 +149,7 @@ class WorldRun(Closing):
         scenario's own world has more pending events than those of Skillers.
         """
         agents = self.assembly.agents
-        if self._world != WorldModel() or any(agent.context.skill_board is not None for agent in agents):
+        if self._world != WorldModel() or any(agent.skill_board is not None for agent in agents):
             return None
         now_us = self.assembly.clock.now_us()
         return tuple(part.state(now_us) for part in self._parts.values())
@@ -207,10 +207,10 @@ class AgentWorld(Closing):
     :param prefix: the beginning of the subjects of its choices.
     """
 
-    def __init__(self, world: WorldModel, agent: Assembly, ask: Asking, prefix: str) -> None:
+    def __init__(self, world: WorldModel, agent: Run, ask: Asking, prefix: str) -> None:
         self._agent = agent
         with ExitStack() as stack:
-            choices = SkillChoices(agent.context, world, ask, prefix, self._note)
+            choices = SkillChoices(agent, world, ask, prefix, self._note)
             self._skills = choices.script
             self.answers = choices.answers
             stack.callback(self._skills.close)

@@ -15,7 +15,7 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.interfaces.assignments import assign
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.message import Message
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge_explore.worldmodel.model import MessageFault, SensedValue
 from cxbridge_explore.worlds.asking import Asking, fault, unless
 from cxbridge_explore.worlds.points import ChoiceKind, Option
@@ -36,7 +36,7 @@ class SensedChoices:
     """
 
     def __init__(
-        self, sensed: SensedValue, agent: Assembly, interface: Interface, ask: Asking, prefix: str
+        self, sensed: SensedValue, agent: Run, interface: Interface, ask: Asking, prefix: str
     ) -> None:
         self._sensed, self._interface, self._ask = sensed, interface, ask
         for text, _ in reversed(sensed.values):

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from cxbridge.run.context import RunContext
+from cxbridge.run.agent import Run
 from cxbridge.skiller.board.executor import SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
@@ -70,7 +70,7 @@ class SkillChoices:
 
     def __init__(
         self,
-        context: RunContext,
+        context: Run,
         world: WorldModel,
         ask: Ask,
         prefix: str = "",
@@ -85,7 +85,7 @@ class SkillChoices:
         """How the calls so far end, in the order of their begin."""
         self.script = ScriptedSkills(context, self._usual)
         self.script.otherwise.does(self._answer)
-        context.skills.execution = self._execute
+        context.execution = self._execute
 
     def _execute(self, executor: SkillExecutor, call: SkillCall) -> Steps:
         """Return the steps of a call on the skill board."""

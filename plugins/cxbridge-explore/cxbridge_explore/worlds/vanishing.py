@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import permutations
 
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.team import Team
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.testing.scripted import ScriptedSkills
@@ -20,7 +20,7 @@ class AbsenceChoices:
     """
 
     def __init__(
-        self, absence: Absence, agent: Assembly, skills: ScriptedSkills, ask: Asking, prefix: str
+        self, absence: Absence, agent: Run, skills: ScriptedSkills, ask: Asking, prefix: str
     ) -> None:
         self._absence, self._agent, self._skills, self._ask = absence, agent, skills, ask
         self._subject = f"{prefix}{absence.name}"
@@ -49,7 +49,7 @@ class AbsenceChoices:
     def _vanish(self) -> None:
         self._is_gone = True
         self._back_at = None if self._absence.back is None else self._ask.seconds + self._absence.back
-        service, name = self._agent.context.skills.service, self._absence.name
+        service, name = self._agent.skill_service, self._absence.name
         host = next((each for each in service.hosts if each.name == name), None) if service else None
         if service is not None and host is not None:
             service.remove(host, ExecutorHost.abandon)
@@ -58,8 +58,8 @@ class AbsenceChoices:
 
     def _come_back(self) -> None:
         self._is_gone = False
-        context, name = self._agent.context, self._absence.name
-        settings, service = context.skill_board, context.skills.service
+        context, name = self._agent, self._absence.name
+        settings, service = context.skill_board, context.skill_service
         for agent in () if settings is None else settings.agents:
             for executor in agent.executors:
                 if executor.name == name and service is not None:
@@ -97,7 +97,7 @@ class KillChoices:
             if is_meant and (len(self._team.agents) > 1 or self._kill.back is not None):
                 self._decide(agent)
 
-    def _decide(self, agent: Assembly) -> None:
+    def _decide(self, agent: Run) -> None:
         if self._ask(ChoiceKind.KILL, agent.name, self._options).name == "killed":
             if self._kill.back is not None:
                 self._back.append((self._ask.seconds + self._kill.back, agent.name))

@@ -11,7 +11,7 @@ import pytest
 
 from cxbridge.events import Level
 from cxbridge.run import RunOptions
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from tests.executive.conftest import Log
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, free_port, needs_robotino
 
@@ -115,7 +115,7 @@ def options(folder, spec):
 @needs_robotino
 @pytest.mark.parametrize("spec", BROKEN)
 def test_the_agent_initialises_and_runs_a_thousand_loops(tmp_path, spec):
-    with Assembly(options(tmp_path, spec)) as run:
+    with Run(options(tmp_path, spec)) as run:
         log = Log(run.bus)
         run.start()
         for _ in range(1000):
@@ -140,7 +140,7 @@ def test_the_agent_initialises_and_runs_a_thousand_loops(tmp_path, spec):
 @needs_robotino
 @pytest.mark.parametrize(("spec", "ends"), [("rcll", False), ("rcll-central", True)])
 def test_the_end_of_the_agent(tmp_path, spec, ends):
-    with Assembly(options(tmp_path, spec)) as run:
+    with Run(options(tmp_path, spec)) as run:
         log = Log(run.bus)
         run.start()
         run.loop.run_once()

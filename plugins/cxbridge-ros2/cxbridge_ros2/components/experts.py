@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 from cxbridge.errors import ConfigError
 from cxbridge.executive.planning.settings import PlannerSettings
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_ros2.experts.definitions import TYPES
 from cxbridge_ros2.experts.planner import PlanServer
 from cxbridge_ros2.experts.server import ExpertServer
@@ -33,7 +33,7 @@ class Ros2Experts(Component):
     steady = True
     description = "The world model for clients of PlanSys2"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         settings = ExpertSettings.of(context.config, context.paths.confdir)
         with placed(context.config, TREE):
             if not context.spec:

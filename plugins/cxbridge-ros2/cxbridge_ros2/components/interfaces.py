@@ -6,8 +6,8 @@ from fnmatch import fnmatchcase
 
 from cxbridge.closing import Closing
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge_ros2.executor import NodeSettings
 from cxbridge_ros2.interfaces.definitions import definitions_of
 from cxbridge_ros2.interfaces.settings import TREE, WRITE, TopicSettings, topic_settings
@@ -25,7 +25,7 @@ class Ros2Interfaces(Component):
     hooks = (Hook.SENSOR_ACQUIRE, Hook.POST_LOOP)
     description = "Interfaces as topics of ROS 2"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         self._context = context
         self._nodes: list[Node] = []
         self._written: list[WrittenInterface] = []

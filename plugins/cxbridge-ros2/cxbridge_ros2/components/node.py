@@ -6,12 +6,12 @@ from collections.abc import Mapping
 from typing import Any, Final
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.context import DaemonContext
-from cxbridge.daemon.lifecycle import ComponentStatus, State
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.errors import ConfigError
 from cxbridge.events import Level
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
+from cxbridge.run.components.manager import ComponentStatus, State
 from cxbridge.suggestions import did_you_mean
 from cxbridge_ros2.executor import typed
 from cxbridge_ros2.frames import stamp
@@ -40,35 +40,35 @@ class Ros2NodeComponent(Component):
     steady = True
     description = "The daemon as a managed node of ROS 2"
 
-    def __init__(self, context: DaemonContext) -> None:
-        self._daemon = daemon = context.daemon
-        values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
-        with placed(context.config, TREE):
+    def __init__(self, daemon: Daemon) -> None:
+        self._daemon = daemon
+        values, settings = node_settings(daemon.config, TREE, _OWN, daemon.paths.confdir, _WHOSE)
+        with placed(daemon.config, TREE):
             name, level = _name_and_level(values)
-        warn = context.bus.logger("Ros2Node").warn
-        self._node = node = settings.join(name, settings.definitions(), warn, context.rights)
+        warn = daemon.bus.logger("Ros2Node").warn
+        self._node = node = settings.join(name, settings.definitions(), warn, daemon.rights)
         try:
             self._rosout = Rosout(node, name, level)
-            context.bus.subscribe(self._rosout, *Rosout.events)
+            daemon.bus.subscribe(self._rosout, *Rosout.events)
             work = {
                 DEACTIVATE: lambda: self._carry_out("pause"),
                 ACTIVATE: lambda: self._carry_out("resume"),
                 SHUTDOWN: lambda: self._carry_out("shutdown"),
                 CLEANUP: lambda: False,  # a daemon is always configured
             }
-            report = context.bus.logger("Ros2Node").error
-            self._lifecycle = Lifecycle(node, name, work, context.clock, report, LifecycleState.ACTIVE)
+            report = daemon.bus.logger("Ros2Node").error
+            self._lifecycle = Lifecycle(node, name, work, daemon.clock, report, LifecycleState.ACTIVE)
             own = {
-                "use_sim_time": Parameter(value=context.clock.name == "ros2", read_only=True),
-                "spec": Parameter(context.spec, "what the executive does", read_only=True),
+                "use_sim_time": Parameter(value=daemon.clock.name == "ros2", read_only=True),
+                "spec": Parameter(daemon.spec, "what the executive does", read_only=True),
             }
-            self._parameters = Parameters(node, name, own, context.clock)
+            self._parameters = Parameters(node, name, own, daemon.clock)
         except Exception:
             node.close()
             raise
         self._diagnostics = node.publisher("/diagnostics", _DIAGNOSTICS)
-        self._clock, self._next_us, self._name = context.clock, 0, name
-        self._bus = context.bus
+        self._clock, self._next_us, self._name = daemon.clock, 0, name
+        self._bus = daemon.bus
         daemon.add_endpoints([f"ROS 2 node /{name}"], "ROS 2")
 
     def _carry_out(self, command: str) -> bool:
@@ -78,11 +78,11 @@ class Ros2NodeComponent(Component):
     def loop(self) -> None:
         """Answer requests, and report transitions that other ways in have carried out."""
         self._node.poll()
-        is_paused = self._daemon.manager.paused
+        is_paused = self._daemon.lifecycle.paused
         self._lifecycle.follow(LifecycleState.INACTIVE if is_paused else LifecycleState.ACTIVE)
         if self._clock.now_us() >= self._next_us:
             self._next_us = self._clock.now_us() + MICROSECONDS
-            rows = [self._status(row) for row in self._daemon.manager.status()]
+            rows = [self._status(row) for row in self._daemon.lifecycle.status()]
             self._diagnostics.publish({"header": {"stamp": stamp(self._clock.now_us())}, "status": rows})
 
     def _status(self, row: ComponentStatus) -> Mapping[str, Any]:

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from cxbridge.errors import ConfigError
 from cxbridge.mainloop import Hook
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge.skiller.board.local_calls import LocalSkillCalls
 from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
@@ -22,7 +22,7 @@ class Ros2Performers(Component):
     hooks = (Hook.SKILL,)
     description = "Skills for PlanSys2 and for the executive of the thesis"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         self._context = context
         self._nodes: list[Node] = []
         self._performers: list[HubPerformer] = []
@@ -47,7 +47,7 @@ class Ros2Performers(Component):
 
     def _refuse_circle(self, key: str, settings: PerformerSettings, performer: HubPerformer) -> None:
         """Refuse performers whose skills are executed by asking on the same hub."""
-        service = self._context.skills.service
+        service = self._context.skill_service
         for host in () if service is None else service.hosts:
             executor = host.executor
             if (
@@ -66,7 +66,7 @@ class Ros2Performers(Component):
 
     def _skills(self) -> LocalSkillCalls | None:
         """Return the skill board of now: a daemon may have made another one."""
-        service = self._context.skills.service
+        service = self._context.skill_service
         return None if service is None else service.local_calls
 
     def loop(self) -> None:

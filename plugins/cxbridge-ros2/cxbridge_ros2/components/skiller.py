@@ -5,8 +5,8 @@ from __future__ import annotations
 from cxbridge.errors import CxbridgeError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import EXEC_SKILL as EXEC_SKILL_MESSAGE
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 from cxbridge_ros2.actions import AbortedError, ActionServer, Execution, ServedGoal
 from cxbridge_ros2.executor import typed
@@ -27,7 +27,7 @@ class Ros2Skiller(Component):
     hooks = (Hook.SKILL,)
     description = "The Skiller as an action of ROS 2"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         self._board = context.board
         values, settings = node_settings(
             context.config, TREE, ("action", "skiller"), context.paths.confdir, _WHOSE

@@ -8,8 +8,8 @@ from typing import Final
 from cxbridge.errors import CxbridgeError, InterfaceError
 from cxbridge.mainloop import Hook
 from cxbridge.rights import right_of_frame
+from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.context import RunContext
 from cxbridge.tf import TransformPublisher
 from cxbridge_ros2.executor import typed
 from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
@@ -36,7 +36,7 @@ class Ros2Transforms(Component):
     hooks = (Hook.SENSOR_ACQUIRE,)
     description = "Coordinate frames of ROS 2"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         self._board, self._log = context.board, context.bus.logger("Ros2Transforms")
         values, settings = node_settings(context.config, TREE, _OWN, context.paths.confdir, _WHOSE)
         with placed(context.config, TREE):

@@ -79,7 +79,7 @@ def test_its_components_are_in_the_diagnostics(node: Node, domain: int, tmp_path
         until(node, lambda: got)
         found = {each["name"]: (each["level"], each["message"]) for each in got[-1]["status"]}
         assert found["robot: ros2-node"] == (0, "active")
-        assert {each.name for each in daemon.manager.status()} == {
+        assert {each.name for each in daemon.lifecycle.status()} == {
             name.removeprefix("robot: ") for name in found
         }
 

@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.components.table import needed_components
 from cxbridge.run.options import RunOptions
 from cxbridge_ros2.executor import OF_NODE
@@ -44,7 +44,7 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
     more = tmp_path / "robot.yaml"
     more.write_text(ROBOT)
     options = RunOptions(scenario=write_scenario(tmp_path / "mini"), config=(more,), skiller="none")
-    with Assembly(options) as run:
+    with Run(options) as run:
         assert not [each.name for each in needed_components(run.context) if each.name.startswith("ros2")]
         run.start()
 

@@ -21,7 +21,7 @@ from cxbridge.events import LogLine
 from cxbridge.interfaces.instance import Interface
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.interfaces.schema import FieldSchema
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge_ros2.actions import ActionClient, GoalStatus, SentGoal
 from cxbridge_ros2.definitions import Definitions
@@ -53,19 +53,19 @@ def node(domain: int) -> Iterator[Node]:
 
 
 @contextmanager
-def a_run(folder: Path, domain: int, topics: str) -> Iterator[Assembly]:
+def a_run(folder: Path, domain: int, topics: str) -> Iterator[Run]:
     folder.mkdir(exist_ok=True)
     more = folder / "more.yaml"
     more.write_text(f"ros2:\n  interfaces:\n{topics}".replace("DOMAIN", f"domain: {domain + 11}"))
     options = RunOptions(
         scenario=write_scenario(folder / "mini"), config=(more,), clock="real", skiller="none"
     )
-    with Assembly(options) as run:
+    with Run(options) as run:
         run.start()
         yield run
 
 
-def turn_until(run: Assembly, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
+def turn_until(run: Run, node: Node | None, done: Callable[[], Any], limit_s: float = 10.0) -> None:
     end_s = time.monotonic() + limit_s
     while not done():
         assert time.monotonic() < end_s, "it took too long"

@@ -15,7 +15,7 @@ pytest.importorskip("cyclonedds", reason="the extra ros2 is not installed")
 
 from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.tf import StampedTransform, Transform, TransformBuffer, TransformListener, TransformPublisher
 from cxbridge_ros2.components import transforms
@@ -53,15 +53,15 @@ def transform(frame: str, child: str, x: float) -> dict[str, Any]:
     return {"header": {"stamp": stamp, "frame_id": frame}, "child_frame_id": child, "transform": moved}
 
 
-def a_run(folder: Path, domain: int, settings: str = "frames: all") -> Assembly:
+def a_run(folder: Path, domain: int, settings: str = "frames: all") -> Run:
     scenario = write_scenario(folder / "mini")
     more = folder / "more.yaml"
     more.write_text(f"ros2: {{tf: {{domain: {domain}, {settings}}}}}\n")
-    return Assembly(RunOptions(scenario=scenario, config=(more,), clock="real", skiller="none"))
+    return Run(RunOptions(scenario=scenario, config=(more,), clock="real", skiller="none"))
 
 
 @pytest.fixture
-def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Assembly, TransformBuffer]]:
+def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Run, TransformBuffer]]:
     with a_run(tmp_path, domain + 3) as run:
         run.start()
         frames = TransformBuffer()
@@ -70,7 +70,7 @@ def buffer(tmp_path: Path, domain: int) -> Iterator[tuple[Assembly, TransformBuf
         listener.close()
 
 
-def turn_until(run: Assembly, sender: Sender | None, done: Any, limit_s: float = 10.0) -> None:
+def turn_until(run: Run, sender: Sender | None, done: Any, limit_s: float = 10.0) -> None:
     end = time.monotonic() + limit_s
     while not done():
         assert time.monotonic() < end, "it took too long"

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.executive import ActionMapper, CoreFiles, Executive
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.manager import EnvironmentManager
-    from cxbridge.run.source import SourceContext
+    from cxbridge.run.source import RunFacts
     from cxbridge_protobuf.connections import Connections, MakeConnections
     from cxbridge_protobuf.local import LocalNetwork
     from cxbridge_protobuf.settings import NetworkSettings
@@ -139,13 +139,13 @@ class CxSource(Source):
             return period_us
         return period_us // -(-period_us // _REAL_LOOP_US)
 
-    def features(self, context: SourceContext) -> list[Feature] | None:  # noqa: ARG002
+    def features(self, context: RunFacts) -> list[Feature] | None:  # noqa: ARG002
         """Return no features: the parameters name plug-ins."""
         return []
 
     def make_manager(
         self,
-        context: SourceContext,
+        context: RunFacts,
         features: Sequence[Feature | LazyFeature],  # noqa: ARG002
         environment: type[ClipsEnvironment],
     ) -> EnvironmentManager:
@@ -174,7 +174,7 @@ class CxSource(Source):
         return [file for plugin in plugins for file in plugin.files()]
 
     def make_executive(
-        self, context: SourceContext, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
+        self, context: RunFacts, manager: EnvironmentManager, mapper: ActionMapper, files: CoreFiles
     ) -> Executive:
         """Return the node."""
         assert isinstance(manager, CxManager)

@@ -10,7 +10,7 @@ from cxbridge.events import Event, SourceRead
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.program.run import make_options
 from tests.support import ROS2CX_DIR
 
@@ -48,7 +48,7 @@ def look_inside(
         elif event.role == "function":
             found.functions[event.name] = int(event.details["minimum"]), int(event.details["maximum"])
 
-    def attach(agent: Assembly) -> None:
+    def attach(agent: Run) -> None:
         env = agent.executive.env
         found.files += [(file, False) for file in env.loader.files]  # the library
         agent.bus.subscribe(note, SourceRead)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from cxbridge.events import Event, InterfaceMessage, LogLine, RuleFired
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.result import RunResult
 
 NOT_COMPARED = {
@@ -91,7 +91,7 @@ def run(options: RunOptions) -> Watched:
         assert isinstance(event, InterfaceMessage)
         messages.append(event)
 
-    def attach(agent: Assembly) -> None:
+    def attach(agent: Run) -> None:
         changes.watch(agent)
         agent.bus.subscribe(note, InterfaceMessage)
         agent.bus.subscribe(hear, LogLine)
@@ -109,7 +109,7 @@ class _Changes:
         self._rule = ""
         self.fired: list[str] = []
 
-    def watch(self, agent: Assembly) -> None:
+    def watch(self, agent: Run) -> None:
         watcher = agent.executive.env.watcher
         agent.bus.subscribe(self._fired, RuleFired)
         watcher.start()

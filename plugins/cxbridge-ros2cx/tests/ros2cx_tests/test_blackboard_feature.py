@@ -17,7 +17,7 @@ from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.program.run import make_options
 from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
 from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
@@ -183,7 +183,7 @@ def test_an_agent_of_the_original_asks_for_it(core, tmp_path):
     )
     seen: dict[str, Any] = {}
 
-    def attach(agent: Assembly) -> None:
+    def attach(agent: Run) -> None:
         def look() -> None:
             env = agent.executive.env
             if env.has_template("TestInterface"):

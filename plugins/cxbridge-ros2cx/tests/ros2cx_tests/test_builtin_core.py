@@ -12,7 +12,7 @@ from mcap.reader import make_reader
 
 from cxbridge.event_kinds import View
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run
@@ -111,7 +111,7 @@ def test_both_cores_know_the_same_of_the_world_of_the_shipped_test():
     """Its goal reasoner is commented out: there are no transitions."""
     known = []
     for core in (None, "builtin"):
-        with Assembly(dataclasses.replace(options("test"), core=core)) as agent:
+        with Run(dataclasses.replace(options("test"), core=core)) as agent:
             agent.start()
             facts = [slots["id"] for _, _, slots in agent.executive.env.facts("wm-fact")]
             known.append({str(fact) for fact in facts if not str(fact).startswith("/config")})

@@ -16,7 +16,7 @@ import pytest
 from cxbridge.blackboard.zmq import ZmqBlackBoardServer
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from ros2cx_tests.test_recordings import DATA, options
 from tests.support import ROOT, needs_ros2cx
 
@@ -61,7 +61,7 @@ class Executor:
         self._popen: subprocess.Popen[bytes] | None = None
         self._server: ZmqBlackBoardServer | None = None
 
-    def attach(self, agent: Assembly) -> None:
+    def attach(self, agent: Run) -> None:
         """Begin before the run does."""
         self._server = ZmqBlackBoardServer(agent.board, [self._url], heartbeat=HEARTBEAT_S)
         self._server.start()
@@ -73,7 +73,7 @@ class Executor:
             self._until(lambda: not self._is_there(agent))
         agent.loop.add(Hook.POST_LOOP, lambda: self._look(agent))
 
-    def _is_there(self, agent: Assembly) -> bool:
+    def _is_there(self, agent: Run) -> bool:
         return any(info.has_writer for info in agent.board.list("SkillExecutorInterface"))
 
     def _until(self, done: Callable[[], bool]) -> None:
@@ -82,7 +82,7 @@ class Executor:
             assert time.monotonic() < end_s
             time.sleep(0.01)
 
-    def _look(self, agent: Assembly) -> None:
+    def _look(self, agent: Run) -> None:
         """Note how the actions stand; end the run when nothing will change any more."""
         facts = sorted(
             (slots for _, _, slots in agent.executive.env.facts("plan-action")), key=lambda s: s["id"]

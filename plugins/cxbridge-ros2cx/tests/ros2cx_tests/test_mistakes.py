@@ -11,7 +11,7 @@ import pytest
 from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.program.run import make_options
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
 from cxbridge_ros2cx.confvals import ParametersFeature
@@ -66,7 +66,7 @@ def change(checkout: Path, old: str, new: str, file: str = EXECUTIVE, after: str
 def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
     """What is said before anything runs: the error, or the warnings."""
     try:
-        with Assembly(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
+        with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
             return "\n".join([*agent.context.warnings, *map(str, agent.context.missing)])
     except CxbridgeError as error:
         return str(error)

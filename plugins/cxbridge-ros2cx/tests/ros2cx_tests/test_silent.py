@@ -11,7 +11,7 @@ import pytest
 from cxbridge.events import Event, InterfaceMessage, Level, LogLine
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost, make_host
 from cxbridge.skiller.board.protocol import ExecutorState
@@ -31,7 +31,7 @@ class Mover(DummyExecutor):
 class Stage:
     """A run of two actions of the agent without a name, on the virtual clock."""
 
-    def __init__(self, prepare: Callable[[Stage, Assembly], None]) -> None:
+    def __init__(self, prepare: Callable[[Stage, Run], None]) -> None:
         self._prepare = prepare
         self.states: list[tuple[str, str]] = []
         self.warnings: list[str] = []
@@ -43,7 +43,7 @@ class Stage:
         chosen = dataclasses.replace(options("killed"), config=tuple(files), timeout=20.0)
         run_scenario(chosen, None, self._attach)
 
-    def _attach(self, agent: Assembly) -> None:
+    def _attach(self, agent: Run) -> None:
         agent.bus.subscribe(self._hear, LogLine, InterfaceMessage)
         agent.loop.add(Hook.POST_LOOP, lambda: self._look(agent))
         self._prepare(self, agent)
@@ -54,17 +54,17 @@ class Stage:
         elif isinstance(event, LogLine) and event.level is Level.WARN and event.component == "SkillBoard":
             self.warnings.append(event.text)
 
-    def _look(self, agent: Assembly) -> None:
+    def _look(self, agent: Run) -> None:
         facts = sorted((s for _, _, s in agent.executive.env.facts("plan-action")), key=lambda s: s["id"])
         self.states = [(str(slots["state"]), str(slots["error-msg"])) for slots in facts]
 
 
-def host_in(agent: Assembly) -> ExecutorHost:
+def host_in(agent: Run) -> ExecutorHost:
     return make_host(Mover, ExecutorContext("default", agent.board, agent.clock, agent.bus.logger("e")), "e")
 
 
 def test_no_dummy_takes_the_place_of_an_executor_that_is_gone():
-    def prepare(_stage: Stage, agent: Assembly) -> None:
+    def prepare(_stage: Stage, agent: Run) -> None:
         host = host_in(agent)
         steps = [0]
 
@@ -88,10 +88,10 @@ def test_no_dummy_takes_the_place_of_an_executor_that_is_gone():
     ]
 
 
-def mute(answer: bool) -> Callable[[Stage, Assembly], None]:
+def mute(answer: bool) -> Callable[[Stage, Run], None]:
     """Bring an executor to the blackboard that never answers, or answers and never begins."""
 
-    def prepare(_stage: Stage, agent: Assembly) -> None:
+    def prepare(_stage: Stage, agent: Run) -> None:
         interface: Any = agent.board.open_for_writing("SkillExecutorInterface", "mute", owner="test")
         interface.agent, interface.skills = "default", "move"
         interface.write()
@@ -151,7 +151,7 @@ def test_in_the_original_who_is_not_answered_gives_up_after_more_than_4_s():
 def test_an_executor_that_is_busy_for_a_stranger_is_asked_later_by_default(original):
     """By default the master asks again when it is free; the original asks once."""
 
-    def prepare(_stage: Stage, agent: Assembly) -> None:
+    def prepare(_stage: Stage, agent: Run) -> None:
         interface: Any = agent.board.open_for_writing("SkillExecutorInterface", "e", owner="test")
         interface.agent, interface.skills, interface.state = "default", "move", "BUSY"
         interface.write()

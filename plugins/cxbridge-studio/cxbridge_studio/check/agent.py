@@ -27,9 +27,9 @@ from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.file_access import is_readable_file
-from cxbridge.run.agent_context import agent_names, make_agent_context
+from cxbridge.run.agent import Run
+from cxbridge.run.agents import agent_names, make_base
 from cxbridge.run.components.executive import make_executive, unasked_features
-from cxbridge.run.context import RunContext
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import CLIPS_SUFFIX, source_of
 from cxbridge.run.specs import STAGES
@@ -145,11 +145,11 @@ class Agent(Closing):
     _full_names: dict[str, str] = field(default_factory=dict, init=False)
 
     def __post_init__(self) -> None:
-        agent_context = make_agent_context(self.options, VirtualClock())
+        base = make_base(self.options, VirtualClock())
         if self.sources is not None:
-            agent_context.bus.subscribe(self.sources, SourceRead)
+            base.bus.subscribe(self.sources, SourceRead)
         options = replace(self.options, skiller="none", strict=False)
-        self.context = context = RunContext.make(agent_context, options, is_look=True)
+        self.context = context = Run(options, base, is_look=True)
         context.memory = _VolatileMemory(context.config, context.clock, context.bus, context.board)
         try:
             self.manager, self.executive = make_executive(context, LookEnvironment)
@@ -164,7 +164,7 @@ class Agent(Closing):
                 self.close()
                 raise
         except Exception:
-            context.close()
+            context.release()
             raise
 
     @property

@@ -31,7 +31,7 @@ from cxbridge_studio.explain.rules.locations import why_missing
 from cxbridge_studio.explain.scenario import EnvironmentEvidence
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
 
@@ -72,13 +72,13 @@ class DebugPrompt(RunServer):
         self._is_quit = False
 
     @contextmanager
-    def serve(self, run: Assembly | Team) -> Iterator[None]:
+    def serve(self, run: Run | Team) -> Iterator[None]:
         """Debug the agents of a run."""
         for agent in run.agents:
             self._attach(agent)
         yield
 
-    def _attach(self, assembly: Assembly) -> None:
+    def _attach(self, assembly: Run) -> None:
         agent = _Agent(assembly, self._say)
         self._agents.append(agent)
         for item in self._specs:
@@ -149,7 +149,7 @@ class DebugPrompt(RunServer):
 class _Agent:
     """One agent of the run, and the commands that are about it."""
 
-    def __init__(self, assembly: Assembly, say: Callable[..., None]) -> None:
+    def __init__(self, assembly: Run, say: Callable[..., None]) -> None:
         self.assembly = assembly
         self.debugger: Debugger = assembly.executive.debugger
         self.service = EnvironmentService(assembly.manager)

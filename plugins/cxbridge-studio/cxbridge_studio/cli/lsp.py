@@ -54,7 +54,7 @@ def _check(agent: _AgentOptions) -> None:
 
     :raises CxbridgeError: when they do not.
     """
-    from cxbridge.run.agent_context import agent_names, choose_agent
+    from cxbridge.run.agents import agent_names, choose_agent
     from cxbridge.run.specs import choose_spec
     from cxbridge_studio.lsp.session import find_scenario
 

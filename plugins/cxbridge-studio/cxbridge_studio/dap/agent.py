@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.evaluating import Evaluation
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
 
@@ -37,7 +37,7 @@ class DebuggedAgent:
     :param actions: whether it can stop within right-hand sides.
     """
 
-    def __init__(self, assembly: Assembly, *, actions: bool) -> None:
+    def __init__(self, assembly: Run, *, actions: bool) -> None:
         self.assembly = assembly
         self.debugger: Debugger = assembly.executive.debugger
         self.service = EnvironmentService(assembly.manager)

@@ -17,7 +17,7 @@ from cxbridge_studio.explain.rules.locations import why_missing
 
 if TYPE_CHECKING:
     from cxbridge.executive.breakpoints import Breakpoint, Stop
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.options import RunOptions
 
 _REASONS: Final = {"step": "step", "asked": "pause", "transition": "function breakpoint"}
@@ -67,7 +67,7 @@ class LiveRun(Target):
         client.send_event("output", {"category": "console", "output": f"{reason}\n"})
         return _INTERRUPTED if self._interrupted else result.status
 
-    def _attach(self, assembly: Assembly, client: DebugClient) -> None:
+    def _attach(self, assembly: Run, client: DebugClient) -> None:
         """Debug an agent, that is made and not started."""
         agent = DebuggedAgent(assembly, actions=self.can_stop_at_actions)
         self._agents.append(agent)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import EXPLAIN_ID, EXPLAIN_TYPE, OWNER
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.errors import ClipsError, CxbridgeError
 from cxbridge.events import Event, InterfaceWrite, PlannerCall, RuleFired
 from cxbridge.executive.executive import ENVIRONMENT
@@ -26,7 +26,7 @@ from cxbridge_studio.explain.rules.environment import fact_slots, rulebook, take
 
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.run.context import RunContext
+    from cxbridge.run.agent import Run
     from cxbridge_studio.explain.evidence import Evidence
     from cxbridge_studio.explain.rules.snapshot import Snapshot
 
@@ -46,13 +46,13 @@ class Explainer(Component):
     steady = True
     description = "Explains rules and goals"
 
-    def __init__(self, context: RunContext) -> None:
+    def __init__(self, context: Run) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
         self._interface: Any = context.board.open_for_writing(
             EXPLAIN_TYPE, EXPLAIN_ID, owner=OWNER, queue_limit=MOST_QUESTIONS
         )
         self._context = context
-        self._is_daemon = isinstance(context, DaemonContext)
+        self._is_daemon = isinstance(context, Daemon)
         self._start_us = context.clock.start_us
         self._history = History(context.name or ENVIRONMENT, MOST_STEPS, MOST_STEPS, self._facts_of)
         # whether firings are recorded, so that to receive them costs nothing more
@@ -67,8 +67,8 @@ class Explainer(Component):
 
     @property
     def _environment(self) -> ClipsEnvironment | None:
-        executive = self._context.executive
-        return None if executive is None else executive.env
+        thinking = self._context.thinking
+        return None if thinking is None else thinking.executive.env
 
     def loop(self) -> None:
         """Publish an answer that is ready, and take the next question."""

@@ -11,7 +11,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.executive.host.constructs import rule_texts
 from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.process.interrupt import Interrupt
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
 from cxbridge.run.run import make_run
 from cxbridge.run.team import Team
@@ -104,7 +104,7 @@ def scenario_evidence(options: RunOptions, at_s: float | None, env: str | None =
         yield evidence
 
 
-def _asked(run: Assembly | Team, env: str | None) -> Assembly:
+def _asked(run: Run | Team, env: str | None) -> Run:
     """Return the agent whose environment is asked.
 
     :raises CxbridgeError: when it is not clear which.
@@ -123,13 +123,13 @@ def _asked(run: Assembly | Team, env: str | None) -> Assembly:
     return found
 
 
-def _is_done(run: Assembly | Team, interrupt: Interrupt, limit_us: int) -> bool:
+def _is_done(run: Run | Team, interrupt: Interrupt, limit_us: int) -> bool:
     if interrupt.received or run.is_over or all(agent.executive.env.quit_requested for agent in run.agents):
         return True
     return run.clock.now_us() + run.loop.period_us > limit_us
 
 
-def environment_named(assembly: Assembly, env: str | None) -> ClipsEnvironment:
+def environment_named(assembly: Run, env: str | None) -> ClipsEnvironment:
     """Return the environment of that name; the executive's for None.
 
     :raises CxbridgeError: when there is none.

@@ -10,7 +10,7 @@ from msgspec import Struct, field
 
 from cxbridge.config import Configuration
 from cxbridge.executive.host.environment import CORE_DIR
-from cxbridge.run.agent_context import agent_names, choose_agent
+from cxbridge.run.agents import agent_names, choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.run.source import source_of

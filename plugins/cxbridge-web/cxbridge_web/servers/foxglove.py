@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.mainloop import Hook
 from cxbridge.run.components.component import Component
 from cxbridge_web.foxglove.serving import make_foxglove_server
@@ -15,10 +15,10 @@ class FoxgloveComponent(Component):
     hooks = (Hook.POST_LOOP,)
     steady = True
 
-    def __init__(self, context: DaemonContext) -> None:
-        settings, self._daemon = context.section("foxglove"), context.daemon
+    def __init__(self, daemon: Daemon) -> None:
+        settings, self._daemon = daemon.section("foxglove"), daemon
         assert isinstance(settings, FoxgloveSettings)
-        self._server = make_foxglove_server(context.bus, settings)
+        self._server = make_foxglove_server(daemon.bus, settings)
 
     def activate(self) -> None:
         """Begin to serve."""

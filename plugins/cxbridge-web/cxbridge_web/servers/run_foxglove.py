@@ -11,7 +11,7 @@ from cxbridge.run.servers import RunServer
 from cxbridge_web.foxglove.serving import make_foxglove_server
 
 if TYPE_CHECKING:
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.team import Team
     from cxbridge_web.foxglove.live import FoxgloveServer
     from cxbridge_web.foxglove.settings import FoxgloveSettings
@@ -31,7 +31,7 @@ class RunFoxglove(RunServer):
         self._server: FoxgloveServer | None = None
 
     @contextmanager
-    def serve(self, run: Assembly | Team) -> Iterator[None]:
+    def serve(self, run: Run | Team) -> Iterator[None]:
         """Serve a run.
 
         :raises CxbridgeError: when the package is not installed or the port is taken.

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
-    from cxbridge.run.assembly import Assembly
+    from cxbridge.run.agent import Run
     from cxbridge.run.result import RunResult
     from cxbridge.run.team import Team
     from cxbridge_web.settings import WebSettings
@@ -32,7 +32,7 @@ class RunWeb(ProcessWebHost):
     Of several agents the page has all environments; blackboard and breakpoints are those of the first one.
     """
 
-    def __init__(self, run: Assembly | Team) -> None:
+    def __init__(self, run: Run | Team) -> None:
         super().__init__(run)
         self._run = run
         self._agent = run.agents[0]
@@ -50,7 +50,7 @@ class RunWeb(ProcessWebHost):
     @property
     def rights(self) -> Rights:
         """What clients may do."""
-        return self._agent.context.rights
+        return self._agent.rights
 
     @property
     def debugger(self) -> Debugger:
@@ -139,7 +139,7 @@ class RunPage(RunServer):
         self._server: WebServer | None = None
 
     @contextmanager
-    def serve(self, run: Assembly | Team) -> Iterator[None]:
+    def serve(self, run: Run | Team) -> Iterator[None]:
         """Serve a run's page."""
         host = self._host = RunWeb(run)
         server = self._server = WebServer(host, self._settings)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from cxbridge.daemon.context import DaemonContext
+from cxbridge.daemon.daemon import Daemon
 from cxbridge.mainloop import Hook
 from cxbridge.process.file_limit import WEB_SHARE, raise_file_limit, share
 from cxbridge.run.components.component import Component
@@ -19,12 +19,12 @@ class WebComponent(Component):
     hooks = (Hook.PRE_LOOP,)
     steady = True
 
-    def __init__(self, context: DaemonContext) -> None:
-        settings, self._daemon = context.section("web"), context.daemon
+    def __init__(self, daemon: Daemon) -> None:
+        settings, self._daemon = daemon.section("web"), daemon
         assert isinstance(settings, WebSettings)
-        self._options = context.options.group(WebOptions)
+        self._options = daemon.options.group(WebOptions)
         most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
-        host = DaemonWeb(self._daemon, self._daemon.carry_out, self._daemon.executive)
+        host = DaemonWeb(self._daemon, self._daemon.carry_out, self._daemon.node)
         self._server = WebServer(host, settings, most)
 
     def activate(self) -> None:

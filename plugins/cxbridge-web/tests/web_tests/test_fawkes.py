@@ -32,7 +32,7 @@ def _there():
 
 
 def facts(daemon, template):
-    env = daemon.executive.env
+    env = daemon.node.env
     with env.lock:
         return [slots for _, _, slots in env.facts(template)]
 
@@ -132,7 +132,7 @@ def test_facts_of_clips(there):
         {"kind": "Environment", "apiVersion": "v1beta1", "name": "executive"}
     ]
     assert client.get("/api/clips").status == 404
-    env = daemon.executive.env
+    env = daemon.node.env
     with env.lock:
         known = list(env.facts())
     models = client.get("/api/clips/executive/facts").json

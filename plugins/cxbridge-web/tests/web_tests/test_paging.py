@@ -53,7 +53,7 @@ def _client(tmp_path_factory):
     scenario = write_scenario(tmp_path_factory.mktemp("paging") / "mini", agent=agent)
     with serving(config=scenario) as (daemon, client, _lines):
         assert client.ask("POST", "/api/cxbridge/pause").status == 200
-        env = daemon.executive.env
+        env = daemon.node.env
         with env.lock:
             for number in range(20):
                 env.assert_string(f"(domain-object (name o{number}) (type t))")

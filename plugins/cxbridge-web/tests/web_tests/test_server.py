@@ -82,7 +82,7 @@ def test_interfaces_facts_and_rules_are_followed_while_somebody_wants_them(scena
         loops, pause = daemon.loop.loops, threading.Event()
         while daemon.loop.loops < loops + 2:
             pause.wait(0.01)
-        env = daemon.executive.env
+        env = daemon.node.env
         assert not env.watcher.rules
         assert not env.watcher.facts
 

@@ -69,6 +69,6 @@ def watched(
         result = run.play(look)
         ending = Ending.OVER if result.is_over else Ending.STUCK if is_stuck else Ending.CUT
         watch.end(RunEnd(ending))
-        run.assembly.stop()
+        run.assembly.finalize()
         watch.released()
     return Watched(result, watch.violations, watch.evaluated, states)

@@ -320,8 +320,8 @@ def test_facts_of_the_agent_are_what_is_known(domain: int, tmp_path: Path):
         client.do(WHOLE["remove_problem_predicate"], predicate("at", "r2", "hall"))
         client.do(WHOLE["add_problem_predicate"], predicate("at", "r2", "dock"))
         client.do(WHOLE["remove_problem_instance"], named("hall"))
-        assert daemon.executive is not None
-        env = daemon.executive.env
+        assert daemon.node is not None
+        env = daemon.node.env
         assert env is not None
         with env.lock:
             facts = [[*map(str, slots["param-values"])] for _, _, slots in env.facts("domain-fact")]

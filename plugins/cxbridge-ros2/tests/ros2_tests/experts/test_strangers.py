@@ -186,8 +186,8 @@ def test_their_terminal_asks_ours(domain: int, tmp_path: Path):
         assert "Goal: (and (clean hall)(clean attic))" in said
         assert "Could not add the instance [x]" in said
         assert "Goal: (and (clean hall))" in said
-        assert daemon.executive is not None
-        env = daemon.executive.env
+        assert daemon.node is not None
+        env = daemon.node.env
         assert env is not None
         with env.lock:
             formulas = [str(formula) for (formula,) in env.columns("problem-goal", "formula")]

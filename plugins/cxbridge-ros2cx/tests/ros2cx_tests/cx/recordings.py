@@ -11,7 +11,7 @@ from typing import Final
 from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.assembly import Assembly
+from cxbridge.run.agent import Run
 from cxbridge.run.program.run import make_options
 from cxbridge.run.result import RunResult
 from cxbridge_ros2.node import Node
@@ -81,7 +81,7 @@ def run(name: str, folder: Path, recording: Recording) -> tuple[RunResult, dict[
         parameters(name, folder), ros2cx=checkout(name), timeout=recording.seconds, log_dir=logs
     )
 
-    def attach(assembly: Assembly) -> None:
+    def attach(assembly: Run) -> None:
         if recording.peer is not None:
             assert isinstance(assembly.executive, CxNode)
             step = recording.peer(assembly.executive.node.context.ros.graph.join("peer"))

@@ -1,6 +1,6 @@
-"""Components with a life that somebody else manages, and the one who does.
+"""The life of components, and the manager that leads all components of a run or a daemon through it.
 
-A component is a *managed node*, in the words of ROS 2: unconfigured, inactive, active or finalized.
+A component has the states of a *managed node* of ROS 2: unconfigured, inactive, active or finalized.
 
 ::
 
@@ -14,11 +14,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum, StrEnum
-from typing import Protocol
+from functools import partial
+from typing import Any, Generic, Protocol, TypeVar
 
 from cxbridge.clock import Clock
 from cxbridge.errors import BrokenAgentError, CxbridgeError
-from cxbridge.events import Logger
+from cxbridge.events import Level, Logger
+from cxbridge.run.components.component import Component
 
 
 class State(IntEnum):
@@ -51,10 +53,11 @@ _FROM = {
 
 
 class Policy(Enum):
-    """What becomes of the others when a component fails."""
+    """What becomes of the others when a component fails; RAISE hands the error to the caller."""
 
     CONTINUE = "continue"
     STOP = "stop"
+    RAISE = "raise"
 
 
 class Interruption(Protocol):
@@ -89,51 +92,88 @@ class ComponentStatus:
     since_us: int
 
 
-class ManagedNode:
-    """A component; derive from it and override what it does at each step of its life.
+ComponentType = TypeVar("ComponentType", bound=Component)
 
-    Whatever ``on_...`` raises is a failure: the node stays in the state that it can be in then.
+
+class ManagedNode(Generic[ComponentType]):
+    """A component with its state: made when it is configured, closed at its cleanup.
 
     :param name: for lists and logs.
-    :param steady: it goes on when the others are paused, so that clients can resume them.
-    :param description: a line about it; its name when empty.
+    :param make: makes the component; what it raises is a failure.
+    :param kind: the component's class.
+    :param component: the component, if it was made already.
     """
 
-    def __init__(self, name: str, *, steady: bool = False, description: str = "") -> None:
+    def __init__(
+        self,
+        name: str,
+        make: Callable[[], ComponentType],
+        kind: type[ComponentType],
+        component: ComponentType | None = None,
+    ) -> None:
         self.name = name
-        self.steady = steady
-        self.description = description or name
+        self.steady = kind.steady
+        self.description = kind.description or name
+        self.hooks = tuple(kind.hooks)
         self.state = State.UNCONFIGURED
         self.reason = ""
         self.error: Exception = LifecycleError(f"{name} has not failed")
         """What it failed with last."""
+        self.component = component
+        """None while it is not configured, unless it was made before."""
+        self._make = make
 
-    def on_configure(self) -> None:
-        """Acquire what is needed; when it raises, nothing may be left behind."""
+    def configure_component(self, component: ComponentType) -> None:
+        """Get a component ready that was made."""
+        component.configure()
 
-    def on_activate(self) -> None:
-        """Begin to work; when it raises, it does not work."""
-
-    def on_deactivate(self) -> None:
-        """Stop working; everything that was acquired stays."""
-
-    def on_cleanup(self) -> None:
-        """Let go of everything that was acquired."""
+    def step(self) -> None:
+        """Let the component do the work of a loop."""
+        if self.component is not None:
+            self.component.loop()
 
     def check(self) -> None:
-        """Raise when the component does not do its work any more; asked about once a second while active."""
+        """Raise when the component does not work any more; asked about once a second while active."""
+        if self.component is not None:
+            self.component.check()
+
+    def _on_configure(self) -> None:
+        self.component = self._make()
+        self.configure_component(self.component)
+
+    def abort(self) -> None:
+        """Release everything after a failure to configure."""
+        component, self.component = self.component, None
+        if component is not None:
+            component.abort()
+
+    def _on_activate(self) -> None:
+        if self.component is not None:
+            self.component.activate()
+
+    def _on_deactivate(self) -> None:
+        if self.component is not None:
+            self.component.deactivate()
+
+    def on_cleanup(self) -> None:
+        """Close the component."""
+        try:
+            if self.component is not None:
+                self.component.close()
+        finally:
+            self.component = None
 
     def configure(self) -> None:
         """Go from unconfigured to inactive."""
-        self._go(State.UNCONFIGURED, State.INACTIVE, self.on_configure)
+        self._go(State.UNCONFIGURED, State.INACTIVE, self._on_configure)
 
     def activate(self) -> None:
         """Go from inactive to active."""
-        self._go(State.INACTIVE, State.ACTIVE, self.on_activate)
+        self._go(State.INACTIVE, State.ACTIVE, self._on_activate)
 
     def deactivate(self) -> None:
         """Go from active to inactive; it is inactive afterwards even if it fails."""
-        self._go(State.ACTIVE, State.INACTIVE, self.on_deactivate, regardless=True)
+        self._go(State.ACTIVE, State.INACTIVE, self._on_deactivate, regardless=True)
 
     def cleanup(self) -> None:
         """Go from inactive to unconfigured; it is unconfigured afterwards even if it fails."""
@@ -147,10 +187,9 @@ class ManagedNode:
         failures: list[Exception] = []
         for state, step in ((State.ACTIVE, self.deactivate), (State.INACTIVE, self.cleanup)):
             if self.state is state:
-                try:
-                    step()
-                except Exception as error:  # noqa: BLE001 - raised below
-                    failures.append(error)
+                _attempt(step, failures)
+        if self.component is not None:
+            _attempt(self.on_cleanup, failures)
         self.state = State.FINALIZED
         if failures:
             raise failures[0]
@@ -173,23 +212,24 @@ class ManagedNode:
         self.state = after
 
 
-class LifecycleManager:
+class ComponentManager:
     """Starts components first to last, stops them last to first, and watches them in between.
 
     Everything happens in the thread that calls. Failures are logged, kept as the component's reason, and by
     the policy either leave the others alone or set :attr:`failure`, upon which the owner should
-    :meth:`shutdown`.
+    :meth:`shutdown`. Under the policy of a run they are raised.
 
     :param nodes: the components in the order of their start; those behind may need those before.
+    :param log: None: changes of states are not logged.
     :param policy: what becomes of the others when one fails.
     :param on_change: called after each change of a component's state or reason.
     """
 
     def __init__(
         self,
-        nodes: Sequence[ManagedNode],
+        nodes: Sequence[ManagedNode[Any]],
         clock: Clock,
-        log: Logger,
+        log: Logger | None = None,
         *,
         policy: Policy = Policy.STOP,
         on_change: Callable[[], None] = lambda: None,
@@ -205,6 +245,15 @@ class LifecycleManager:
         self._clock = clock
         self._log = log
         self._since = dict.fromkeys((node.name for node in self.nodes), clock.now_us())
+
+    def add(self, node: ManagedNode[Any]) -> None:
+        """Manage one more component, which stops before the others."""
+        self.nodes = (*self.nodes, node)
+        self._since[node.name] = self._clock.now_us()
+
+    def _say(self, level: Level, text: str) -> None:
+        if self._log is not None:
+            self._log.log(level, text)
 
     def status(self) -> list[ComponentStatus]:
         """Return a description of each component, in the order of their start."""
@@ -258,10 +307,17 @@ class LifecycleManager:
         return self.startup()
 
     def shutdown(self) -> None:
-        """Finalize all, last to first; a second call does nothing."""
+        """Finalize all, last to first; a second call does nothing.
+
+        :raises Exception: under the policy to raise: the first failure, when all are finalized.
+        """
+        failures: list[Exception] = []
         for node in reversed(self.nodes):
             if node.state is not State.FINALIZED:
-                self._try(node, "shutdown", node.reason or "shut down")
+                reason = node.reason or "shut down"
+                _attempt(partial(self._try, node, "shutdown", reason), failures)
+        if failures:
+            raise failures[0]
 
     # -- one of them
 
@@ -272,7 +328,11 @@ class LifecycleManager:
 
         :raises LifecycleError: when there is no such component, or it cannot be started.
         """
-        node = self._changeable(name)
+        self.start(self._changeable(name))
+
+    def start(self, node: ManagedNode[Any]) -> None:
+        """As :meth:`start_one`."""
+        name = node.name
         if node.state is State.FINALIZED:
             raise LifecycleError(f"{name} was shut down", hint="it comes back when the daemon starts again")
         for state, step in ((State.UNCONFIGURED, "configure"), (State.INACTIVE, "activate")):
@@ -323,7 +383,7 @@ class LifecycleManager:
         if not self._step(node, transition, reason):
             raise LifecycleError(f"{name} cannot {transition}: {node.reason}")
 
-    def _changeable(self, name: str) -> ManagedNode:
+    def _changeable(self, name: str) -> ManagedNode[Any]:
         names = [node.name for node in self.nodes if not node.steady]
         for node in self.nodes:
             if node.name == name and name in names:
@@ -341,7 +401,7 @@ class LifecycleManager:
                 except Exception as error:  # noqa: BLE001 - a component may fail in any way
                     self.fail(node, error)
 
-    def guarded(self, node: ManagedNode, step: Callable[[], object]) -> Callable[[], None]:
+    def guarded(self, node: ManagedNode[Any], step: Callable[[], object]) -> Callable[[], None]:
         """Return ``step`` as the main loop may call it: while the node is active, and never raising."""
 
         def run() -> None:
@@ -353,15 +413,15 @@ class LifecycleManager:
 
         return run
 
-    def fail(self, node: ManagedNode, error: Exception) -> None:
+    def fail(self, node: ManagedNode[Any], error: Exception) -> None:
         """Take a component that failed out of service; by the policy, ask for the end of all."""
         reason = _words(error)
-        self._log.error(f"{node.name} failed: {reason}")
+        self._say(Level.ERROR, f"{node.name} failed: {reason}")
         self._wind_down(node, reason)
         if self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {reason}", error
 
-    def _wind_down(self, node: ManagedNode, reason: str) -> None:
+    def _wind_down(self, node: ManagedNode[Any], reason: str) -> None:
         if node.state is State.ACTIVE:
             self._try(node, "deactivate", reason)
         if node.state is State.INACTIVE:
@@ -369,26 +429,38 @@ class LifecycleManager:
         node.reason = reason
         self.on_change()
 
-    def _try(self, node: ManagedNode, step: str, reason: str = "") -> None:
+    def _try(self, node: ManagedNode[Any], step: str, reason: str = "") -> None:
         """Let a component take a step of its life; by the policy, a failure asks for the end of all."""
         if not self._step(node, step, reason) and self.policy is Policy.STOP and not self.failure:
             self.failure, self.failure_error = f"{node.name}: {node.reason}", node.error
 
-    def _step(self, node: ManagedNode, step: str, reason: str = "") -> bool:
+    def _step(self, node: ManagedNode[Any], step: str, reason: str = "") -> bool:
         """Let a component take a step of its life; return whether it did not fail."""
         before, done = node.state, True
         try:
             getattr(node, step)()
-        except Exception as error:  # noqa: BLE001 - a component may fail in any way
+        except Exception as error:
+            if self.policy is Policy.RAISE:
+                raise  # the component is closed with all others
+            if node.state is State.UNCONFIGURED:
+                node.abort()
             words = _words(error)
-            self._log.error(f"{node.name} cannot {step}: {words}")
+            self._say(Level.ERROR, f"{node.name} cannot {step}: {words}")
             node.error, reason, done = error, words, False
         if node.state is not before:
             self._since[node.name] = self._clock.now_us()
-            self._log.debug(f"{node.name} is {node.state.name.lower()}")
+            self._say(Level.DEBUG, f"{node.name} is {node.state.name.lower()}")
         node.reason = reason
         self.on_change()
         return done
+
+
+def _attempt(step: Callable[[], object], failures: list[Exception]) -> None:
+    """Take a step; note its failure."""
+    try:
+        step()
+    except Exception as error:  # noqa: BLE001 - the caller raises the failure
+        failures.append(error)
 
 
 def _words(error: Exception) -> str:

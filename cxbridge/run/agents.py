@@ -1,4 +1,4 @@
-"""The context of an agent before its components are made: alone in its run, or one of several."""
+"""The agents of a scenario, and on what a run begins: configuration, clock, bus and main loop."""
 
 from __future__ import annotations
 
@@ -41,14 +41,12 @@ CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
 
 
 @dataclass(frozen=True, slots=True)
-class AgentContext:
-    """What an agent finds.
+class RunBase:
+    """What a run begins with, and shares with the other runs of a team.
 
-    :param name: of its CLIPS environment.
-    :param config: its configuration, from that file.
-    :param bus: where it says what happens.
-    :param early: what was read before somebody records; None when nobody wants it.
-    :param embedded: makes its embedded robot memory, where it shares one.
+    :param name: of the CLIPS environment.
+    :param early: the files that were read before the recording begins; None when they are not recorded.
+    :param embedded: makes the embedded robot memory of an agent of a team.
     """
 
     name: str
@@ -59,6 +57,39 @@ class AgentContext:
     loop: MainLoop
     early: EarlySources | None = None
     embedded: Callable[[Settings], Store] | None = None
+
+
+def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
+    """Read the configuration that the options name, and make a clock, a bus and a main loop.
+
+    :param clock: None: the clock of the options.
+    :param recorded: whether a program records the run, besides the recordings of the options.
+    :raises CxbridgeError: when a file is missing or wrong, or the scenario has no agent of that name.
+    """
+    source = source_of(options)
+    config, config_file = source.load_configuration()
+    name = options.agent or ENVIRONMENT
+    if options.agent is not None:
+        config = choose_agent(config, options.agent)
+    clock = clock or clock_of(options.clock_name, config, config_file.parent)
+    bus = EventBus(clock)
+    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
+    loop = make_main_loop(source.loop_period_us(config), bus)
+    return RunBase(name, config, config_file, clock, bus, loop, early)
+
+
+def make_only_base(options: RunOptions) -> RunBase:
+    """As :func:`make_base`, for a run of one agent.
+
+    :raises CxbridgeError: when the scenario has several agents, and the options choose none.
+    """
+    base = make_base(options)
+    names = [] if options.agent else agent_names(base.config)
+    if names:
+        known = ", ".join(names)
+        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
+        raise ConfigError("this scenario has several agents", file=base.config_file, hint=hint)
+    return base
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
@@ -74,41 +105,6 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     if hint := package_hint(name):
         raise ConfigError(f"unknown clock '{name}'", hint=hint)
     return make_clock(name)
-
-
-def make_agent_context(
-    options: RunOptions, clock: Clock | None = None, *, recorded: bool = False
-) -> AgentContext:
-    """Read the configuration that the options name, and make a clock, a bus and a main loop.
-
-    :param clock: the clock to take; None: what the options say.
-    :param recorded: whether somebody records the run besides what the options say.
-    :raises CxbridgeError: when something is missing or wrong, or there is no agent of that name.
-    """
-    source = source_of(options)
-    config, config_file = source.load_configuration()
-    name = options.agent or ENVIRONMENT
-    if options.agent is not None:
-        config = choose_agent(config, options.agent)
-    clock = clock or clock_of(options.clock_name, config, config_file.parent)
-    bus = EventBus(clock)
-    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    loop = make_main_loop(source.loop_period_us(config), bus)
-    return AgentContext(name, config, config_file, clock, bus, loop, early)
-
-
-def make_only_agent_context(options: RunOptions) -> AgentContext:
-    """As :func:`make_agent_context`, for who can have one agent only.
-
-    :raises CxbridgeError: when the scenario has several, and the options choose none.
-    """
-    agent_context = make_agent_context(options)
-    names = [] if options.agent else agent_names(agent_context.config)
-    if names:
-        known = ", ".join(names)
-        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
-        raise ConfigError("this scenario has several agents", file=agent_context.config_file, hint=hint)
-    return agent_context
 
 
 def agent_names(config: Configuration) -> list[str]:
