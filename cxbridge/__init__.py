@@ -12,8 +12,6 @@ are in ``__init__.pyi``.
 
 from typing import Any
 
-__version__ = "0.2.0"
-
 _NAMES = {
     "BlackBoard": "cxbridge.blackboard.base",
     "ClipsEnvironment": "cxbridge.executive.host.environment",
@@ -35,8 +33,10 @@ def __getattr__(name: str) -> Any:
     """Give a public name, or the class of a shipped interface type."""
     from importlib import import_module  # noqa: PLC0415 - importing the package alone costs nothing
 
+    if name == "__version__":
+        return import_module("cxbridge.resources").VERSION
     if name == "run":  # the package of runs, which can be called
-        return import_module("cxbridge.run")
+        return import_module(f"{__name__}.{name}")
     if name == "Skill":
         name = "SkillExecutor"
     if name in _NAMES:

@@ -7,6 +7,9 @@ from typing import Final
 
 from cxbridge.errors import CxbridgeError
 
+VERSION: Final = "0.2.0"
+"""The version of cxbridge, ``cxbridge.__version__``."""
+
 DAEMON_URL: Final = "tcp://127.0.0.1:1911"
 """The address of a daemon of this machine, unless its configuration says otherwise."""
 

@@ -10,9 +10,9 @@ from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from cxbridge import __version__
 from cxbridge.extras import CORE, PURPOSES, extras, install_command, missing
 from cxbridge.plugins import Plugin, installed_plugins
+from cxbridge.resources import VERSION
 
 _PACKAGES = (
     "clipspy",
@@ -56,7 +56,7 @@ class HealthCheck:
 def examine() -> list[HealthCheck]:
     """Look at everything; each thing is tried, not only looked for."""
     return [
-        HealthCheck("cxbridge", fine=True, required=True, detail=__version__),
+        HealthCheck("cxbridge", fine=True, required=True, detail=VERSION),
         HealthCheck(
             "Python",
             fine=sys.version_info >= _OLDEST,

@@ -11,7 +11,6 @@ from collections.abc import Sequence
 
 import typer
 
-from cxbridge import __version__
 from cxbridge.cli.commands import HELP_SECTIONS
 from cxbridge.cli.console import STDOUT, complain, guard_streams, name_stdout, say, say_text
 from cxbridge.cli.discovery import group_of_commands, top_rows
@@ -19,6 +18,7 @@ from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.extras import missing_package
 from cxbridge.plugins import installed_plugins, package_hint
 from cxbridge.printing import indented
+from cxbridge.resources import VERSION
 
 USAGE = 2
 """Exit status of wrong options and arguments."""
@@ -57,7 +57,7 @@ app = typer.Typer(
 
 def _print_version(wanted: bool) -> None:
     if wanted:
-        say(f"cxbridge {__version__}")
+        say(f"cxbridge {VERSION}")
         for plugin in installed_plugins():
             say(f"{plugin.name}: {plugin.error or plugin.package}")
         raise typer.Exit

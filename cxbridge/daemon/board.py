@@ -11,8 +11,8 @@ import threading
 from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cxbridge import __version__
 from cxbridge.blackboard import BlackBoard, EventKind, Listener
+from cxbridge.resources import VERSION
 from cxbridge.run.components.manager import ComponentStatus
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ class DaemonBoard:
             self._components[name] = interface
         daemon.pid = os.getpid()
         daemon.started = board.clock.now_us()
-        daemon.version = __version__
+        daemon.version = VERSION
         daemon.time_source = time_source
         self._lock = threading.RLock()  # the watchdog publishes, too
         board.register_listener(_Ear(on_message), daemon, EventKind.MESSAGE_RECEIVED)

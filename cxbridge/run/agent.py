@@ -54,7 +54,12 @@ _SKILL_BOARD: Final = "/skill-board"
 class Player(Protocol):
     """Plays the environment of a recorded run: :class:`~cxbridge.run.replay.replay.Replay`."""
 
-    board_class: type[LocalBlackBoard]
+    @property
+    def board_class(self) -> type[LocalBlackBoard]:
+        """The class of the run's blackboard."""
+
+    def of_agent(self, name: str) -> Player:
+        """Return the player of one agent of several."""
 
     def make_planning(self, env: str) -> PlanningService:
         """Make what plans for an environment."""

@@ -261,7 +261,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         """Raise :class:`CxbridgeError` when an option's value is none of those it can have."""
         for name, value, known in (
             ("core", self.core, (None, *CORES)),
-            ("skiller", self.skiller, SKILLERS if "://" not in self.skiller else (self.skiller,)),
+            ("skiller", self.skiller, (self.skiller,) if self.has_remote_skiller else SKILLERS),
             ("speech", self.speech, SPEECH if not is_speech_target(self.speech) else (self.speech,)),
             ("trace-level", self.trace_level, TRACE_LEVELS),
             ("replay-order", self.replay_order, REPLAY_ORDERS),
@@ -274,7 +274,7 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
             group.check(self)
         if self.replay:
             self._check_replay()
-        if "://" in self.skiller and self.clock is not None and self.clock.startswith(_UNREAL_CLOCKS):
+        if self.has_remote_skiller and self.clock is not None and self.clock.startswith(_UNREAL_CLOCKS):
             raise CxbridgeError(
                 f"--clock {self.clock} cannot go with a Skiller on another blackboard",
                 hint="the Skiller there works in real time: use --clock real (the default)",
@@ -290,9 +290,14 @@ class RunOptions(ScenarioOptions, SourceOptions, ExecutionOptions, TraceOptions,
         self._check_outputs()
 
     @property
+    def has_remote_skiller(self) -> bool:
+        """Whether the Skiller is on another blackboard."""
+        return "://" in self.skiller
+
+    @property
     def clock_name(self) -> str:
         """The clock that was chosen, or else the clock that the Skiller and the options of plug-ins need."""
-        is_real = "://" in self.skiller or any(group.needs_real_time for group in self.more)
+        is_real = self.has_remote_skiller or any(group.needs_real_time for group in self.more)
         return self.clock or ("real" if is_real else "virtual")
 
     def _check_replay(self) -> None:

@@ -7,13 +7,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
-from cxbridge import __version__
 from cxbridge.clock import Clock
 from cxbridge.config import Configuration
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import EventBus
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.resources import VERSION
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths
 from cxbridge.trace.formats.files import keep_previous
@@ -79,7 +79,7 @@ def start_recording(
     recorder = Recorder(assembly.bus, writers, RecordLevel(options.trace_level))
     recorder.describe(
         {
-            "cxbridge": __version__,
+            "cxbridge": VERSION,
             "spec": assembly.spec,
             "clock": assembly.clock.name,
             "start_us": str(assembly.clock.start_us),

@@ -24,11 +24,6 @@ Opener = Callable[[str], BlackBoard]
 """Opens the blackboard at a URL."""
 
 
-def is_url(skiller: str) -> bool:
-    """Return whether ``--skiller`` names a blackboard, not a kind of Skiller."""
-    return "://" in skiller
-
-
 class RemoteSkiller:
     """Mirrors a Skiller's interfaces to our blackboard, and messages to the Skiller.
 

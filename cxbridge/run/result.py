@@ -10,7 +10,7 @@ from cxbridge.history.tree import GoalLine, NamedGoal, goal_lines, plain_goal
 from cxbridge.printing import one_line
 
 if TYPE_CHECKING:
-    from cxbridge.run.replay.verdict import ReplayOutcome
+    from cxbridge.run.replay.divergence import Divergence
 
 COMPLETED, UNSUCCESSFUL, BAD_INPUT, TIMED_OUT, FAULT = range(5)
 """The exit statuses of ``cxbridge run``."""
@@ -24,6 +24,46 @@ _WORDS = {
 }
 
 _REPLAY_WORDS = _WORDS | {COMPLETED: "the same", UNSUCCESSFUL: "different"}
+
+
+@dataclass(frozen=True, slots=True)
+class ReplayOutcome:
+    """What came of a replay.
+
+    :param compared: the recording whose transitions were compared.
+    :param divergence: the first command that was another one; None: there was none.
+    :param lines: the comparison for people.
+    :param report: the comparison as JSON can have it; empty when the run ended with a divergence.
+    """
+
+    compared: str
+    order: str
+    divergence: Divergence | None
+    same: bool
+    whole: bool
+    lines: tuple[str, ...] = ()
+    report: dict[str, Any] = field(default_factory=dict)
+
+    @property
+    def reason(self) -> str:
+        """What came of it, in a sentence."""
+        if self.divergence is not None:
+            return f"it decided something else: {self.divergence}"
+        if not self.same:
+            return f"it decided something else than {self.compared}, in {self.order} order"
+        part = "" if self.whole else ", up to where the recording ends"
+        return f"it decided the same as {self.compared}, in {self.order} order{part}"
+
+    def plain(self) -> dict[str, Any]:
+        """Return it as JSON can have it."""
+        return {
+            "compared": self.compared,
+            "order": self.order,
+            "same": self.same and self.divergence is None,
+            "whole": self.whole,
+            "divergence": None if self.divergence is None else self.divergence.plain(),
+            "comparison": self.report,
+        }
 
 
 @dataclass(frozen=True, slots=True)

@@ -62,7 +62,7 @@ def run_scenario(
     if not options.replay:
         options.check()
         return _run(options, console, attach=attach, additions=additions, interactive=interactive, stay=stay)
-    from cxbridge.run.replay.opening import open_replay  # noqa: PLC0415 - start-up time is a feature
+    from cxbridge.run.replay.replay import open_replay  # noqa: PLC0415 - start-up time is a feature
 
     options, replay = open_replay(options)
     result = _run(options, console, replay, attach, additions, interactive=interactive)

@@ -16,14 +16,13 @@ from msgspec import structs
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
-from cxbridge.run.agent import MakeComponent, Run
+from cxbridge.run.agent import MakeComponent, Player, Run
 from cxbridge.run.agents import RunBase, choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 
 if TYPE_CHECKING:
     from cxbridge.executive.robmem.store import Store
-    from cxbridge.run.replay.replay import Replay
 
 
 class AgentWatcher(Protocol):
@@ -53,7 +52,7 @@ class Team(Closing):
         options: RunOptions,
         base: RunBase,
         names: list[str],
-        replay: Replay | None = None,
+        replay: Player | None = None,
         additions: Additions = NOTHING,
         components: Callable[[str], Sequence[MakeComponent]] = lambda _name: (),
     ) -> None:

@@ -10,13 +10,13 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from cxbridge import __version__
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.service import OnReady, Service, ignore
+from cxbridge.resources import VERSION
 from cxbridge.run.recording import with_folder
 from cxbridge.services.options import RecordOptions
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
@@ -97,7 +97,7 @@ def record(
         definition = partial(interface_source, InterfaceRegistry(options.interface_dirs))
         writers = _writers(options, service.clock.now_us(), definition)
         recorder = service.enter_context(Recorder(out, writers))
-        recorder.describe({"cxbridge": __version__, "clock": service.clock.name, "blackboard": options.url})
+        recorder.describe({"cxbridge": VERSION, "clock": service.clock.name, "blackboard": options.url})
         forwarder = WriteForwarder(board, patterns, out)
         service.callback(forwarder.close)
         service.wake_by(forwarder.wake)

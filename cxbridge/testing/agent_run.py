@@ -81,7 +81,7 @@ class AgentRun(Closing):
             self._start_us = assembly.clock.now_us()
             recorder = start_recording(assembly, options)
             stack.callback(recorder.close)
-            stack.callback(assembly.stop)
+            stack.callback(assembly.finalize)
             assembly.bus.subscribe(self._note, LogLine, RuleFired, *TRANSITION_TYPES)
             self._history = RunHistory(UNLIMITED, self._start_us)
             assembly.bus.subscribe(self._history.take, GoalTransition, PlanActionTransition)

@@ -41,7 +41,7 @@ class Part(Component):
             raise ConfigError("not well", hint="see a doctor")
 
 
-class Node(ManagedNode):
+class Node(ManagedNode[Part]):
     def __init__(self, name, diary, *, fails=()):
         super().__init__(name, lambda: Part(self), Part)
         self.diary = diary

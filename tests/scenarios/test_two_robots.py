@@ -48,7 +48,7 @@ class Watched(Run):
     @property
     def service(self) -> Any:
         """The skill board."""
-        service = self.context.skill_service
+        service = self.skill_service
         assert service is not None
         return service
 

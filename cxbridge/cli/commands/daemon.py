@@ -70,7 +70,7 @@ def start(options: DaemonOptions, console: ConsoleOptions) -> int:
     from cxbridge.daemon.daemon import Daemon
 
     daemon = Daemon(options, console.log(info=True))
-    with in_words_of_check(daemon.run_options):
+    with in_words_of_check(daemon.options):
         return daemon.run()
 
 

@@ -50,7 +50,7 @@ def run(
     Example: cxbridge run test-scenario --trace out/run.mcap
     """
     from cxbridge.cli.story import RunLog, RunStory
-    from cxbridge.run import run_scenario
+    from cxbridge.run.run import run_scenario
 
     shown, story = RunLog(quiet=console.quiet, verbose=console.verbose), None
     followers = [shown.attach]

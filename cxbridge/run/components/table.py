@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.plugins import Row, Table, two_of_a_name
 from cxbridge.run.components.component import is_component
-from cxbridge.run.remote_skiller import is_url
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 from cxbridge.run.specs import init_mentions
 
@@ -25,7 +24,7 @@ def local_skillers(context: RunFacts) -> tuple[SkillerSettings, ...]:
     :raises ConfigError: when the configuration of one makes no sense.
     """
     kind = context.options.skiller
-    if kind == "none" or is_url(kind):
+    if kind == "none" or context.options.has_remote_skiller:
         return ()
     served = () if context.skill_board is None else context.skill_board.skillers
     return skiller_settings(context.config, kind, served)
@@ -51,13 +50,13 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     Row(
         "skiller",
         f"{_PACKAGE}.skillers:RemoteSkillers",
-        lambda context: is_url(context.options.skiller),
+        lambda context: context.options.has_remote_skiller,
     ),
     Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),
     Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
     Row(
         "skill-board",
-        f"{_PACKAGE}.skill_board:SkillBoardComponent",
+        f"{_PACKAGE}.skillers:SkillBoardComponent",
         lambda context: context.skill_board is not None,
     ),
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),

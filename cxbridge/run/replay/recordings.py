@@ -12,12 +12,20 @@ from msgspec import structs
 
 from cxbridge.clock import MICROSECONDS, VIRTUAL_EPOCH_US
 from cxbridge.errors import TraceError
-from cxbridge.events import InterfaceWrite
+from cxbridge.events import (
+    Event,
+    GoalTransition,
+    InterfaceMessage,
+    InterfaceWrite,
+    PlanActionTransition,
+    PlannerCall,
+    SkillStatus,
+)
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
 from cxbridge.run.replay.planning import RecordedPlan, recorded_plans
-from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan
+from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan, take_all
 from cxbridge.run.replay.script import (
     ExecutorScript,
     SkillerScript,
@@ -25,6 +33,7 @@ from cxbridge.run.replay.script import (
     skiller_script,
     writes_of_statuses,
 )
+from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 
 _QUARTER_US: Final = 900 * MICROSECONDS
@@ -209,3 +218,53 @@ def _distance(log: Scan, dated: Scan) -> int | None:
             if time_us is not None:
                 return time_us - status.time_us
     return None
+
+
+_OF_ENVIRONMENTS: Final = (GoalTransition, PlanActionTransition, SkillStatus, PlannerCall)
+
+
+class RecordedAgentRun(Run):
+    """The events of one agent.
+
+    :param run: the recording of all.
+    :param agent: its name: that of its environment, and what precedes the ids of its interfaces.
+    """
+
+    def __init__(self, run: Run, agent: str) -> None:
+        super().__init__(run.path, run.registry)
+        self.format = run.format
+        self.notes = run.notes
+        self._run = run
+        self._agent = agent
+
+    def __iter__(self) -> Iterator[Event]:
+        """Yield its events; ids of interfaces are as on its own blackboard."""
+        before = f"{self._agent}/"
+        for event in self._run:
+            if isinstance(event, InterfaceWrite | InterfaceMessage):
+                kind, mark, name = event.uid.partition("::")
+                if name.startswith(before):
+                    yield structs.replace(event, uid=f"{kind}{mark}{name.removeprefix(before)}")
+            elif isinstance(event, _OF_ENVIRONMENTS) and event.env == self._agent:
+                yield event
+
+
+def recordings_of(whole: Recordings, agent: str) -> Recordings:
+    """Return what is known about one agent of a recorded run.
+
+    :raises TraceError: when there is nothing of it.
+    """
+    scans = []
+    for each in whole.scans:
+        own = take_all(RecordedAgentRun(each.run, agent))
+        own.shift_us, own.metadata, own.begin_us = each.shift_us, each.metadata, each.begin_us
+        scans.append(own)
+    if not any(scan.transitions or scan.samples for scan in scans):
+        raise TraceError(
+            f"it has nothing of the agent '{agent}'",
+            file=whole.scans[0].run.path,
+            hint="the recording must be of all agents in one run; one alone is replayed with --agent",
+        )
+    decisions = next((scan for scan in scans if scan.goals), None)
+    decisions = decisions or next((scan for scan in scans if scan.statuses), scans[0])
+    return Recordings(tuple(scans), decisions, whole.start_us)

@@ -7,26 +7,28 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import ClassVar, Final
+from typing import Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
 from cxbridge.events import Event, EventBus, PlannerCall
+from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.run.components.skill_board import SkillBoardComponent
-from cxbridge.run.components.skillers import Skillers
-from cxbridge.run.replay.agents import recordings_of
+from cxbridge.run.components.skillers import SkillBoardComponent, Skillers
+from cxbridge.run.options import RunOptions
+from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
 from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning, plan_divergence
-from cxbridge.run.replay.recordings import Recordings
+from cxbridge.run.replay.recordings import Recordings, recordings_of
 from cxbridge.run.replay.scan import SKILLER
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
 from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
 from cxbridge.run.replay.transition_writer import record_transitions
-from cxbridge.run.replay.verdict import ReplayOutcome, judge
+from cxbridge.run.replay.verdict import judge
+from cxbridge.run.result import ReplayOutcome
 from cxbridge.run.skillers import SkillerGroup, skiller_settings
 from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
@@ -48,7 +50,7 @@ class Replay:
     :param name: of the agent.
     """
 
-    board_class: ClassVar[type[LocalBlackBoard]] = YieldingBoard
+    board_class: type[LocalBlackBoard] = YieldingBoard
     """What the run's blackboard must be."""
 
     def __init__(
@@ -231,3 +233,20 @@ class Replay:
         """Return the result, after the run."""
         assert self._outcome is not None
         return self._outcome
+
+
+def open_replay(options: RunOptions) -> tuple[RunOptions, Replay]:
+    """Read the recordings that the options name.
+
+    :returns: the options, with scenario and spec of the recorded run where they name none; the replay.
+    :raises CxbridgeError: when they cannot be replayed, or something else is wrong with the options.
+    """
+    dirs = list(options.interface_dirs)
+    if options.fawkes_dir is not None:
+        dirs += fawkes_interface_dirs(options.fawkes_dir)
+    recordings = Recordings.read(options.replay, InterfaceRegistry(dirs))
+    options = recordings.complete(options)
+    options.check()
+    seconds = options.replay_tolerance
+    tolerance = None if seconds is None else Tolerance(seconds)
+    return options, Replay(recordings, Order(options.replay_order), tolerance)

@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import View
@@ -13,6 +11,7 @@ from cxbridge.events import Event, SkillStatus
 from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.run.replay.divergence import Divergence
 from cxbridge.run.replay.scan import Scan
+from cxbridge.run.result import ReplayOutcome
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Comparison, Order
 from cxbridge.trace.compare.render.json import plain_report
@@ -20,46 +19,6 @@ from cxbridge.trace.compare.render.text import make_report, text_report
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
-
-
-@dataclass(frozen=True, slots=True)
-class ReplayOutcome:
-    """What came of a replay.
-
-    :param compared: the recording whose transitions were compared.
-    :param divergence: the first command that was another one; None: there was none.
-    :param lines: the comparison for people.
-    :param report: the comparison as JSON can have it; empty when the run ended with a divergence.
-    """
-
-    compared: str
-    order: str
-    divergence: Divergence | None
-    same: bool
-    whole: bool
-    lines: tuple[str, ...] = ()
-    report: dict[str, Any] = field(default_factory=dict)
-
-    @property
-    def reason(self) -> str:
-        """What came of it, in a sentence."""
-        if self.divergence is not None:
-            return f"it decided something else: {self.divergence}"
-        if not self.same:
-            return f"it decided something else than {self.compared}, in {self.order} order"
-        part = "" if self.whole else ", up to where the recording ends"
-        return f"it decided the same as {self.compared}, in {self.order} order{part}"
-
-    def plain(self) -> dict[str, Any]:
-        """Return it as JSON can have it."""
-        return {
-            "compared": self.compared,
-            "order": self.order,
-            "same": self.same and self.divergence is None,
-            "whole": self.whole,
-            "divergence": None if self.divergence is None else self.divergence.plain(),
-            "comparison": self.report,
-        }
 
 
 def judge(

@@ -11,9 +11,9 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from cxbridge import __version__
 from cxbridge.file_access import write_file
 from cxbridge.history.outcome import plain_outcomes
+from cxbridge.resources import VERSION
 from cxbridge.trace.html.text import embed, html
 
 DATA = "data"
@@ -75,7 +75,7 @@ class Page:
             body=body,
             data_id=DATA,
             data=embed(self.data),
-            version=html(__version__),
+            version=html(VERSION),
         )
 
     def write(self, file: Path) -> None:

@@ -116,7 +116,7 @@ def play(
         history = RunHistory(UNLIMITED, assembly.clock.now_us())
         assembly.bus.subscribe(history.take, *TRANSITION_TYPES)
         stack.callback(start_recording(assembly, options).close)
-        stack.callback(assembly.stop)  # before the recorder: the rules' good-bye belongs to the run
+        stack.callback(assembly.finalize)  # before the recorder: the rules' good-bye belongs to the run
         start_us = assembly.clock.now_us()
         _, result = run.play()
         on_board = any(agent.skill_board is not None for agent in assembly.agents)

@@ -61,7 +61,7 @@ def record(folder: Path) -> Path:
         assembly.start()
         assembly.loop.add(Hook.ACT, move)
         assembly.loop.run(lambda: assembly.is_over or assembly.loop.loops > 1000)
-        assembly.stop()
+        assembly.finalize()
         recorder.close()
     return folder / "run.mcap"
 

@@ -8,8 +8,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any
 
-from cxbridge import __version__
 from cxbridge.errors import TraceError
+from cxbridge.resources import VERSION
 from cxbridge.trace.formats.files import reading
 from cxbridge.trace.formats.mcap.records import (
     ATTACHMENT,
@@ -169,7 +169,7 @@ class _Copier:
 
     def _start(self, profile: str) -> None:
         if not self._started:
-            self._writer.start(profile=profile, library=f"cxbridge {__version__}")
+            self._writer.start(profile=profile, library=f"cxbridge {VERSION}")
             self._started = True
 
     def _schema(self, record: Schema) -> None:

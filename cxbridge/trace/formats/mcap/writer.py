@@ -10,11 +10,11 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from pathlib import Path
 
-from cxbridge import __version__
 from cxbridge.errors import TraceError
 from cxbridge.event_kinds import RecordLevel
 from cxbridge.events import Event, InterfaceMessage, InterfaceWrite, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
+from cxbridge.resources import VERSION
 from cxbridge.trace.codec import dump, encode, schema_of
 from cxbridge.trace.formats.base import Attachment, RunWriter
 from cxbridge.trace.formats.files import open_alone, writing
@@ -58,7 +58,7 @@ class McapWriter(RunWriter):
         self._flushed = time.monotonic()
         try:
             with writing(self.path):
-                self._mcap = McapFile(self._file, PROFILE, f"cxbridge {__version__}")
+                self._mcap = McapFile(self._file, PROFILE, f"cxbridge {VERSION}")
                 self._file.flush()
         except TraceError:
             with suppress(OSError):  # again, for what could not be written before

@@ -65,7 +65,7 @@ def play_game(
         watch = GameWatch(judge, assembly.clock)
         recorder = start_recording(assembly, options)
         stack.callback(recorder.close)
-        stack.callback(assembly.stop)
+        stack.callback(assembly.finalize)
         interrupt.on_signal(assembly.loop.stop, assembly.interrupt)
         assembly.loop.add(Hook.POST_LOOP, watch.look)
         assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)

@@ -45,7 +45,7 @@ def test_a_run_with_it_starts_and_joins_no_domain(tmp_path: Path):
     more.write_text(ROBOT)
     options = RunOptions(scenario=write_scenario(tmp_path / "mini"), config=(more,), skiller="none")
     with Run(options) as run:
-        assert not [each.name for each in needed_components(run.context) if each.name.startswith("ros2")]
+        assert not [each.name for each in needed_components(run) if each.name.startswith("ros2")]
         run.start()
 
 

@@ -67,7 +67,7 @@ def complaint(checkout: Path, spec: str = "test-nav2", **more: object) -> str:
     """What is said before anything runs: the error, or the warnings."""
     try:
         with Run(make_options(None, ros2cx=checkout, spec=spec, **more)) as agent:
-            return "\n".join([*agent.context.warnings, *map(str, agent.context.missing)])
+            return "\n".join([*agent.warnings, *map(str, agent.missing)])
     except CxbridgeError as error:
         return str(error)
 
