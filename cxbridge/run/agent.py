@@ -36,7 +36,6 @@ if TYPE_CHECKING:
 
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
-    from cxbridge.executive.planning.service import PlanningService
     from cxbridge.navgraph import NavGraph
     from cxbridge.run.plugin_settings import PluginSettings
     from cxbridge.skiller.board.executor import Execution, SkillExecutor
@@ -61,8 +60,8 @@ class Player(Protocol):
     def of_agent(self, name: str) -> Player:
         """Return the player of one agent of several."""
 
-    def make_planning(self, env: str) -> PlanningService:
-        """Make what plans for an environment."""
+    def make_planning(self, env: str) -> Any:
+        """Make the PlanningService of an environment."""
 
     def components(self, run: Run) -> Iterator[Component]:
         """Make the players of Skillers, executors and sensors."""

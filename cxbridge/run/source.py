@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, ClassVar, Final, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, Final, Protocol
 
 from msgspec import Struct
 
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from cxbridge.events import EventBus
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.host.environment import ClipsEnvironment
-    from cxbridge.executive.planning.service import PlanningService
     from cxbridge.run.options import RunOptions
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
@@ -73,7 +72,7 @@ class RunFacts(Protocol):
     board: LocalBlackBoard
     skill_board: BoardSettings | None
     skill_service: SkillBoardService | None
-    make_planning: Callable[[str], PlanningService] | None
+    make_planning: Callable[[str], Any] | None
 
 
 class LoadedFile(Struct, frozen=True):

@@ -10,7 +10,6 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
 
     from cxbridge.executive.feature import Feature
-    from cxbridge.executive.planning.service import PlanningService
     from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.trace.formats.base import RunWriter
 
@@ -23,14 +22,14 @@ class Additions:
     :param executors: classes that execute skills, for each agent of the skill board; without a skill board in
         the configuration they serve the Skillers of the run.
     :param writers: get the events of the run, and are closed at its end.
-    :param planning: makes what plans for the environment of that name; None: planners.
+    :param planning: makes the PlanningService of the environment of that name; None: planners plan.
     :param values: read by features and components of plug-ins, by names that begin with the plug-in's.
     """
 
     features: tuple[Feature, ...] = ()
     executors: tuple[type[SkillExecutor], ...] = ()
     writers: tuple[RunWriter, ...] = ()
-    planning: Callable[[str], PlanningService] | None = None
+    planning: Callable[[str], Any] | None = None
     values: Mapping[str, Any] = field(default_factory=lambda: MappingProxyType({}))
 
 
