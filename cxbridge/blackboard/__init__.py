@@ -10,10 +10,9 @@
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.info import InterfaceInfo
-from cxbridge.blackboard.listeners import EventKind, Listener, listening
+from cxbridge.blackboard.listeners import EventKind, Listener, Observer, listening
 from cxbridge.blackboard.local import LocalBlackBoard
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.observers import Observer
 
 __all__ = [
     "BlackBoard",

@@ -6,17 +6,81 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
 from types import TracebackType
 from typing import ClassVar, Final, NoReturn, Protocol, Self, TypeVar, overload
+from uuid import UUID
+
+from msgspec import Struct
 
 from cxbridge.blackboard.errors import BlackBoardError, NoWriterError, UnknownTypeError
 from cxbridge.blackboard.info import InterfaceInfo
-from cxbridge.blackboard.listeners import EventKind, Listen, Listener, ListenerTable, listening
+from cxbridge.blackboard.listeners import (
+    EventKind,
+    Listen,
+    Listener,
+    ListenerTable,
+    Observer,
+    ObserverTable,
+    listening,
+)
 from cxbridge.blackboard.names import check_names
-from cxbridge.blackboard.observers import Observer, ObserverTable
-from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.errors import InterfaceDefinitionError, InterfaceError
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface, Message
+from cxbridge.interfaces.message import Port
+
+
+class ListenedPort(Port[Interface], Protocol):
+    """The port of an interface that has listeners."""
+
+    @property
+    def listeners(self) -> ListenerTable:
+        """The listeners of the interface."""
+
+
+class OpenRequest(Struct, frozen=True):
+    """An interface to open; its names are checked.
+
+    :param owner: the name of the opener, for lists and messages to people.
+    :param queue_limit: how many messages may wait, of a writer; None: 1,024.
+    :param listen: called with the instance before any other code can see it.
+    """
+
+    interface_class: type[Interface]
+    id: str
+    owner: str = ""
+    writer: bool = False
+    queue_limit: int | None = None
+    listen: Listen | None = None
+
+    @property
+    def type(self) -> str:
+        """The type of the interface."""
+        return self.interface_class.SCHEMA.name
+
+    @property
+    def uid(self) -> str:
+        """``Type::id``."""
+        return f"{self.type}::{self.id}"
+
+    @property
+    def key(self) -> tuple[str, str]:
+        """Type and id."""
+        return self.type, self.id
+
+    def make_instance(self, port: ListenedPort, serial: UUID) -> Interface:
+        """Make the instance, with the listeners it is to have from the beginning."""
+        instance = self.interface_class(
+            port,
+            id=self.id,
+            owner=self.owner,
+            serial=serial,
+            writer=self.writer,
+            queue_limit=self.queue_limit,
+        )
+        if self.listen is not None:
+            self.listen(instance, port.listeners)
+        return instance
+
 
 I = TypeVar("I", bound=Interface)  # noqa: E741 - I for interface
 

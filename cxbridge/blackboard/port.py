@@ -45,5 +45,5 @@ class BoardPort:
         return next_id(last) if self._id_at is None else next_id(last, id_in(block, self._id_at))
 
     def next_id_is_stale(self, last: int) -> bool:  # noqa: ARG002 - for those who do not count themselves
-        """Return False: such ids are left out; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Return False: such ids are left out; see :class:`~cxbridge.interfaces.message.Port`."""
         return False

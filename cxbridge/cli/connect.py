@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from cxbridge.cli.console import say
+from cxbridge.cli.option_groups import CONNECT, INTERFACE_DIR
 from cxbridge.resources import DAEMON_URL
 
 if TYPE_CHECKING:
@@ -18,19 +19,6 @@ TIMED_OUT = 3
 """Exit status when the time is over before what was waited for came."""
 
 DEFAULT_URL = DAEMON_URL
-
-CONNECT = typer.Option(
-    "--connect",
-    metavar="URL",
-    envvar="CXBRIDGE_CONNECT",
-    help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes; "
-    "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
-)
-INTERFACE_DIR = typer.Option(
-    "--interface-dir",
-    metavar="DIR",
-    help="look for interface definitions here before cxbridge's own; may be given several times",
-)
 
 Connect = Annotated[str, CONNECT]
 InterfaceDirs = Annotated[list[Path] | None, INTERFACE_DIR]

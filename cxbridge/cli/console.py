@@ -177,3 +177,15 @@ def check_folders(*files: Path | None) -> None:
             )
         if file is not None and file.is_dir():
             raise CxbridgeError("cannot be written: it is a folder", file=file, hint="name a file")
+
+
+def local_time(time_us: int) -> str:
+    """Return a time stamp as local time; ``never`` when there was no write."""
+    from datetime import UTC, datetime
+
+    if not time_us:
+        return "never"
+    try:
+        return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
+    except (ValueError, OverflowError, OSError):  # a writer may stamp as it likes
+        return f"{time_us} us"

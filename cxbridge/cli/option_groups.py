@@ -21,10 +21,22 @@ from typing import Annotated, Any, Final, TypeVar, get_args, get_origin, get_typ
 import typer
 from msgspec import Meta
 
-from cxbridge.cli.connect import CONNECT, INTERFACE_DIR
 from cxbridge.resources import shipped_scenarios
 
 T = TypeVar("T")
+
+CONNECT = typer.Option(
+    "--connect",
+    metavar="URL",
+    envvar="CXBRIDGE_CONNECT",
+    help="the blackboard: tcp://HOST:PORT or ipc://FILE of a daemon, fawkes://HOST[:PORT] of a Fawkes; "
+    "tcp://HOST:PORT?key=FILE&server-key=FILE with CURVE keys",
+)
+INTERFACE_DIR = typer.Option(
+    "--interface-dir",
+    metavar="DIR",
+    help="look for interface definitions here before cxbridge's own; may be given several times",
+)
 
 _SKILLER: Final = {"metavar": "lua|simulator|none|URL"}
 _SPEECH: Final = {"metavar": "off|on|FILE.wav|DIR/"}

@@ -32,6 +32,6 @@ def _serves_fawkes(context: _Configured) -> bool:
 DAEMON_COMPONENTS: Final = (
     Row("blackboard", f"{_PACKAGE}.blackboard:BlackBoardComponent"),
     Row("recorder", f"{_PACKAGE}.recorder:RecorderComponent", _records),
-    Row("zmq", f"{_PACKAGE}.servers.zmq:ZmqComponent", _has_endpoints),
-    Row("fawkes", f"{_PACKAGE}.servers.fawkes:FawkesComponent", _serves_fawkes),
+    Row("zmq", f"{_PACKAGE}.servers:ZmqComponent", _has_endpoints),
+    Row("fawkes", f"{_PACKAGE}.servers:FawkesComponent", _serves_fawkes),
 )

@@ -20,9 +20,8 @@ from cxbridge.interfaces.instance_errors import (
     UnknownMessageTypeError,
     WrongMessageError,
 )
-from cxbridge.interfaces.message import STAMP, Message, MessageQueue
+from cxbridge.interfaces.message import STAMP, Message, MessageQueue, Port
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK
-from cxbridge.interfaces.port import Port
 from cxbridge.interfaces.shared import SharedBlock
 
 __all__ = ["STAMP", "Interface", "Message", "MessageQueue", "Port"]

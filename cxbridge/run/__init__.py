@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 __all__ = ["Run", "RunOptions", "RunResult", "run_scenario"]
 
-_MODULES = {"Run": "assembly", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
+_MODULES = {"Run": "agent", "RunOptions": "options", "RunResult": "result", "run_scenario": "run"}
 
 
 def __getattr__(name: str) -> Any:

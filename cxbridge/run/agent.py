@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from itertools import count
-from typing import TYPE_CHECKING, Any, Final, Protocol, Self, TypeVar
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 from uuid import UUID, uuid4
 
 from cxbridge.blackboard import LocalBlackBoard
@@ -13,32 +14,37 @@ from cxbridge.clock import Clock
 from cxbridge.closing import Closing
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError
+from cxbridge.events import EventBus
+from cxbridge.executive.executive import ENVIRONMENT
 from cxbridge.executive.features.pddl_parser import PddlParserFeature, reads_as_fawkes
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.mainloop import Hook
+from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import installed_plugins, sections_without_package
 from cxbridge.rights import Rights
-from cxbridge.run.agents import RunBase, make_only_base
+from cxbridge.run.agents import agent_names, choose_agent, clock_of
 from cxbridge.run.components.component import Component, ThinkingComponent
 from cxbridge.run.components.manager import ComponentManager, ManagedNode, Policy
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, find_missing
 from cxbridge.run.program.additions import NOTHING, Additions
+from cxbridge.run.rate import make_main_loop
 from cxbridge.run.rights import read_rights
-from cxbridge.run.source import source_of
+from cxbridge.run.source import skill_board_settings, source_of
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
-from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
+from cxbridge.trace.sourcing import EarlySources
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.manager import EnvironmentManager
+    from cxbridge.executive.robmem.settings import Settings
+    from cxbridge.executive.robmem.store import Store
     from cxbridge.navgraph import NavGraph
     from cxbridge.run.plugin_settings import PluginSettings
-    from cxbridge.skiller.board.executor import Execution, SkillExecutor
+    from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
 
@@ -47,7 +53,57 @@ T = TypeVar("T")
 MakeComponent = Callable[["Run"], Component]
 """Makes a component of a run."""
 
-_SKILL_BOARD: Final = "/skill-board"
+
+@dataclass(frozen=True, slots=True)
+class RunBase:
+    """What a run begins with, and shares with the other runs of a team.
+
+    :param name: of the CLIPS environment.
+    :param early: the files that were read before the recording begins; None when they are not recorded.
+    :param embedded: makes the embedded robot memory of an agent of a team.
+    """
+
+    name: str
+    config: Configuration
+    config_file: Path
+    clock: Clock
+    bus: EventBus
+    loop: MainLoop
+    early: EarlySources | None = None
+    embedded: Callable[[Settings], Store] | None = None
+
+
+def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
+    """Read the configuration that the options name, and make a clock, a bus and a main loop.
+
+    :param clock: None: the clock of the options.
+    :param recorded: whether a program records the run, besides the recordings of the options.
+    :raises CxbridgeError: when a file is missing or wrong, or the scenario has no agent of that name.
+    """
+    source = source_of(options)
+    config, config_file = source.load_configuration()
+    name = options.agent or ENVIRONMENT
+    if options.agent is not None:
+        config = choose_agent(config, options.agent)
+    clock = clock or clock_of(options.clock_name, config, config_file.parent)
+    bus = EventBus(clock)
+    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
+    loop = make_main_loop(source.loop_period_us(config), bus)
+    return RunBase(name, config, config_file, clock, bus, loop, early)
+
+
+def make_only_base(options: RunOptions) -> RunBase:
+    """As :func:`make_base`, for a run of one agent.
+
+    :raises CxbridgeError: when the scenario has several agents, and the options choose none.
+    """
+    base = make_base(options)
+    names = [] if options.agent else agent_names(base.config)
+    if names:
+        known = ", ".join(names)
+        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
+        raise ConfigError("this scenario has several agents", file=base.config_file, hint=hint)
+    return base
 
 
 class Player(Protocol):
@@ -348,21 +404,3 @@ def _serials(clock: Clock) -> Callable[[], UUID]:
         return uuid4
     numbers = count(1)
     return lambda: UUID(int=next(numbers), version=4)
-
-
-def skill_board_settings(
-    config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
-) -> BoardSettings | None:
-    """Return what the configuration says about a skill board; None when it has none.
-
-    :param executors: those that a program adds; with them there is a skill board in any case.
-    :raises ConfigError: when that makes no sense.
-    """
-    if not config.keys(_SKILL_BOARD) and not executors:
-        return None
-    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
-
-    settings = BoardSettings.of(config, paths.confdir) or BoardSettings()
-    if executors:
-        settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
-    return settings

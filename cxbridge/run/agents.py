@@ -4,25 +4,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Final
+from typing import Final
 
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
-from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
-from cxbridge.mainloop import MainLoop
 from cxbridge.plugins import Table, package_hint
-from cxbridge.run.options import RunOptions
-from cxbridge.run.rate import make_main_loop
-from cxbridge.run.source import source_of
-from cxbridge.trace.sourcing import EarlySources
-
-if TYPE_CHECKING:
-    from cxbridge.executive.robmem.settings import Settings
-    from cxbridge.executive.robmem.store import Store
 
 AGENTS = "/cxbridge/agents"
 """Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
@@ -38,58 +27,6 @@ CLOCKS: Final[Table[Callable[[Configuration, Path], Clock]]] = Table(
     "CLOCKS", callable, "a function that makes a clock from a configuration and its folder"
 )
 """The clocks of plug-ins, by the names that --clock has."""
-
-
-@dataclass(frozen=True, slots=True)
-class RunBase:
-    """What a run begins with, and shares with the other runs of a team.
-
-    :param name: of the CLIPS environment.
-    :param early: the files that were read before the recording begins; None when they are not recorded.
-    :param embedded: makes the embedded robot memory of an agent of a team.
-    """
-
-    name: str
-    config: Configuration
-    config_file: Path
-    clock: Clock
-    bus: EventBus
-    loop: MainLoop
-    early: EarlySources | None = None
-    embedded: Callable[[Settings], Store] | None = None
-
-
-def make_base(options: RunOptions, clock: Clock | None = None, *, recorded: bool = False) -> RunBase:
-    """Read the configuration that the options name, and make a clock, a bus and a main loop.
-
-    :param clock: None: the clock of the options.
-    :param recorded: whether a program records the run, besides the recordings of the options.
-    :raises CxbridgeError: when a file is missing or wrong, or the scenario has no agent of that name.
-    """
-    source = source_of(options)
-    config, config_file = source.load_configuration()
-    name = options.agent or ENVIRONMENT
-    if options.agent is not None:
-        config = choose_agent(config, options.agent)
-    clock = clock or clock_of(options.clock_name, config, config_file.parent)
-    bus = EventBus(clock)
-    early = EarlySources(bus) if (options.trace or recorded) and options.trace_files else None
-    loop = make_main_loop(source.loop_period_us(config), bus)
-    return RunBase(name, config, config_file, clock, bus, loop, early)
-
-
-def make_only_base(options: RunOptions) -> RunBase:
-    """As :func:`make_base`, for a run of one agent.
-
-    :raises CxbridgeError: when the scenario has several agents, and the options choose none.
-    """
-    base = make_base(options)
-    names = [] if options.agent else agent_names(base.config)
-    if names:
-        known = ", ".join(names)
-        hint = f"choose one with --agent, or ask a recording of all, with --env; there are: {known}"
-        raise ConfigError("this scenario has several agents", file=base.config_file, hint=hint)
-    return base
 
 
 def clock_of(name: str, config: Configuration, folder: Path) -> Clock:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
     from cxbridge.run.agent import Run
-    from cxbridge.skiller.board.local_calls import LocalSkillCalls
+    from cxbridge.skiller.board.service import LocalSkillCalls
 
 _MOTOR_SWITCH = "/clips-motor-switch"
 _PLANNER = "/planner"

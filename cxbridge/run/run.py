@@ -13,8 +13,8 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import LogLine, Sink
 from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
-from cxbridge.run.agent import Run
-from cxbridge.run.agents import agent_names, make_base
+from cxbridge.run.agent import Run, make_base
+from cxbridge.run.agents import agent_names
 from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.ending.stuck import RuleErrors, StuckWatch, waits_for
 from cxbridge.run.options import RunOptions

@@ -25,6 +25,7 @@ from cxbridge.run.paths import (
     fawkes_part,
 )
 from cxbridge.run.rate import loop_period_us
+from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import LocalBlackBoard
@@ -33,6 +34,7 @@ if TYPE_CHECKING:
     from cxbridge.executive.feature import Feature, LazyFeature
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.options import RunOptions
+    from cxbridge.skiller.board.executor import SkillExecutor
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
@@ -328,6 +330,24 @@ class Source:
     def think(self, executive: Executive) -> int:
         """Run the rules of a loop; returns the number of firings."""
         return executive.loop()
+
+
+def skill_board_settings(
+    config: Configuration, paths: RunPaths, executors: tuple[type[SkillExecutor], ...] = ()
+) -> BoardSettings | None:
+    """Return what the configuration says about a skill board; None when it has none.
+
+    :param executors: those that a program adds; with them there is a skill board in any case.
+    :raises ConfigError: when that makes no sense.
+    """
+    if not config.keys("/skill-board") and not executors:
+        return None
+    from cxbridge.skiller.board.settings import BoardSettings  # noqa: PLC0415 - start-up time is a feature
+
+    settings = BoardSettings.of(config, paths.confdir) or BoardSettings()
+    if executors:
+        settings = settings.with_executors(executors, config.keys(INSTANCES) or [DEFAULT_SKILLER])
+    return settings
 
 
 def _file_in(folder: Path) -> Path:

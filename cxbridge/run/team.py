@@ -16,8 +16,8 @@ from msgspec import structs
 from cxbridge.closing import Closing
 from cxbridge.events import Event, EventBus, InterfaceMessage, Logger, Publication
 from cxbridge.executive.robmem.settings import Settings
-from cxbridge.run.agent import MakeComponent, Player, Run
-from cxbridge.run.agents import RunBase, choose_agent
+from cxbridge.run.agent import MakeComponent, Player, Run, RunBase
+from cxbridge.run.agents import choose_agent
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 

@@ -15,9 +15,8 @@ from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.services.options import ExecutorOptions
-from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.skiller.board.executor import ExecutorContext, load_executor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
-from cxbridge.skiller.board.loading import load_executor
 
 if TYPE_CHECKING:
     from cxbridge.interfaces.instance import Interface, Message

@@ -16,7 +16,7 @@ from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
-from cxbridge.tf import TransformListener
+from cxbridge.tf.listener import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

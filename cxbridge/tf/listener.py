@@ -5,8 +5,7 @@ from __future__ import annotations
 import threading
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.blackboard.listeners import EventKind, Listener
-from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.listeners import EventKind, Listener, Observer
 from cxbridge.errors import BlackBoardError
 from cxbridge.tf.buffer import StampedTransform, TransformBuffer
 from cxbridge.tf.errors import InvalidRotationError

@@ -16,7 +16,7 @@ from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.remote_skiller import RemoteSkiller
+from cxbridge.run.components.remote_skiller import RemoteSkiller
 from cxbridge.run.result import FAULT
 from cxbridge.services.gateway import run_gateway
 from cxbridge.skiller.simulation.estimators import StaticEstimator

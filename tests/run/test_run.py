@@ -16,7 +16,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import BrokenAgentError, ConfigError, CxbridgeError
 from cxbridge.events import SkillStatus
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agents import make_base
+from cxbridge.run.agent import make_base
 from cxbridge.trace.formats.registry import open_run
 from tests.forked import nursery
 from tests.run.mini import AGENT, write_scenario, write_skill_space

@@ -25,7 +25,7 @@ from cxbridge.events import EventBus
 from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.remote_skiller import RemoteSkiller
+from cxbridge.run.components.remote_skiller import RemoteSkiller
 from cxbridge.skiller.client.calls import CallOutcome, SkillerCall
 from tests.cli.boards import WAIT_S
 from tests.run.mini import write_scenario

@@ -15,8 +15,8 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.events import Event, GoalTransition, InterfaceWrite, LogLine, RuleFired
 from cxbridge.executive.robmem.mongodb import store as mongo
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.agent import Run
-from cxbridge.run.agents import agent_names, make_base
+from cxbridge.run.agent import Run, make_base
+from cxbridge.run.agents import agent_names
 from cxbridge.run.team import Team
 from cxbridge.trace.formats.registry import open_run
 from tests.executive.robmem.mongo_server import MongoServer

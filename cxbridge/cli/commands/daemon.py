@@ -10,7 +10,7 @@ from typer.core import TyperGroup
 from cxbridge.cli import daemon_debug
 from cxbridge.cli.broken import in_words_of_check
 from cxbridge.cli.connect import DEFAULT_URL, TIMED_OUT, AsJson, Connect, connect
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import local_time, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
@@ -167,11 +167,10 @@ def _where(board: BlackBoard) -> dict[str, Any] | None:
 
 
 def _print_status(row: dict[str, Any]) -> None:
-    from cxbridge.cli.commands.bb import _when
 
     say(
         f"cxbridge {row['version']} is {row['state'].lower()}, pid {row['pid']}, "
-        f"started {_when(row['started_us'])}, clock {row['clock']}"
+        f"started {local_time(row['started_us'])}, clock {row['clock']}"
     )
     say(f"at {row['endpoints']}")
     for skiller, controller in row["controllers"].items():

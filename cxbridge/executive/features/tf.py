@@ -12,7 +12,8 @@ from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.tf import TransformListener, TransformPublisher
+    from cxbridge.tf.listener import TransformListener
+    from cxbridge.tf.publisher import TransformPublisher
 
 _LOG = "ClipsTFThread"
 _NO: tuple[Value, ...] = (FALSE,)

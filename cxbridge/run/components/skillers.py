@@ -7,7 +7,6 @@ from contextlib import ExitStack
 from functools import partial
 from typing import TYPE_CHECKING, Final
 
-from cxbridge.blackboard import BlackBoard
 from cxbridge.errors import SkillError
 from cxbridge.executive.executive import place_of_skill
 from cxbridge.mainloop import Hook
@@ -15,7 +14,6 @@ from cxbridge.plugins import Table
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
 from cxbridge.run.components.table import local_skillers
-from cxbridge.run.remote_skiller import PATIENCE_S, RemoteSkiller
 from cxbridge.run.skillers import SkillerGroup, SkillerSettings
 from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.board.executor import Execution, as_executor
@@ -59,40 +57,6 @@ class Skillers(Component):
     def close(self) -> None:
         """Close them."""
         self._skillers.close()
-
-
-class RemoteSkillers(Component):
-    """Mirrors the Skiller of the blackboard at a URL.
-
-    A run waits for the Skiller, and ends when it is gone; a daemon does without it until it comes.
-
-    :raises CxbridgeError: when nobody is at the URL, or in time no Skiller.
-    """
-
-    description = Skillers.description
-
-    def __init__(self, context: Run) -> None:
-        from cxbridge.blackboard.urls import open_blackboard  # noqa: PLC0415 - start-up time is a feature
-
-        def open_there(url: str) -> BlackBoard:
-            return open_blackboard(url, context.registry, context.clock, context.bus)
-
-        self._remote = RemoteSkiller(
-            context.options.skiller,
-            context.board,
-            context.bus,
-            open_there,
-            patience_s=PATIENCE_S if context.waits_for_skiller else 0,
-        )
-
-    @property
-    def loss(self) -> str:
-        """Why the run cannot go on."""
-        return self._remote.loss
-
-    def close(self) -> None:
-        """Leave both blackboards."""
-        self._remote.close()
 
 
 class Speech(Component):

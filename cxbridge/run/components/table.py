@@ -3,43 +3,40 @@
 from __future__ import annotations
 
 from itertools import combinations
-from typing import TYPE_CHECKING, Any, Final
+from typing import Any, Final
 
 from cxbridge.plugins import Row, Table, two_of_a_name
 from cxbridge.run.components.component import is_component
 from cxbridge.run.skillers import SkillerSettings, skiller_settings
 from cxbridge.run.specs import init_mentions
 
-if TYPE_CHECKING:
-    from cxbridge.run.source import RunFacts
-
 EXECUTIVE: Final = "executive"
 PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
-def local_skillers(context: RunFacts) -> tuple[SkillerSettings, ...]:
+def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     """Return the Skillers that this process has to make.
 
     :raises ConfigError: when the configuration of one makes no sense.
     """
-    kind = context.options.skiller
-    if kind == "none" or context.options.has_remote_skiller:
+    kind = run.options.skiller
+    if kind == "none" or run.options.has_remote_skiller:
         return ()
-    served = () if context.skill_board is None else context.skill_board.skillers
-    return skiller_settings(context.config, kind, served)
+    served = () if run.skill_board is None else run.skill_board.skillers
+    return skiller_settings(run.config, kind, served)
 
 
-def _speaks(context: RunFacts) -> bool:
-    return any(item.kind == "lua" for item in local_skillers(context))
+def _speaks(run: Any) -> bool:
+    return any(item.kind == "lua" for item in local_skillers(run))
 
 
-def _plans_by_blackboard(context: RunFacts) -> bool:
+def _plans_by_blackboard(run: Any) -> bool:
     """Whether the spec's initialisation waits for Fawkes' planning plugins."""
     return (
-        bool(context.spec)
-        and context.source.has_fawkes_configuration
-        and init_mentions(context.config, context.spec, "pddl-init")
+        bool(run.spec)
+        and run.source.has_fawkes_configuration
+        and init_mentions(run.config, run.spec, "pddl-init")
     )
 
 
@@ -49,23 +46,23 @@ COMPONENTS: Final[Table[type[Any]]] = Table(
     "a subclass of cxbridge.run.components.component.Component",
     Row(
         "skiller",
-        f"{_PACKAGE}.skillers:RemoteSkillers",
-        lambda context: context.options.has_remote_skiller,
+        f"{_PACKAGE}.remote_skiller:RemoteSkillers",
+        lambda run: run.options.has_remote_skiller,
     ),
     Row("speech", f"{_PACKAGE}.skillers:Speech", _speaks),
-    Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda context: bool(local_skillers(context))),
+    Row("skiller", f"{_PACKAGE}.skillers:Skillers", lambda run: bool(local_skillers(run))),
     Row(
         "skill-board",
         f"{_PACKAGE}.skillers:SkillBoardComponent",
-        lambda context: context.skill_board is not None,
+        lambda run: run.skill_board is not None,
     ),
     Row(PLANNING, f"{_PACKAGE}.planning:PlanningPlugins", _plans_by_blackboard),
-    Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda context: bool(context.spec)),
+    Row(EXECUTIVE, f"{_PACKAGE}.executive:ExecutiveComponent", lambda run: bool(run.spec)),
 )
 """The components of runs and daemons, in the order of their start; the executive starts after all others."""
 
 
-def needed_components(context: RunFacts, *daemon: Row, replayed: bool = False) -> list[Row]:
+def needed_components(run: Any, *daemon: Row, replayed: bool = False) -> list[Row]:
     """Return the components that a run or daemon needs, in the order of their start.
 
     :param daemon: components that only daemons have; they start before the others.
@@ -76,9 +73,9 @@ def needed_components(context: RunFacts, *daemon: Row, replayed: bool = False) -
     others = [
         row for row in COMPONENTS.rows if row is not executive and (not replayed or row.name == PLANNING)
     ]
-    wanted = [row for row in (*others, executive) if row.needed(context)]
-    wanted.sort(key=lambda row: not row.early(context))
-    needed = [*(row for row in daemon if row.needed(context)), *wanted]
+    wanted = [row for row in (*others, executive) if row.needed(run)]
+    wanted.sort(key=lambda row: not row.early(run))
+    needed = [*(row for row in daemon if row.needed(run)), *wanted]
     for first, second in combinations(needed, 2):
         if first.name == second.name:
             raise two_of_a_name(COMPONENTS.hook, first, second)

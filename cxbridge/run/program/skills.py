@@ -7,8 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeAlias
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps
-from cxbridge.skiller.board.loading import checked_executor
+from cxbridge.skiller.board.executor import Progress, SkillExecutor, SkillFailedError, Steps, checked_executor
 from cxbridge.skiller.board.protocol import SkillCall
 
 SkillFunction: TypeAlias = Callable[..., Any]

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Iterator, Mapping
 
 from cxbridge.blackboard import LocalBlackBoard
+from cxbridge.blackboard.base import OpenRequest
 from cxbridge.blackboard.names import parse_uid
-from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.errors import CxbridgeError, InterfaceDefinitionError, InterfaceError
 from cxbridge.events import InterfaceWrite, Logger
 from cxbridge.interfaces.instance import STAMP, Interface

@@ -19,8 +19,7 @@ from cxbridge.skiller.board.protocol import (
     encode_parameters,
     name_of,
 )
-from cxbridge.skiller.board.sender import Sender
-from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch
+from cxbridge.skiller.board.watch import ExecutorInfo, ExecutorWatch, Sender
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any
 
+from cxbridge.errors import SkillError
+from cxbridge.skiller.backend import SkillerBackend
 from cxbridge.skiller.board.board import SkillBoard
 from cxbridge.skiller.board.executor import as_executor
 from cxbridge.skiller.board.host import ExecutorHost
-from cxbridge.skiller.board.local_calls import LocalSkillCalls
-from cxbridge.skiller.board.skiller import BoardSkiller
+from cxbridge.skiller.board.master import Master
+from cxbridge.skiller.board.protocol import MasterState, SkillCall
+from cxbridge.skiller.board.watch import ExecutorInfo
+from cxbridge.skiller.control import ExclusiveControl, ReaderWatch, sender_of
+from cxbridge.skiller.skillstring import parse_skill_string
+from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
@@ -18,6 +24,212 @@ if TYPE_CHECKING:
     from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.policy import BoardPolicy
     from cxbridge.skiller.board.settings import BoardSettings
+
+LOG_COMPONENT = "SkillBoardSkiller"
+_NO_MESSAGE = 0
+
+
+class BoardSkiller(SkillerBackend):
+    """Has skill strings executed by an agent's executors.
+
+    Its writes are those of the Skiller in ``strict`` mode (docs/skiller.md).
+
+    :param skills: the masters; not closed with the Skiller.
+    :param agent: the executing agent.
+    :param name: id of the SkillerInterface.
+    :raises BlackBoardError: when the interface has another writer.
+    """
+
+    def __init__(
+        self, board: BlackBoard, skills: SkillBoard, bus: EventBus, *, agent: str, name: str = "Skiller"
+    ) -> None:
+        super().__init__(name)
+        self.agent = agent
+        self._log = bus.logger(LOG_COMPONENT)
+        self._board = board
+        self._skills = skills
+        self._readers = ReaderWatch(board)
+        # The fields of the interface come from its XML definition: there is no static type for them here.
+        self._interface: Any = board.open_for_writing(
+            "SkillerInterface", name, owner=LOG_COMPONENT, listen=self._readers.listen
+        )
+        self._control = ExclusiveControl(self._interface, self._log)
+        self._masters: list[Master] = []
+        self._enqueued = False
+        self._handlers = {
+            "AcquireControlMessage": self._control.acquire,
+            "ReleaseControlMessage": self._control.release,
+            "ExecSkillMessage": self._exec,
+            "StopExecMessage": self._stop,
+        }
+
+    @property
+    def running(self) -> bool:
+        """Whether a skill string is being executed or waits to be taken."""
+        return bool(self._masters) or not self._interface.msgq_empty()
+
+    def loop(self) -> None:
+        """Take the messages, publish changes; the board's loop is the caller's task."""
+        self.take()
+        self.publish()
+
+    def take(self) -> None:
+        """Take the messages."""
+        to_write = self._enqueued = False
+        while (serial := self._readers.pop()) is not None:
+            to_write |= self._control.revoke(serial)
+        while (message := self._interface.msgq_pop()) is not None:
+            handler = self._handlers.get(message.type)
+            if handler is None:
+                self._log.warn(f"Unhandled message of type {message.type} in skiller interface")
+            else:
+                to_write |= handler(message)
+        if to_write:
+            self._interface.write()
+
+    def publish(self) -> None:
+        """Write what became of the skill string."""
+        masters = self._masters
+        if not masters:
+            return
+        bad = next((m for m in masters if m.state in (MasterState.FAILED, MasterState.CANCELLED)), None)
+        if bad is not None:
+            self._end(Status.S_FAILED, bad.error or f"{bad.call.skill} was cancelled")
+        elif all(master.is_over for master in masters):
+            self._end(Status.S_FINAL)
+
+    def close(self) -> None:
+        """Drop the skill string, close the interface."""
+        self._drop()
+        self._readers.close()
+        self._board.close(self._interface)
+
+    # -- messages
+
+    def _exec(self, message: Any) -> bool:
+        text = message.skill_string
+        if not self._control.admit(message, again=self._enqueued, running=bool(self._masters)):
+            return False
+        if self._masters:
+            self._drop()
+        self._enqueued = True
+        self._interface.skill_string = text
+        self._interface.msgid = message.id
+        self._interface.error = ""
+        self._interface.status = Status.S_RUNNING
+        try:
+            for call in calls_of(text, self.agent):
+                self._masters.append(self._skills.request(call))
+        except SkillError as error:
+            self._drop()
+            self._log.error(str(error))
+            self._interface.error = error.message
+            self._interface.status = Status.S_FAILED
+        return True
+
+    def _stop(self, message: Any) -> bool:
+        if not self._control.may_execute(message):
+            self._log.debug(f"{sender_of(message)} sent stop without any exclusive controller")
+            return False
+        self._log.debug(f"Stopping execution of '{self._interface.skill_string}' on request")
+        self._drop()
+        self._interface.skill_string = ""
+        self._interface.msgid = _NO_MESSAGE
+        self._interface.status = Status.S_INACTIVE
+        return True
+
+    def _end(self, status: Status, error: str = "") -> None:
+        self._drop()
+        self._interface.error = error
+        self._interface.status = status
+        self._interface.write()
+
+    def _drop(self) -> None:
+        """Cancel all open work."""
+        masters, self._masters = self._masters, []
+        for master in masters:
+            self._skills.cancel(master)
+
+
+class LocalSkillCalls:
+    """The skill board as the executive's feature ``skill-board`` uses it.
+
+    :param skills: the board.
+    """
+
+    def __init__(self, skills: SkillBoard) -> None:
+        self._skills = skills
+        self._open: dict[int, Master] = {}
+
+    @property
+    def version(self) -> int:
+        """Another number whenever some executor came, left or wrote."""
+        return self._skills.version
+
+    @property
+    def executors(self) -> Iterable[ExecutorInfo]:
+        """The executors that exist, in the order they appeared."""
+        return self._skills.executors
+
+    def ask(
+        self,
+        skill: str,
+        parameters: Mapping[str, Any],
+        agent: str,
+        on_change: Callable[[Master], None],
+        name: str = "",
+    ) -> Master:
+        """Have a skill executed.
+
+        :param name: the name of the master, for people.
+        :raises SkillError: when names or parameters do not fit into messages.
+        """
+        return self._ask(SkillCall(skill, agent, parameters, name), on_change)
+
+    def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
+        """Have a skill string with one call executed.
+
+        :raises SkillError: when it is none, or names or parameters do not fit into messages.
+        """
+        calls = calls_of(skill_string, agent)
+        if len(calls) != 1:
+            raise SkillError(f"the skill string '{skill_string}' has {len(calls)} calls, expected one")
+        return self._ask(calls[0], on_change)
+
+    def stop(self, number: int) -> bool:
+        """Cancel an action; return whether there was something to cancel."""
+        master = self._open.get(number)
+        return master is not None and self._skills.cancel(master)
+
+    def _ask(self, call: SkillCall, on_change: Callable[[Master], None]) -> Master:
+        def changed(master: Master) -> None:
+            if master.is_over:
+                self._open.pop(master.number, None)
+            on_change(master)
+
+        master = self._skills.request(call, changed)
+        if not master.is_over:
+            self._open[master.number] = master
+        return master
+
+
+def calls_of(text: str, agent: str) -> list[SkillCall]:
+    """Return the calls in a skill string.
+
+    :raises SkillError: when it is not of the usual form.
+    """
+    return [
+        SkillCall(call.name, agent, {str(key): _with_names(value) for key, value in call.args.items()})
+        for call in parse_skill_string(text)
+    ]
+
+
+def _with_names(value: Any) -> Any:
+    """Return an argument as it can go over the board, where all keys are texts."""
+    if isinstance(value, dict):
+        return {str(key): _with_names(item) for key, item in value.items()}
+    return value
+
 
 _ROUNDS = 20
 

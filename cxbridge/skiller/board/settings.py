@@ -12,9 +12,8 @@ from cxbridge.config import Configuration, ConfigValue
 from cxbridge.config.scalars import to_bool, to_float, to_int, to_uint
 from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.plugins import is_installed
-from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, checked_executor, load_executor
 from cxbridge.skiller.board.host import ExecutorHost, make_host
-from cxbridge.skiller.board.loading import checked_executor, load_executor
 from cxbridge.skiller.board.master import Timeouts
 from cxbridge.skiller.board.protocol import DEFAULT_BOARD, check_name
 from cxbridge.skiller.board.written import written_skills

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Final
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.loading import CLASS_FORM
+from cxbridge.skiller.board.executor import CLASS_FORM
 
 _BASES: Final = frozenset({"SkillExecutor", "Skill"})
 """The name of the base class of all executors."""

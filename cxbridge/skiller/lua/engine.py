@@ -14,11 +14,10 @@ from cxbridge.clock import Clock
 from cxbridge.errors import SkillError
 from cxbridge.events import Logger, SourceRead
 from cxbridge.lua_syntax import readable
-from cxbridge.skiller.lua.boardaccess import BoardAccess, MakeTable
+from cxbridge.skiller.lua.boardaccess import BoardAccess, InterfacePool, MakeTable
 from cxbridge.skiller.lua.host import ConfigReader, HostFunctions, from_lua, to_lua
 from cxbridge.skiller.lua.modulepath import ModulePath
 from cxbridge.skiller.lua.placeaccess import PlaceAccess
-from cxbridge.skiller.lua.pool import InterfacePool
 from cxbridge.skiller.lua.state import HostTable, LuaState
 from cxbridge.skiller.luacalls import ONLY_FAWKES, LuaCall
 from cxbridge.skiller.status import Status
@@ -26,7 +25,7 @@ from cxbridge.skiller.status import Status
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
     from cxbridge.navgraph import NavGraph
-    from cxbridge.tf import TransformBuffer
+    from cxbridge.tf.buffer import TransformBuffer
 
 MEBIBYTE = 1024 * 1024
 

@@ -9,8 +9,7 @@ from uuid import UUID
 from cxbridge.clock import split_us
 from cxbridge.errors import InterfaceError, TraceError
 from cxbridge.interfaces.instance import STAMP, Interface
-from cxbridge.interfaces.message import Message
-from cxbridge.interfaces.port import ClosedPort
+from cxbridge.interfaces.message import ClosedPort, Message
 
 _NOBODY: Final = UUID(int=0)
 _HINT: Final = "its definition has changed since; --interface-dir DIR names the one of then"

@@ -6,8 +6,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Final, Protocol
 
 from cxbridge.config import Configuration
-from cxbridge.run.agent import MakeComponent, Run
-from cxbridge.run.agents import AGENT_NAME, AGENTS, make_base
+from cxbridge.run.agent import MakeComponent, Run, make_base
+from cxbridge.run.agents import AGENT_NAME, AGENTS
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.source import source_of

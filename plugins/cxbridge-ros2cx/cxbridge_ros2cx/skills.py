@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor
+from cxbridge.skiller.board.executor import ExecutorContext, SkillExecutor, load_executor
 from cxbridge.skiller.board.host import make_host
-from cxbridge.skiller.board.loading import load_executor
 from cxbridge_ros2cx.executors import DummyExecutor, OriginalDummy
 from cxbridge_ros2cx.original_board import NO_AGENT, OriginalMaster
 
@@ -57,7 +56,7 @@ class Ros2CxSkills:
 
     @property
     def version(self) -> int:
-        """See :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+        """See :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
         return self._service.local_calls.version
 
     @property
@@ -101,7 +100,7 @@ class Ros2CxSkills:
         return agent in served if served or self._agents else True
 
     def ask_for(self, skill_string: str, agent: str, on_change: Callable[[Master], None]) -> Master:
-        """See :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+        """See :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
         return self._service.local_calls.ask_for(skill_string, agent, on_change)
 
     def look(self, action: SkillAction) -> None:

@@ -6,8 +6,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.skiller.board.local_calls import LocalSkillCalls
-from cxbridge.skiller.board.skiller import BoardSkiller
+from cxbridge.skiller.board.service import BoardSkiller, LocalSkillCalls
 from cxbridge.skiller.status import Status
 from tests.skiller.board.rig import Rig
 

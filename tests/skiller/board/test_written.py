@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from cxbridge.errors import SkillError
-from cxbridge.skiller.board.loading import load_executor
+from cxbridge.skiller.board.executor import load_executor
 from cxbridge.skiller.board.written import written_skills
 
 HEAD = "from cxbridge.skiller.board.executor import SkillExecutor\n"

@@ -10,7 +10,7 @@ from functools import partial
 from typing import Final
 from uuid import UUID
 
-from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import (
     BlackBoardError,
     BlackBoardGoneError,
@@ -37,7 +37,6 @@ from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
 from cxbridge.blackboard.listeners import EventKind, ListenerTable
-from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
 from cxbridge.interfaces.instance import Interface, Message

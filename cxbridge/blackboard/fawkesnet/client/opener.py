@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from typing import Final
 
-from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import (
     BlackBoardError,
     UnknownTypeError,
@@ -19,7 +19,6 @@ from cxbridge.blackboard.fawkesnet.messages.blackboard import Close, Open, OpenE
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.errors import RemoteRefusalError
 from cxbridge.blackboard.names import matches
-from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.interfaces.schema import InterfaceSchema
 
 

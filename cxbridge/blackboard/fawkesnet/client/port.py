@@ -5,16 +5,15 @@ from __future__ import annotations
 from typing import Final, Protocol
 from uuid import UUID
 
-from cxbridge.blackboard.base import BlackBoard
+from cxbridge.blackboard.base import BlackBoard, OpenRequest
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.blackboard.fawkesnet.messages.blackboard import OpenSuccess, WireMessage
 from cxbridge.blackboard.listeners import Audience, EventKind
-from cxbridge.blackboard.opening import OpenRequest
 from cxbridge.blackboard.port import BoardPort
 from cxbridge.blackboard.publications import REFUSED, SENT
 from cxbridge.interfaces.instance import STAMP, Interface, Message
+from cxbridge.interfaces.message import OpenedBlock
 from cxbridge.interfaces.message_ids import MESSAGE_ID_MASK, NO_MESSAGE, id_in
-from cxbridge.interfaces.port import OpenedBlock
 
 MAX_COUNTED_READERS: Final = 0xFFFF
 """More readers than that are not believed; Fawkes counts them with 16 bits."""
@@ -170,7 +169,7 @@ class RemotePort(BoardPort):
         return self._version
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Copy the block; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Copy the block; see :class:`~cxbridge.interfaces.message.Port`."""
         with self._lock:
             into[:] = self._data
             return self._version, self._stamped, self._changed
@@ -182,7 +181,7 @@ class RemotePort(BoardPort):
         stamped: bool | None,
         changed: bool,
     ) -> int:
-        """Send the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.port.Port`.
+        """Send the writer's block and notify the listeners; see :class:`~cxbridge.interfaces.message.Port`.
 
         :raises ConnectionLostError: when it cannot be sent.
         """
@@ -204,7 +203,7 @@ class RemotePort(BoardPort):
         return version
 
     def next_id(self, last: int) -> int:
-        """Return the next number; see :class:`~cxbridge.interfaces.port.Port`.
+        """Return the next number; see :class:`~cxbridge.interfaces.message.Port`.
 
         The other end counts what reaches it, so none can be left out here. Who must not take an old answer
         for a new one sends something harmless first; see :mod:`~cxbridge.blackboard.stale_ids`.

@@ -8,8 +8,7 @@ from typing import Any, Final
 from cxbridge.blackboard.fawkesnet.client.port import NOBODY, RemotePort
 from cxbridge.blackboard.publications import SENT, emit_message, emit_write
 from cxbridge.events import EventBus, Publication
-from cxbridge.interfaces.message import Message
-from cxbridge.interfaces.port import ClosedPort
+from cxbridge.interfaces.message import ClosedPort, Message
 
 
 class PublicationEmitter:

@@ -23,8 +23,7 @@ from cxbridge.blackboard.fawkesnet.messages.frames import ComponentId, FawkesFra
 from cxbridge.blackboard.fawkesnet.session import FawkesNetworkHub, FawkesSession
 from cxbridge.blackboard.kit.complaints import Complaints
 from cxbridge.blackboard.kit.room import check_room
-from cxbridge.blackboard.listeners import EventKind, ListenerTable, listening
-from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.listeners import EventKind, ListenerTable, Observer, listening
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import InterfaceError
 from cxbridge.events import Logger

@@ -6,15 +6,13 @@ import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Final
 
-from cxbridge.blackboard.base import Registry
+from cxbridge.blackboard.base import OpenRequest, Registry
 from cxbridge.blackboard.errors import ForeignInstanceError
 from cxbridge.blackboard.info import InterfaceInfo
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import DisconnectedError, TransportError
 from cxbridge.blackboard.kit.wakeup import SocketWakeup
-from cxbridge.blackboard.listeners import ListenerTable
-from cxbridge.blackboard.observers import Observer
-from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.listeners import ListenerTable, Observer
 from cxbridge.blackboard.zmq.client.interfaces import OpenInterfaces
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver
 from cxbridge.blackboard.zmq.client.sending import CommandSender

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.blackboard.kit.dispatcher import Dispatcher
-from cxbridge.blackboard.observers import ObserverTable
+from cxbridge.blackboard.listeners import ObserverTable
 from cxbridge.blackboard.zmq.wire.dataframes import ZmqFrame
 
 

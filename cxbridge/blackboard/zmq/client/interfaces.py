@@ -12,10 +12,10 @@ from collections.abc import Callable
 from typing import Any, Final
 from uuid import UUID
 
+from cxbridge.blackboard.base import OpenRequest
 from cxbridge.blackboard.kit.board import RemoteBlackBoard
 from cxbridge.blackboard.kit.errors import ProtocolError, RequestTimeoutError
-from cxbridge.blackboard.observers import ObserverTable
-from cxbridge.blackboard.opening import OpenRequest
+from cxbridge.blackboard.listeners import ObserverTable
 from cxbridge.blackboard.zmq.client.existence import ExistenceWatch
 from cxbridge.blackboard.zmq.client.port import InterfaceCopy
 from cxbridge.blackboard.zmq.client.receiving import EventReceiver

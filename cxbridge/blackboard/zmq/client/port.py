@@ -22,7 +22,7 @@ from cxbridge.blackboard.zmq.wire.codec import ChangeKind, ResultCode
 from cxbridge.blackboard.zmq.wire.dataframes import DeliverBody
 from cxbridge.blackboard.zmq.wire.messages import receive_message
 from cxbridge.interfaces.instance import STAMP, Interface, Message
-from cxbridge.interfaces.port import OpenedBlock
+from cxbridge.interfaces.message import OpenedBlock
 
 _EVENTS: Final = {
     ChangeKind.READER_ADDED: EventKind.READER_ADDED,
@@ -230,7 +230,7 @@ class InterfaceCopy(BoardPort):
         return ((None if self._view is None else self._notified_copy()) or self._copy)[0]
 
     def fetch(self, into: bytearray) -> tuple[int, int, int]:
-        """Give the copy; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Give the copy; see :class:`~cxbridge.interfaces.message.Port`."""
         with self._lock:
             copy = (None if self._view is None else self._notified_copy()) or self._copy
             self._fetched = copy[0]
@@ -254,11 +254,11 @@ class InterfaceCopy(BoardPort):
         return version
 
     def next_id(self, last: int) -> int:
-        """Return an id that the copy does not show; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Return an id that the copy does not show; see :class:`~cxbridge.interfaces.message.Port`."""
         return self._unshown_id(last, self._copy[3])
 
     def transmit(self, sender: Interface, message: Message) -> None:
-        """Send a message; see :class:`~cxbridge.interfaces.port.Port`."""
+        """Send a message; see :class:`~cxbridge.interfaces.message.Port`."""
         self._uplink.send_message(sender, message)
 
     def has_writer(self) -> bool:

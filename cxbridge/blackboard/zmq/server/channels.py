@@ -8,7 +8,7 @@ from uuid import UUID
 
 from cxbridge.blackboard.base import BlackBoard
 from cxbridge.blackboard.listeners import EventKind, Listener
-from cxbridge.blackboard.memory import InterfaceMemory
+from cxbridge.blackboard.local import InterfaceMemory
 from cxbridge.blackboard.zmq.server.sessions import Membership, ZmqSession
 from cxbridge.blackboard.zmq.wire.codec import ChangeKind
 from cxbridge.blackboard.zmq.wire.dataframes import pack_update

@@ -17,8 +17,8 @@ import zmq
 from cxbridge.blackboard.base import COMPONENT
 from cxbridge.blackboard.kit.errors import ProtocolError
 from cxbridge.blackboard.kit.server import BoardServer
+from cxbridge.blackboard.listeners import Observer
 from cxbridge.blackboard.local import LocalBlackBoard
-from cxbridge.blackboard.observers import Observer
 from cxbridge.blackboard.zmq.security import CurveServer, check_endpoint
 from cxbridge.blackboard.zmq.server.connection_limit import ConnectionLimit
 from cxbridge.blackboard.zmq.server.requests import RequestHandler

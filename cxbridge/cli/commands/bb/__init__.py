@@ -21,7 +21,7 @@ from cxbridge.cli.connect import (
     say_unmatched,
     split_glob,
 )
-from cxbridge.cli.console import say, say_json
+from cxbridge.cli.console import local_time, say, say_json
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
@@ -87,7 +87,7 @@ def list_interfaces(
     for info in infos:
         writer = (info.writer or "yes") if info.has_writer else "-"
         readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
-        rows.append((info.uid, writer, readers, _when(info.timestamp_us)))
+        rows.append((info.uid, writer, readers, local_time(info.timestamp_us)))
     widths = [max(len(row[column]) for row in rows) for column in range(3)]
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
@@ -272,23 +272,11 @@ def _info_row(info: InterfaceInfo) -> dict[str, Any]:
     }
 
 
-def _when(time_us: int) -> str:
-    """Return a time stamp as local time; ``never`` when there was no write."""
-    from datetime import UTC, datetime
-
-    if not time_us:
-        return "never"
-    try:
-        return datetime.fromtimestamp(time_us / 1e6, UTC).astimezone().strftime("%Y-%m-%d %H:%M:%S.%f")
-    except (ValueError, OverflowError, OSError):  # a writer may stamp as it likes
-        return f"{time_us} us"
-
-
 def _print_interface(info: InterfaceInfo, instance: Interface) -> None:
     writer = (info.writer or "somebody") if info.has_writer else "nobody"
     readers = ", ".join(name for name in info.readers if name) or str(info.num_readers)
     say(f"{info.uid}  {info.hash.hex().upper()}")
-    say(f"written by {writer}, last {_when(instance.timestamp_us)}")
+    say(f"written by {writer}, last {local_time(instance.timestamp_us)}")
     say(f"read by {readers}")
     _print_fields(instance.as_dict())
 
@@ -318,5 +306,5 @@ def _print_news(news: InterfaceChange, known: dict[str, dict[str, Any]], *, as_j
         say_json(row, flush=True)
     else:
         text = shown_fields(news.values, changed) if news.kind == "data" else news.kind
-        say(f"{_when(news.time_us)}  {news.uid}  {text}", flush=True)
+        say(f"{local_time(news.time_us)}  {news.uid}  {text}", flush=True)
     return True

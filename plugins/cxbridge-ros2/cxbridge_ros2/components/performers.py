@@ -6,7 +6,7 @@ from cxbridge.errors import ConfigError
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.skiller.board.local_calls import LocalSkillCalls
+from cxbridge.skiller.board.service import LocalSkillCalls
 from cxbridge_ros2.hub.caller import HubSkills
 from cxbridge_ros2.hub.performer import HubPerformer, PerformerSettings
 from cxbridge_ros2.hub.settings import TREE, performer_settings

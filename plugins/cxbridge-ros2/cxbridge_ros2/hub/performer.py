@@ -20,9 +20,9 @@ from cxbridge.errors import ConfigError, CxbridgeError, SkillError
 from cxbridge.events import Logger
 from cxbridge.history.exchange import MAPPED_ACTION
 from cxbridge.rights import right_of_frame
-from cxbridge.skiller.board.local_calls import calls_of
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import ExecutorState, MasterState, SkillCall
+from cxbridge.skiller.board.service import calls_of
 from cxbridge.skiller.board.watch import ExecutorInfo
 from cxbridge.skiller.mapping import ActionSkillMapping
 from cxbridge_ros2.executor import NodeSettings
@@ -44,7 +44,7 @@ _MAPPED: Final = "mapped"
 
 
 class BoardCalls(Protocol):
-    """The skill board; see :class:`~cxbridge.skiller.board.local_calls.LocalSkillCalls`."""
+    """The skill board; see :class:`~cxbridge.skiller.board.service.LocalSkillCalls`."""
 
     @property
     def executors(self) -> Iterable[ExecutorInfo]:

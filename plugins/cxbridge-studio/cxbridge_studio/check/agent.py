@@ -27,8 +27,8 @@ from cxbridge.executive.host.looking import LookEnvironment
 from cxbridge.executive.host.values import Symbol, Value
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.file_access import is_readable_file
-from cxbridge.run.agent import Run
-from cxbridge.run.agents import agent_names, make_base
+from cxbridge.run.agent import Run, make_base
+from cxbridge.run.agents import agent_names
 from cxbridge.run.components.executive import make_executive, unasked_features
 from cxbridge.run.options import RunOptions
 from cxbridge.run.source import CLIPS_SUFFIX, source_of

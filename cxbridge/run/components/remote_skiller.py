@@ -6,8 +6,11 @@ import time
 from collections.abc import Callable
 
 from cxbridge.blackboard import BlackBoard
+from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.errors import SkillerError
 from cxbridge.events import EventBus
+from cxbridge.run.agent import Run
+from cxbridge.run.components.component import Component
 
 PATTERNS = ("SkillerInterface", "SkillerDebugInterface")
 """What is mirrored."""
@@ -103,3 +106,35 @@ class RemoteSkiller:
             self._remote.shutdown()  # else who is asking there waits for an answer first
         self._gateway.close()
         self._remote.shutdown()
+
+
+class RemoteSkillers(Component):
+    """Mirrors the Skiller of the blackboard at a URL.
+
+    A run waits for the Skiller, and ends when it is gone; a daemon does without it until it comes.
+
+    :raises CxbridgeError: when nobody is at the URL, or in time no Skiller.
+    """
+
+    description = "Executes skills, or mirrors the Skiller that does"
+
+    def __init__(self, context: Run) -> None:
+        def open_there(url: str) -> BlackBoard:
+            return open_blackboard(url, context.registry, context.clock, context.bus)
+
+        self._remote = RemoteSkiller(
+            context.options.skiller,
+            context.board,
+            context.bus,
+            open_there,
+            patience_s=PATIENCE_S if context.waits_for_skiller else 0,
+        )
+
+    @property
+    def loss(self) -> str:
+        """Why the run cannot go on."""
+        return self._remote.loss
+
+    def close(self) -> None:
+        """Leave both blackboards."""
+        self._remote.close()

@@ -1,0 +1,122 @@
+"""The servers of a daemon, each in threads of its own: ZeroMQ, and Fawkes' protocol for Fawkes' tools."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from dataclasses import replace
+from typing import Generic, Protocol, TypeVar
+
+from cxbridge.blackboard.fawkesnet.components.configuration import ConfigurationComponent
+from cxbridge.blackboard.fawkesnet.components.logger import NetworkLogger
+from cxbridge.blackboard.fawkesnet.components.plugins import PluginManager
+from cxbridge.blackboard.fawkesnet.server import DEFAULT_LIMITS, FawkesServer
+from cxbridge.blackboard.zmq.security import CurveServer
+from cxbridge.blackboard.zmq.server import MOST_CONNECTIONS, ZmqBlackBoardServer
+from cxbridge.daemon.daemon import Daemon
+from cxbridge.daemon.plugins import DaemonPlugins
+from cxbridge.process.file_limit import ZMQ_SHARE, most_clients, raise_file_limit, share
+from cxbridge.rights import Right
+from cxbridge.run.components.component import Component
+
+
+class Server(Protocol):
+    """Serves in a thread of its own."""
+
+    def start(self) -> None:
+        """Begin to serve."""
+
+    def stop(self) -> None:
+        """Serve no more, and release everything."""
+
+
+ServerType = TypeVar("ServerType", bound=Server)
+
+
+class ServerComponent(Component, ABC, Generic[ServerType]):
+    """A server, that is made and started when it is activated, and goes on while others are paused."""
+
+    steady = True
+
+    def __init__(self, daemon: Daemon) -> None:
+        self._daemon = daemon
+        self._server: ServerType | None = None
+
+    @abstractmethod
+    def make(self) -> ServerType:
+        """Make the server."""
+
+    @abstractmethod
+    def endpoints(self, server: ServerType) -> list[str]:
+        """Return the URLs of a server that has started."""
+
+    def activate(self) -> None:
+        """Begin to serve."""
+        server = self.make()
+        try:
+            server.start()
+        except Exception:
+            server.stop()
+            raise
+        self._server = server
+        self._daemon.add_endpoints(self.endpoints(server))
+
+    def deactivate(self) -> None:
+        """Serve no more."""
+        server, self._server = self._server, None
+        if server is not None:
+            server.stop()
+
+
+class ZmqComponent(ServerComponent[ZmqBlackBoardServer]):
+    """Serves the blackboard over ZeroMQ."""
+
+    def make(self) -> ZmqBlackBoardServer:
+        """Make the server, with CURVE if there are keys."""
+        settings, keys = self._daemon.settings, None
+        if settings.secret_key is not None and settings.clients is not None:
+            keys = CurveServer(settings.secret_key, settings.clients)
+        return ZmqBlackBoardServer(
+            self._daemon.board,
+            list(settings.endpoints),
+            keys=keys,
+            insecure=settings.insecure,
+            rights=settings.rights,
+            most_connections=share(raise_file_limit(), MOST_CONNECTIONS, ZMQ_SHARE),
+        )
+
+    def endpoints(self, server: ZmqBlackBoardServer) -> list[str]:
+        """Return the URLs, with the ports that were free."""
+        return server.endpoints
+
+
+class FawkesComponent(ServerComponent[FawkesServer]):
+    """Serves the blackboard over Fawkes' own protocol."""
+
+    def make(self) -> FawkesServer:
+        """Make the server."""
+        daemon = self._daemon
+        settings, rights = daemon.settings.fawkes, daemon.settings.rights
+        assert settings is not None  # else it is not needed
+        plugins = daemon.plugins = DaemonPlugins(daemon.lifecycle, allowed=rights.allow(Right.CONTROL))
+        manager = plugins.watchers = PluginManager(plugins, daemon.log.warn)
+        components = (
+            manager,
+            ConfigurationComponent(daemon.config, writable=rights.allow(Right.PROGRAMS)),
+            NetworkLogger(daemon.bus),
+        )
+        clients = most_clients(raise_file_limit(), DEFAULT_LIMITS.most_clients)
+        return FawkesServer(
+            daemon.board,
+            settings.host,
+            settings.port,
+            bus=daemon.bus,
+            components=components,
+            allow=settings.allow,
+            rights=rights,
+            limits=replace(DEFAULT_LIMITS, most_clients=clients),
+        )
+
+    def endpoints(self, server: FawkesServer) -> list[str]:
+        """Return the URL, with the port that was free."""
+        host = f"[{server.host}]" if ":" in server.host else server.host
+        return [f"fawkes://{host}:{server.port}"]

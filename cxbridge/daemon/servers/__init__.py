@@ -1,1 +1,0 @@
-"""The servers of a daemon as components, each in a file."""
