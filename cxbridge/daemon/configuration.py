@@ -11,9 +11,8 @@ from cxbridge.daemon.settings import DaemonSettings, core_of
 from cxbridge.errors import ConfigError
 from cxbridge.events import EventBus
 from cxbridge.run.agent import RunBase
-from cxbridge.run.agents import agent_names, choose_agent, clock_of
+from cxbridge.run.agents import agent_names, choose_agent, clock_of, make_main_loop
 from cxbridge.run.options import RunOptions, SourceOptions
-from cxbridge.run.rate import make_main_loop
 from cxbridge.run.source import source_of
 
 DEFAULT_CONFIG = Path("cxbridge.yaml")

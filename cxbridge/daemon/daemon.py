@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from threading import get_ident
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.daemon.board import DaemonBoard
+from cxbridge.daemon.board import INTERRUPT, DaemonBoard
 from cxbridge.daemon.components import DaemonComponents
 from cxbridge.daemon.configuration import make_daemon_base, make_run_options
 from cxbridge.daemon.nodes import ExecutiveNode
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.daemon.requests import DaemonRequests
-from cxbridge.daemon.stalls import DaemonStalls
 from cxbridge.daemon.table import DAEMON_COMPONENTS
 from cxbridge.errors import BrokenAgentError, CxbridgeError
 from cxbridge.events import LogLine, Sink
@@ -32,6 +32,7 @@ from cxbridge.run.components.manager import (
 )
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.result import FAULT
+from cxbridge.run.standstill import Stall, Stalls
 
 if TYPE_CHECKING:
     from cxbridge.daemon.plugins import DaemonPlugins
@@ -74,18 +75,17 @@ class Daemon(Run):
         self.plugins: DaemonPlugins | None = None
         """The components for Fawkes' plugin tool; None without a server for that."""
         super().__init__(make_run_options(options, base.config, settings), base)
-        self.stalls = DaemonStalls(
+        self.stalls = Stalls(
             self.loop,
             lambda: {} if self.node is None else self.node.environments,
             self.log,
-            self._notifier,
-            self._publish,
-            allowed=settings.rights.control,
+            "'cxbridge daemon interrupt' ends what rules do",
             limit_s=settings.watchdog_s,
+            on_stall=self._report_stall,
         )
         nodes = self.lifecycle.nodes
         names = [node.name for node in nodes]
-        self.status = DaemonBoard(self.board, names, self.clock.name, self.stalls.take_command)
+        self.status = DaemonBoard(self.board, names, self.clock.name, self._take_message)
         self.parts = DaemonComponents(self.lifecycle, self.status_of_components, self._settle)
         self._requests = DaemonRequests(
             self.board, self.bus, self.node, settings.rights, self.parts, self.loop
@@ -212,6 +212,26 @@ class Daemon(Run):
         self.lifecycle.shutdown()
         self.log.info("Stopped")
 
+    # -- in other threads
+
+    def _take_message(self, message: str) -> None:
+        """Take a command that has come: a loop that is stuck cannot carry it out."""
+        if not self.settings.rights.control or message == "ResumeMessage":
+            return
+        if message == INTERRUPT:
+            self.stalls.interrupt()
+        elif self.stalls.now is not None:
+            self.stalls.watchdog.interrupt()
+
+    def _report_stall(self, stall: Stall | None) -> None:
+        """Report a loop that does not come to its end, or has come to it; in the watchdog's thread."""
+        if stall is None:
+            self.log.info("The loop goes on")
+        elif self.loop.stopping:
+            self.stalls.watchdog.interrupt()  # nobody else will
+        self._notifier.status("goes on" if stall is None else str(stall))
+        self._publish()
+
     # -- every loop
 
     def _poll(self) -> None:
@@ -265,7 +285,13 @@ class Daemon(Run):
 
     def status_of_components(self) -> list[ComponentStatus]:
         """Return how the components stand."""
-        return self.stalls.apply(self.lifecycle.status())
+        stall = self.stalls.now
+        return [
+            replace(status, reason=str(stall))
+            if stall is not None and status.name == stall.component
+            else status
+            for status in self.lifecycle.status()
+        ]
 
     def _settle(self) -> None:
         """Report how the daemon stands."""

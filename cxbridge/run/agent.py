@@ -22,14 +22,13 @@ from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.mainloop import Hook, MainLoop
 from cxbridge.plugins import installed_plugins, sections_without_package
 from cxbridge.rights import Rights
-from cxbridge.run.agents import agent_names, choose_agent, clock_of
+from cxbridge.run.agents import agent_names, choose_agent, clock_of, make_main_loop
 from cxbridge.run.components.component import Component, ThinkingComponent
 from cxbridge.run.components.manager import ComponentManager, ManagedNode, Policy
 from cxbridge.run.components.table import COMPONENTS, EXECUTIVE, needed_components
 from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import RunPaths, find_missing
 from cxbridge.run.program.additions import NOTHING, Additions
-from cxbridge.run.rate import make_main_loop
 from cxbridge.run.rights import read_rights
 from cxbridge.run.source import skill_board_settings, source_of
 from cxbridge.run.specs import check_spec, choose_spec, mistaken_keys
@@ -360,6 +359,11 @@ class Run(Closing):
             and not self.memory.is_open
             and all(component.is_quiet for component in self.components)
         )
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether nothing can happen any more."""
+        return self.thinking is not None and self.thinking.is_stuck
 
     @property
     def loss(self) -> str:

@@ -1,4 +1,4 @@
-"""The agents of a scenario, and on what a run begins: configuration, clock, bus and main loop."""
+"""The agents of a scenario and their configurations; the clock and the main loop of a run."""
 
 from __future__ import annotations
 
@@ -10,8 +10,11 @@ from typing import Final
 from cxbridge.clock import Clock, make_clock
 from cxbridge.config import Configuration
 from cxbridge.errors import ConfigError, CxbridgeError
+from cxbridge.events import EventBus
 from cxbridge.executive.executive import ENVIRONMENT
+from cxbridge.mainloop import MainLoop
 from cxbridge.plugins import Table, package_hint
+from cxbridge.process.loop_times import LoopTimes
 
 AGENTS = "/cxbridge/agents"
 """Where the agents of a scenario are configured, by name; without it there is one that needs no name."""
@@ -42,6 +45,17 @@ def clock_of(name: str, config: Configuration, folder: Path) -> Clock:
     if hint := package_hint(name):
         raise ConfigError(f"unknown clock '{name}'", hint=hint)
     return make_clock(name)
+
+
+def make_main_loop(period_us: int, bus: EventBus) -> MainLoop:
+    """Make the main loop; on a clock that is not virtual the loop reports its durations.
+
+    :param period_us: the desired duration of a loop, in microseconds.
+    """
+    loop = MainLoop(bus.clock, period_us)
+    if not bus.clock.is_virtual:
+        LoopTimes(loop, bus)
+    return loop
 
 
 def agent_names(config: Configuration) -> list[str]:

@@ -5,8 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from contextlib import ExitStack
-from types import TracebackType
-from typing import TYPE_CHECKING, Self
+from typing import TYPE_CHECKING, Final, Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -15,14 +14,13 @@ from cxbridge.mainloop import Hook
 from cxbridge.process.interrupt import GOODBYE_S, Interrupt
 from cxbridge.run.agent import Run, make_base
 from cxbridge.run.agents import agent_names
+from cxbridge.run.components.table import COMPONENTS, RECORDER
 from cxbridge.run.ending.mistakes import AgentChecks
-from cxbridge.run.ending.stuck import RuleErrors, StuckWatch, waits_for
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
-from cxbridge.run.recording import start_recording
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.servers import RunServer, Stay, finish_servers, no_stay
-from cxbridge.run.watchdog import LIMIT_S, Stall, Watchdog
+from cxbridge.run.servers import RunServer, Stay, no_stay
+from cxbridge.run.standstill import RuleErrors, Stall, Stalls, StuckWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -33,8 +31,8 @@ if TYPE_CHECKING:
     from cxbridge.run.team import Team
 
 
-STALL_S = LIMIT_S
-"""Seconds of real time that a loop may take before there is a warning."""
+_REST_S: Final = 0.02
+"""Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
 
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
@@ -97,7 +95,7 @@ def _run(
         stack.enter_context(assembly)
         if console is not None:
             assembly.bus.subscribe(console, LogLine)
-        recorder = start_recording(assembly, options, additions.writers)
+        recorder = COMPONENTS.load(RECORDER)(assembly, additions.writers)
         stack.callback(recorder.close)
         if replay is not None:
             stack.enter_context(replay.noting(assembly.bus))
@@ -112,14 +110,14 @@ def _run(
         with assembly.loop.busy():
             _start(assembly, interrupt)
         checks.start()
-        assembly.loop.add(Hook.POST_LOOP, recorder.flush_when_due)
+        assembly.loop.add(Hook.POST_LOOP, recorder.loop)
         start_us = assembly.clock.now_us()
         deadline_us = start_us + int(options.timeout * MICROSECONDS)
         if replay is not None:
             deadline_us += replay.length_us
         over, loss, is_stuck = False, "", False
         watch = StuckWatch(
-            assembly.agents,
+            assembly,
             on=replay is None
             and not (servers or interactive or additions.features)
             and all(agent.executive.knows_goals for agent in assembly.agents),
@@ -149,11 +147,35 @@ def _run(
             rule_errors=rule_errors if is_stuck else None,
         )
         recorder.describe({"status": str(result.status), "reason": result.reason})
-        finish_servers(servers, result, stay, lambda: interrupt.received, recorder.flush_when_due)
-    if recorder.errors:
-        lost = f"{result.reason}, but the recording is not whole: {recorder.errors[0]}"
+        _finish_servers(servers, result, stay, lambda: interrupt.received, recorder.loop)
+    if recorder.fault:
+        lost = f"{result.reason}, but the recording is not whole: {recorder.fault}"
         return dataclasses.replace(result, status=FAULT, reason=lost)
     return result
+
+
+def _finish_servers(
+    servers: Sequence[RunServer],
+    result: RunResult,
+    stay: Stay,
+    is_interrupted: Callable[[], bool],
+    tick: Callable[[], None],
+) -> None:
+    """Report the end of the run to its servers; let those that stay answer clients until the user ends them.
+
+    :param is_interrupted: whether a signal has come.
+    :param tick: called after each round of answers.
+    """
+    for server in servers:
+        server.finish(result)
+    if not any(server.stays for server in servers):
+        return
+    has_ended = stay(result, servers)
+    while not (is_interrupted() or has_ended()):
+        for server in servers:
+            server.attend()
+        tick()
+        time.sleep(_REST_S)
 
 
 def _let_in(
@@ -212,43 +234,32 @@ def sum_up_run(
     )
 
 
-class _Stalls:
-    """Says for loops that do not come to their end: a virtual clock stands still in them.
+class _Stalls(Stalls):
+    """Reports loops that do not come to their end: a virtual clock stands still in them.
 
     :param timeout_s: of the run; rules that take longer in one loop, in real time, end the run.
     :param on: whether to watch at all.
     """
 
-    def __init__(self, assembly: Run | Team, timeout_s: float, *, on: bool) -> None:
+    def __init__(self, run: Run | Team, timeout_s: float, *, on: bool) -> None:
         self.verdict: tuple[int, str] | None = None
         """Status and reason, when the run was ended; None when it was not."""
-        self._assembly = assembly
+        self._run, self._on = run, on
         self._most_s = max(timeout_s, LEAST_STALL_S)
-        self._log = assembly.bus.logger("Run")
-        self._on = on
-        self._watchdog = Watchdog(assembly.loop, self._environments, self._report_stall, STALL_S)
+        log = run.bus.logger("Run")
+        super().__init__(run.loop, self._environments, log, "Ctrl-C ends the run", on_stall=self._end)
 
     def __enter__(self) -> Self:
-        if self._on:
-            self._watchdog.start()
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self._watchdog.stop()
+        return super().__enter__() if self._on else self
 
     def _environments(self) -> dict[str, ClipsEnvironment]:
-        return {agent.name: agent.executive.env for agent in self._assembly.agents}
+        return {agent.name: agent.executive.env for agent in self._run.agents}
 
-    def _report_stall(self, stall: Stall | None) -> None:
-        if stall is None:
-            return
-        self._log.warn(f"{stall}; Ctrl-C ends the run")
-        if stall.in_rules and stall.seconds >= self._most_s:
+    def _end(self, stall: Stall | None) -> None:
+        if stall is not None and stall.in_rules and stall.seconds >= self._most_s:
             self.verdict = TIMED_OUT, str(stall)
-            self._assembly.loop.stop()
-            self._assembly.interrupt()
+            self._run.loop.stop()
+            self._run.interrupt()
 
 
 def _start(assembly: Run | Team, interrupt: Interrupt) -> None:
@@ -304,7 +315,8 @@ def _verdict(
     if not over and not maintaining:
         why = f"{_what_is_open(assembly)} after {options.timeout:g} s"
         if rule_errors is not None:
-            why = f"nothing can happen any more: {waits_for(assembly, rule_errors)}"
+            assert assembly.thinking is not None
+            why = f"nothing can happen any more: {assembly.thinking.waits_for(rule_errors.rules)}"
         return TIMED_OUT, why
     if bad:
         return UNSUCCESSFUL, ", ".join(bad)

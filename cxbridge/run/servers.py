@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
 
 if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
-
-REST_S: Final = 0.02
-"""Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
 
 
 class RunServer:
@@ -41,27 +37,3 @@ Stay: TypeAlias = "Callable[[RunResult, Sequence[RunServer]], Callable[[], bool]
 def no_stay(_result: RunResult, _servers: Sequence[RunServer]) -> Callable[[], bool]:
     """End the servers with the run."""
     return lambda: True
-
-
-def finish_servers(
-    servers: Sequence[RunServer],
-    result: RunResult,
-    stay: Stay,
-    is_interrupted: Callable[[], bool],
-    tick: Callable[[], None],
-) -> None:
-    """Report the end of the run to its servers; let those that stay answer clients until the user ends them.
-
-    :param is_interrupted: whether a signal has come.
-    :param tick: called after each round of answers.
-    """
-    for server in servers:
-        server.finish(result)
-    if not any(server.stays for server in servers):
-        return
-    has_ended = stay(result, servers)
-    while not (is_interrupted() or has_ended()):
-        for server in servers:
-            server.attend()
-        tick()
-        time.sleep(REST_S)

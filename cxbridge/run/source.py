@@ -11,9 +11,10 @@ from msgspec import Struct
 from cxbridge.config import Configuration
 from cxbridge.config.checkouts import Checkouts
 from cxbridge.config.documents import Mark
-from cxbridge.errors import CxbridgeError
+from cxbridge.errors import ConfigError, CxbridgeError
 from cxbridge.executive.executive import BUILTIN_CX, ENVIRONMENT, ActionMapper, CoreFiles, Executive
 from cxbridge.executive.manager import HOST_LIBRARY, EnvironmentManager
+from cxbridge.mainloop import DEFAULT_PERIOD_US
 from cxbridge.plugins import Table
 from cxbridge.resources import shipped_dir, shipped_scenarios
 from cxbridge.run.paths import (
@@ -24,7 +25,6 @@ from cxbridge.run.paths import (
     fawkes_interface_dirs,
     fawkes_part,
 )
-from cxbridge.run.rate import loop_period_us
 from cxbridge.skiller.backend import DEFAULT_SKILLER, INSTANCES
 
 if TYPE_CHECKING:
@@ -58,6 +58,10 @@ _FAWKES_CX = "src/plugins/clips-executive/clips"
 _FAWKES_ROBOT_MEMORY = "src/plugins/clips-robot-memory/robot-memory.clp"
 _FAWKES_LUA = "src/lua"
 _OWN_INTERFACES = "interfaces"  # of a scenario, beside its scenario.yaml
+
+
+_PERIOD: Final = "/fawkes/mainapp/desired_loop_time"
+_SHORTEST_PERIOD_US: Final = 100
 
 
 class RunFacts(Protocol):
@@ -330,6 +334,23 @@ class Source:
     def think(self, executive: Executive) -> int:
         """Run the rules of a loop; returns the number of firings."""
         return executive.loop()
+
+
+def loop_period_us(config: Configuration) -> int:
+    """Return the desired time of a loop.
+
+    :raises ConfigError: when it is so short that a virtual clock would hardly move, or not at all.
+    """
+    period_us = config.get_uint(_PERIOD, default=DEFAULT_PERIOD_US)
+    if period_us >= _SHORTEST_PERIOD_US:
+        return period_us
+    place = config.get(_PERIOD)
+    raise ConfigError(
+        f"{_PERIOD} cannot be {period_us}",
+        file=place.file,
+        line=place.line,
+        hint=f"microseconds, {_SHORTEST_PERIOD_US} at least; Fawkes has {DEFAULT_PERIOD_US}",
+    )
 
 
 def skill_board_settings(

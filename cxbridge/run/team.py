@@ -59,7 +59,7 @@ class Team(Closing):
         self.bus, self.clock, self.loop = base.bus, base.clock, base.loop
         self.config, self.early = base.config, base.early
         self._memory = SharedMemory(base)
-        self._options, self._base, self._additions = options, base, additions
+        self.options, self._base, self._additions = options, base, additions
         self._components = components
         self._dead: list[Run] = []
         self.watchers: list[AgentWatcher] = []
@@ -120,7 +120,7 @@ class Team(Closing):
         :raises CxbridgeError: when the agent cannot be made.
         """
         one, more = self._one(self._base, name), self._components(name)
-        agent = Run(self._options, one, None, self._additions, more)
+        agent = Run(self.options, one, None, self._additions, more)
         self.agents = (*self.agents, agent)
         for watcher in self.watchers:
             watcher.joined(agent)

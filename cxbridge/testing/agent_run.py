@@ -25,7 +25,7 @@ from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.options import RunOptions
 from cxbridge.run.recording import start_recording
-from cxbridge.run.watchdog import end_spins
+from cxbridge.run.standstill import end_spins
 from cxbridge.testing.golden import GoldenFiles
 from cxbridge.testing.members import find_member
 from cxbridge.testing.scripted import ScriptedSkills

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from abc import abstractmethod
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, ClassVar
 
 if TYPE_CHECKING:
@@ -84,6 +84,18 @@ class ThinkingComponent(Component):
     @abstractmethod
     def watch(self) -> None:
         """Watch what is to be followed and recorded, from before the first file is loaded."""
+
+    @property
+    @abstractmethod
+    def is_stuck(self) -> bool:
+        """Whether nothing can happen to the agent any more."""
+
+    @abstractmethod
+    def waits_for(self, failed_rules: Iterable[str]) -> str:
+        """Return what the agent waits for in vain.
+
+        :param failed_rules: the rules whose actions an error has ended.
+        """
 
     @abstractmethod
     def finalize(self) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from functools import partial
 
 from cxbridge.config import Configuration
@@ -12,6 +13,7 @@ from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.mainloop import Hook
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import ThinkingComponent
+from cxbridge.run.ending import stuck
 from cxbridge.run.ending.mistakes import known_skills
 from cxbridge.run.ending.places import AgentPlaces, UnexecutedActions
 from cxbridge.run.features import FEATURES, run_features
@@ -80,6 +82,15 @@ class ExecutiveComponent(ThinkingComponent):
     def forgo_finalization(self) -> None:
         """Let :meth:`finalize` do nothing."""
         self._begun = False
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether nothing can happen to the agent any more."""
+        return stuck.is_stuck(self.context)
+
+    def waits_for(self, failed_rules: Iterable[str]) -> str:
+        """Return what the agent waits for in vain."""
+        return stuck.waits_for(self.context, failed_rules)
 
     @property
     def is_quiet(self) -> bool:

@@ -15,6 +15,10 @@ PLANNING: Final = "planning"
 _PACKAGE = "cxbridge.run.components"
 
 
+RECORDER: Final = Row("recorder", "cxbridge.run.recording:RecorderComponent")
+"""The recorder; a run has it outside of all other components, a daemon in its own table."""
+
+
 def local_skillers(run: Any) -> tuple[SkillerSettings, ...]:
     """Return the Skillers that this process has to make.
 

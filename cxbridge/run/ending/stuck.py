@@ -7,7 +7,7 @@ installed package, no interface with a writer other than the agent and its Skill
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Final
 
@@ -17,14 +17,9 @@ from cxbridge.executive.host.constructs import allowed_values
 from cxbridge.run.ending.places import AgentPlaces
 
 if TYPE_CHECKING:
-    from cxbridge.events import Event
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.run.agent import Run
 
-_QUIET_LOOPS: Final = 15
-"""Loops without a rule but those of each tick, after which it is worth to look."""
-
-_TICK_RULES: Final = 2
 _QUIET_FEATURES: Final = frozenset(
     {
         "blackboard", "config", "redefine-warning", "pddl-parser", "planner", "skill-board", "navgraph",
@@ -34,49 +29,6 @@ _QUIET_FEATURES: Final = frozenset(
 """The features that assert nothing by themselves, unless what they wait for is seen otherwise."""
 
 _TIME: Final = "/clips-executive/assert-time-each-loop"
-_HALTED: Final = "[PRCCODE4]"
-
-
-class StuckWatch:
-    """Looks from time to time whether the agents of a run can still do anything.
-
-    :param agents: of the run.
-    :param on: whether to look at all: somebody who looks on may interfere.
-    """
-
-    def __init__(self, agents: Sequence[Run], *, on: bool) -> None:
-        self._agents = tuple(agents)
-        self._is_on = on
-        self._fired = 0
-        self._quiet = 0
-        self._look_at = _QUIET_LOOPS
-
-    def joined(self, agent: Run) -> None:
-        """Look at an agent, too, which is about to begin."""
-        self._agents = (*self._agents, agent)
-        self._quiet, self._look_at = 0, _QUIET_LOOPS
-
-    def left(self, agent: Run) -> None:
-        """Expect nothing any more of an agent that was killed."""
-        self._agents = tuple(each for each in self._agents if each is not agent)
-        self._quiet, self._look_at = 0, _QUIET_LOOPS
-
-    def look(self) -> bool:
-        """Return whether the run is stuck; to be called after each loop.
-
-        To find out takes some milliseconds, so it is tried when nothing has happened for some loops, and
-        after twice as many again.
-        """
-        fired = sum(agent.firings for agent in self._agents)
-        before, self._fired = self._fired, fired
-        if not self._is_on or fired - before > _TICK_RULES * len(self._agents):
-            self._quiet, self._look_at = 0, _QUIET_LOOPS
-            return False
-        self._quiet += 1
-        if self._quiet < self._look_at:
-            return False
-        self._look_at *= 2
-        return all(agent.is_over or is_stuck(agent) for agent in self._agents)
 
 
 def is_stuck(agent: Run) -> bool:
@@ -119,24 +71,14 @@ def _may_change(agent: Run, kind: str, name: str) -> bool:
     return any(info.has_writer and not info.writer.startswith("CLIPS:") for info in infos)
 
 
-class RuleErrors:
-    """Keeps in which rules there were errors, as CLIPS reports them; a sink of log lines."""
-
-    def __init__(self) -> None:
-        self.rules: dict[str, None] = {}
-
-    def __call__(self, event: Event) -> None:
-        """Take a log line."""
-        text = getattr(event, "text", "")
-        if text.startswith(_HALTED) and "'" in text:
-            self.rules[text.split("'")[1]] = None
-
-
 # ---- what it waits for
 
 
-def waits_for(agent: Run, errors: RuleErrors) -> str:
-    """Return what a run waits for in vain, as far as the facts show."""
+def waits_for(agent: Run, failed_rules: Iterable[str]) -> str:
+    """Return what a run waits for in vain, as far as the facts show.
+
+    :param failed_rules: the rules whose actions an error has ended.
+    """
     executive, places = agent.executive, AgentPlaces(agent, agent.executive)
     if not executive.initialized:
         causes = [*_signals(agent)] or ["the initialisation has not ended"]
@@ -147,7 +89,7 @@ def waits_for(agent: Run, errors: RuleErrors) -> str:
         causes += _without_files(agent)
     else:
         causes = ["a skill or rules were not over"]
-    causes += _failed_rules(agent, errors)
+    causes += _failed_rules(agent, failed_rules)
     causes += _empty(agent)
     causes += _unwritten(agent, places)
     if not _has_time(agent):
@@ -256,8 +198,8 @@ def _definitions(file: Path, kind: str) -> Iterator[tuple[str, int]]:
     yield from ((each.name, each.line) for each in definitions(text) if each.kind == kind)
 
 
-def _failed_rules(agent: Run, errors: RuleErrors) -> Iterator[str]:
-    for rule in errors.rules:
+def _failed_rules(agent: Run, rules: Iterable[str]) -> Iterator[str]:
+    for rule in rules:
         place = agent.executive.env.loader.place_of(rule)
         if place is not None:
             yield f"{place[0]}:{place[1]}: an error has ended the actions of rule {rule}"

@@ -11,7 +11,9 @@ from typing import Final
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import MICROSECONDS, VirtualClock
-from cxbridge.events import Event, EventBus, PlannerCall
+from cxbridge.event_kinds import RecordLevel
+from cxbridge.events import Event, EventBus, PlannerCall, RuleFired
+from cxbridge.history.transitions import TRANSITION_TYPES
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
@@ -26,7 +28,6 @@ from cxbridge.run.replay.scan import SKILLER
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
 from cxbridge.run.replay.sensors import SensorPlayer, YieldingBoard
 from cxbridge.run.replay.skillers import COMPONENT, RecordedSkiller
-from cxbridge.run.replay.transition_writer import record_transitions
 from cxbridge.run.replay.verdict import judge
 from cxbridge.run.result import ReplayOutcome
 from cxbridge.run.skillers import SkillerGroup, skiller_settings
@@ -34,10 +35,25 @@ from cxbridge.skiller.board.executor import ExecutorContext
 from cxbridge.skiller.board.host import ExecutorHost
 from cxbridge.trace.compare.checks import Tolerance
 from cxbridge.trace.compare.model import Order
+from cxbridge.trace.formats.mcap.writer import McapWriter
+from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.replay.blocks import BlockMaker
 
 _SLACK_US: Final = 2 * MICROSECONDS
 """How much longer than the recorded run this one may take for its last transitions."""
+
+
+class _TransitionWriter(McapWriter):
+    """Keeps what is compared, and the rules that led to it if they are watched."""
+
+    def event_types(self, level: RecordLevel) -> frozenset[type[Event]]:  # noqa: ARG002 - always the same
+        """Return the types of events that are kept."""
+        return frozenset((*TRANSITION_TYPES, RuleFired))
+
+
+def _record_transitions(bus: EventBus, file: Path) -> Recorder:
+    """Return a recorder of the transitions of a run; to be used with ``with``."""
+    return Recorder(bus, [_TransitionWriter(file)])
 
 
 class Replay:
@@ -102,7 +118,7 @@ class Replay:
         """Note the transitions of this run, and compare them at the end."""
         with tempfile.TemporaryDirectory(prefix="cxbridge-replay-") as folder:
             notes = Path(folder) / "this run"
-            with record_transitions(bus, notes):
+            with _record_transitions(bus, notes):
                 yield
             recordings = self.recordings
             self._outcome = judge(

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 from cxbridge.process.forking import HAS_FORK
-from cxbridge.run.ending.stuck import StuckWatch
 from cxbridge.run.options import RunOptions
+from cxbridge.run.standstill import StuckWatch
 from cxbridge_explore.bounds import Bounds, Means
 from cxbridge_explore.explore import explore as explore_scenario
 from cxbridge_explore.judging import properties_of
@@ -74,7 +74,7 @@ def assert_properties(run: AgentRun, *properties: str | Property, timeout: float
         [agent],
         agent.clock,
     )
-    stuck = StuckWatch([agent], on=True)
+    stuck = StuckWatch(agent, on=True)
     is_stuck = False
 
     def done() -> bool:

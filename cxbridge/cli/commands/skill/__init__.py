@@ -12,7 +12,6 @@ import typer
 
 from cxbridge.cli.connect import (
     DEFAULT_URL,
-    INTERFACE_DIR,
     TIMED_OUT,
     AsJson,
     Connect,
@@ -21,7 +20,7 @@ from cxbridge.cli.connect import (
     say_unmatched,
 )
 from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
-from cxbridge.cli.option_groups import option_groups
+from cxbridge.cli.option_groups import INTERFACE_DIR, option_groups
 from cxbridge.cli.orderly import orderly
 from cxbridge.file_access import write_file
 from cxbridge.printing import one_line, terminal_of

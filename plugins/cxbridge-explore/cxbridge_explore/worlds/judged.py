@@ -5,11 +5,10 @@ from __future__ import annotations
 from cxbridge.closing import Closing
 from cxbridge.events import LogLine
 from cxbridge.run.ending.mistakes import AgentChecks
-from cxbridge.run.ending.stuck import RuleErrors, StuckWatch
 from cxbridge.run.options import RunOptions
 from cxbridge.run.result import RunResult
 from cxbridge.run.run import sum_up_run
-from cxbridge.run.watchdog import end_spins
+from cxbridge.run.standstill import RuleErrors, StuckWatch, end_spins
 from cxbridge_explore.worldmodel.model import WorldModel
 from cxbridge_explore.worlds.points import Chooser
 from cxbridge_explore.worlds.run import MakeAssembly, WorldResult, WorldRun, make_scenario
@@ -39,8 +38,8 @@ class JudgedRun(Closing):
         self._checks = AgentChecks(assembly.agents)
         self._errors = RuleErrors()
         assembly.bus.subscribe(self._errors, LogLine)
-        self._watch = StuckWatch(assembly.agents, on=True)
-        self.world.watchers.extend([self._checks, self._watch])
+        self._watch = StuckWatch(assembly, on=True)
+        self.world.watchers.append(self._checks)
         self._watchdog = end_spins(assembly)
         self._watchdog.start()
         self._is_stuck = self._is_checked = False

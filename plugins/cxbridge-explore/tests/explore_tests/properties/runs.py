@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from cxbridge.run.ending.stuck import StuckWatch
 from cxbridge.run.options import RunOptions
+from cxbridge.run.standstill import StuckWatch
 from cxbridge_explore.properties.builtin.table import builtin_properties
 from cxbridge_explore.properties.monitor import Ending, Property, RunEnd, Violation
 from cxbridge_explore.properties.watch import PropertyWatch
@@ -55,7 +55,7 @@ def watched(
     states = []
     with WorldRun(given, PathChooser(path or {})) as run:
         watch = PropertyWatch(properties, run.assembly.agents, run.assembly.clock)
-        stuck = StuckWatch(run.assembly.agents, on=True)
+        stuck = StuckWatch(run.assembly, on=True)
         before(run)
         is_stuck = False
 

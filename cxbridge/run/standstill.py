@@ -1,4 +1,9 @@
-"""A thread that notices when a loop does not come to its end, and finds out why."""
+"""Why nothing happens in a run or a daemon: a loop does not end, or nothing can happen any more.
+
+:class:`Watchdog` is the thread that notices a loop which does not end, and finds out why; :class:`Stalls`
+reports such a loop. :class:`StuckWatch` notices a run in which nothing can happen any more; the executive
+says what the run waits for (:mod:`cxbridge.run.ending.stuck`).
+"""
 
 from __future__ import annotations
 
@@ -9,7 +14,7 @@ from collections import Counter, deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from types import FrameType
-from typing import TYPE_CHECKING, Final, Protocol
+from typing import TYPE_CHECKING, Final, Protocol, Self
 
 from msgspec import Struct
 
@@ -17,6 +22,7 @@ from cxbridge.executive.host.activity import MATCHING, executing, executing_func
 from cxbridge.process import forking
 
 if TYPE_CHECKING:
+    from cxbridge.events import Event, Logger
     from cxbridge.executive.executive import Executive
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.mainloop import MainLoop
@@ -37,6 +43,11 @@ _MOST_NAMES = 5
 _LOOKS = 20
 _BETWEEN_LOOKS_S = 0.0005
 _MOST_LOOKS = 12 * _LOOKS
+_HALTED: Final = "[PRCCODE4]"
+_TICK_RULES: Final = 2
+_QUIET_LOOPS: Final = 15
+"""Loops without a rule but those of each tick, after which it is worth to look."""
+
 _PACKAGE = str(Path(__file__).resolve().parent.parent)
 
 
@@ -71,6 +82,18 @@ class WatchedAgent(Protocol):
     @property
     def executive(self) -> Executive:
         """Its executive."""
+
+    @property
+    def firings(self) -> int:
+        """How many rules have fired."""
+
+    @property
+    def is_over(self) -> bool:
+        """Whether it has nothing left to do."""
+
+    @property
+    def is_stuck(self) -> bool:
+        """Whether nothing can happen to it any more."""
 
 
 class WatchedRun(Protocol):
@@ -224,6 +247,109 @@ class Watchdog:
             return f"rule {self._rules(_LOOKS)[0]} does not end{within}"
         fired = sum(env.endless.fired for env in firing)
         return f"the rules of a loop do not end: {', '.join(names)}; {fired:,} have fired"
+
+
+class Stalls:
+    """Reports a loop that does not come to its end, and ends what rules do in it. A context manager.
+
+    :param environments: returns the CLIPS environments.
+    :param advice: what a user can do, for the log.
+    :param limit_s: seconds that a loop may take.
+    :param on_stall: called after each report in the watchdog's thread, with None when the loop goes on.
+    """
+
+    def __init__(
+        self,
+        loop: MainLoop,
+        environments: Callable[[], Mapping[str, ClipsEnvironment]],
+        log: Logger,
+        advice: str,
+        *,
+        limit_s: float = LIMIT_S,
+        on_stall: Callable[[Stall | None], None],
+    ) -> None:
+        self._stall: Stall | None = None
+        self._loop, self._turn = loop, -1
+        self._log, self._advice, self._on_stall = log, advice, on_stall
+        self.watchdog = Watchdog(loop, environments, self._report, limit_s)
+
+    def __enter__(self) -> Self:
+        self.watchdog.start()
+        return self
+
+    def __exit__(self, *_error: object) -> None:
+        self.watchdog.stop()
+
+    @property
+    def text(self) -> str:
+        """Why the loop does not come to its end; empty when it does."""
+        stall = self.now
+        return "" if stall is None else str(stall)
+
+    @property
+    def now(self) -> Stall | None:
+        """The stall that was reported, while it lasts: the loop may have gone on in this moment."""
+        return self._stall if self._loop.working and self._loop.turns == self._turn else None
+
+    def interrupt(self) -> None:
+        """End what rules do in this loop, unless it comes to its end at once; from any thread."""
+        self._log.info("A client asks to interrupt")
+        self.watchdog.interrupt()
+
+    def _report(self, stall: Stall | None) -> None:
+        self._stall, self._turn = stall, self._loop.turns
+        if stall is not None:
+            where = f"{stall.component}: " if stall.component else ""
+            self._log.warn(f"{where}{stall}; {self._advice}")
+        self._on_stall(stall)
+
+
+class StuckWatch:
+    """Looks from time to time whether the agents of a run can still do anything.
+
+    :param run: its agents may come and go.
+    :param on: whether to look at all: a user who looks on may interfere.
+    """
+
+    def __init__(self, run: WatchedRun, *, on: bool) -> None:
+        self._run, self._is_on = run, on
+        self._agents: Sequence[WatchedAgent] = run.agents
+        self._fired = self._quiet = 0
+        self._look_at = _QUIET_LOOPS
+
+    def look(self) -> bool:
+        """Return whether the run is stuck; to be called after each loop.
+
+        To find out takes some milliseconds, so the watch tries when nothing has happened for some loops, and
+        after twice as many again.
+        """
+        agents = self._run.agents
+        if agents != self._agents:
+            self._agents = agents
+            self._quiet, self._look_at = 0, _QUIET_LOOPS
+        fired = sum(agent.firings for agent in agents)
+        before, self._fired = self._fired, fired
+        if not self._is_on or fired - before > _TICK_RULES * len(agents):
+            self._quiet, self._look_at = 0, _QUIET_LOOPS
+            return False
+        self._quiet += 1
+        if self._quiet < self._look_at:
+            return False
+        self._look_at *= 2
+        return all(agent.is_over or agent.is_stuck for agent in agents)
+
+
+class RuleErrors:
+    """Keeps in which rules there were errors, as CLIPS reports them; a sink of log lines."""
+
+    def __init__(self) -> None:
+        self.rules: dict[str, None] = {}
+
+    def __call__(self, event: Event) -> None:
+        """Take a log line."""
+        text = getattr(event, "text", "")
+        if text.startswith(_HALTED) and "'" in text:
+            self.rules[text.split("'")[1]] = None
 
 
 def end_spins(run: WatchedRun) -> Watchdog:
