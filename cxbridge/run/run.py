@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from contextlib import ExitStack
-from typing import TYPE_CHECKING, Final, Self
+from typing import TYPE_CHECKING, Self
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import CxbridgeError
@@ -19,7 +19,7 @@ from cxbridge.run.ending.mistakes import AgentChecks
 from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
-from cxbridge.run.servers import RunServer, Stay, no_stay
+from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
 from cxbridge.run.standstill import RuleErrors, Stall, Stalls, StuckWatch
 
 if TYPE_CHECKING:
@@ -30,9 +30,6 @@ if TYPE_CHECKING:
     from cxbridge.run.replay.replay import Replay
     from cxbridge.run.team import Team
 
-
-_REST_S: Final = 0.02
-"""Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
 
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
@@ -175,7 +172,7 @@ def _finish_servers(
         for server in servers:
             server.attend()
         tick()
-        time.sleep(_REST_S)
+        time.sleep(REST_S)
 
 
 def _let_in(

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from typing import TYPE_CHECKING, Any, ClassVar, TypeAlias
+from typing import TYPE_CHECKING, Any, ClassVar, Final, TypeAlias
 
 if TYPE_CHECKING:
     from cxbridge.run.result import RunResult
+
+
+REST_S: Final = 0.02
+"""Seconds between two calls of :meth:`RunServer.attend` while the main loop rests."""
 
 
 class RunServer:
