@@ -2,16 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Final
 
 from cxbridge.clock import MICROSECONDS, Clock
 from cxbridge.events import PlannerCall
-from cxbridge.executive.planning import PlanCall, PlanningService, PlanRequest, PlanResult
 from cxbridge.executive.planning.plan_text import parse_plan_text
-from cxbridge.executive.planning.planner import PlanStatus
+from cxbridge.executive.planning.planner import PlanResult, PlanStatus
+from cxbridge.executive.planning.service import PlanCall, PlanningService, PlanRequest
 from cxbridge.run.replay.divergence import Divergence
+from cxbridge.run.replay.scan import Scan
 from cxbridge.trace.compare.names import anonymous
 
 STARTED: Final = "started"
@@ -55,6 +56,12 @@ def plan_divergence(expected: RecordedPlan, event: PlannerCall, start_us: int) -
         (event.time_us - start_us) / MICROSECONDS,
         (expected.time_us - start_us) / MICROSECONDS,
     )
+
+
+def plans_of(scans: Iterable[Scan], env: str) -> dict[str, RecordedPlan]:
+    """Return the calls of an environment in the first recording that has some, by their ids."""
+    found = (recorded_plans(each.plans, env) for each in scans)
+    return next((plans for plans in found if plans), {})
 
 
 def recorded_plans(events: Sequence[PlannerCall], env: str) -> dict[str, RecordedPlan]:

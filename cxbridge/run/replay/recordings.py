@@ -24,7 +24,6 @@ from cxbridge.events import (
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
-from cxbridge.run.replay.planning import RecordedPlan, recorded_plans
 from cxbridge.run.replay.scan import EXECUTOR, SKILLER, Scan, scan, take_all
 from cxbridge.run.replay.script import (
     ExecutorScript,
@@ -132,11 +131,6 @@ class Recordings:
                     ]
                     scripts[name] = skiller_script(writes_of_statuses(name, shifted))
         return scripts
-
-    def plans(self, env: str) -> dict[str, RecordedPlan]:
-        """Return the calls of planners of an environment, by their ids."""
-        found = (recorded_plans(each.plans, env) for each in self.scans)
-        return next((plans for plans in found if plans), {})
 
     def executors(self) -> list[ExecutorScript]:
         """Return what each executor did, in the order in which they appeared."""

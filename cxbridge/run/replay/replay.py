@@ -22,7 +22,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.paths import fawkes_interface_dirs
 from cxbridge.run.replay.divergence import PATIENCE_US, Divergence, Expectation
 from cxbridge.run.replay.executors import RecordedExecutor
-from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning, plan_divergence
+from cxbridge.run.replay.planning import STARTED, RecordedPlan, RecordedPlanning, plan_divergence, plans_of
 from cxbridge.run.replay.recordings import Recordings, recordings_of
 from cxbridge.run.replay.scan import SKILLER
 from cxbridge.run.replay.script import Command, Execution, ExecutorScript, SkillerScript
@@ -134,7 +134,7 @@ class Replay:
 
     def make_planning(self, env: str) -> RecordedPlanning:
         """Make what plans for an environment."""
-        plans = self._plans[env] = self.recordings.plans(env)
+        plans = self._plans[env] = plans_of(self.recordings.scans, env)
         return RecordedPlanning(plans, self._clock)
 
     def _check_plan(self, event: Event) -> None:
