@@ -41,11 +41,11 @@ if TYPE_CHECKING:
     from cxbridge.executive.manager import EnvironmentManager
     from cxbridge.executive.robmem.settings import Settings
     from cxbridge.executive.robmem.store import Store
-    from cxbridge.navgraph import NavGraph
     from cxbridge.run.plugin_settings import PluginSettings
     from cxbridge.skiller.board.executor import Execution
     from cxbridge.skiller.board.service import SkillBoardService
     from cxbridge.skiller.board.settings import BoardSettings
+    from cxbridge.space.navgraph import NavGraph
 
 T = TypeVar("T")
 
@@ -246,8 +246,8 @@ class Run(Closing):
         :raises CxbridgeError: when the configuration names no graph, or the graph cannot be read.
         """
         if self._graph is None:
-            from cxbridge.navgraph import emit_navgraph  # noqa: PLC0415 - start-up time is a feature
             from cxbridge.skiller.make import load_configured_navgraph  # noqa: PLC0415
+            from cxbridge.space.navgraph import emit_navgraph  # noqa: PLC0415 - start-up time is a feature
 
             self._graph = load_configured_navgraph(self.config, self.paths.confdir)
             emit_navgraph(self.bus, self._graph)

@@ -16,11 +16,11 @@ from cxbridge.skiller.lua.host import ConfigReader
 from cxbridge.skiller.lua.watch import ModuleWatch
 from cxbridge.skiller.skiller import LOG_COMPONENT, Skiller
 from cxbridge.skiller.speech import SilentVoice, SpeakerVoice, SpeechSynthWriter, Voice
-from cxbridge.tf.listener import TransformListener
+from cxbridge.space.tf.listener import TransformListener
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
-    from cxbridge.navgraph import NavGraph
+    from cxbridge.space.navgraph import NavGraph
 
 FAWKES_LUA_DIR = Path("src/lua")
 """Where the Lua files of skills are in a Fawkes checkout."""
@@ -58,7 +58,7 @@ def load_configured_navgraph(config: ConfigReader, folder: Path) -> NavGraph:
 
     :raises CxbridgeError: when none is named, it cannot be read or is invalid.
     """
-    from cxbridge.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
+    from cxbridge.space.navgraph import load_navgraph  # noqa: PLC0415 - start-up time is a feature
 
     multi = "/navgraph/allow_multi_graph"
     allow_multi_graph = config.exists(multi) and config.get_bool(multi)

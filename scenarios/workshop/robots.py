@@ -5,9 +5,9 @@ from __future__ import annotations
 from typing import Any
 
 from cxbridge.clock import MICROSECONDS
-from cxbridge.navgraph import load_navgraph
 from cxbridge.skiller.board import Progress, SkillCall, SkillExecutor, SkillFailedError, Steps
 from cxbridge.skiller.board.executor import ExecutorContext
+from cxbridge.space.navgraph import load_navgraph
 
 _REACH = 0.3  # metres
 _HANDLING = 2.0  # seconds

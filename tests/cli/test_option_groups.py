@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 
 from cxbridge.cli.option_groups import DECLARED, Before, option_groups
 from cxbridge.daemon.options import DaemonOptions
+from cxbridge.daemon.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 from cxbridge.run.options import RunOptions
-from cxbridge.services.options import ExecutorOptions, RecordOptions, ReplayOptions
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -9,9 +9,9 @@ import pytest
 from cxbridge.cli.commands import skill
 from cxbridge.cli.main import invoke
 from cxbridge.clock import RealClock
+from cxbridge.daemon.services.executor import parse_settings, run_executor
+from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.errors import SkillerError
-from cxbridge.services.executor import parse_settings, run_executor
-from cxbridge.services.options import ExecutorOptions
 from cxbridge.skiller.board import ExecutorContext, SkillExecutor
 from cxbridge.skiller.board.host import ExecutorHost
 from tests.cli.boards import SharedBoard, silent_bus

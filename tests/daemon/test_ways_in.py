@@ -56,7 +56,7 @@ LISTENS = {
 SENDS_SKILL_STRINGS = {
     "cxbridge.cli.commands.skill": "a client: the daemon asks the table",
     "cxbridge_ros2.components.skiller": "Rights.of_message",
-    "cxbridge.services.skiller_executor": "parse_skill_string: only data is sent",
+    "cxbridge.daemon.services.skiller_executor": "parse_skill_string: only data is sent",
     "cxbridge.skiller.client.calls": "its callers, which are above",
     "cxbridge_web.fawkes.skiller": "Endpoint.is_skill",
 }

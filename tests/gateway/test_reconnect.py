@@ -9,10 +9,10 @@ import pytest
 
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
-from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 
 WAIT_S = 20

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from cxbridge.errors import NavGraphError
-from cxbridge.navgraph import NavGraph, NavGraphEdge, NavGraphNode, load_navgraph, parse_navgraph
+from cxbridge.space.navgraph import NavGraph, NavGraphEdge, NavGraphNode, load_navgraph, parse_navgraph
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino
 
 HOUSE = """\

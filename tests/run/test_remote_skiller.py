@@ -12,13 +12,13 @@ from cxbridge.blackboard import Listener, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
+from cxbridge.daemon.services.gateway import run_gateway
 from cxbridge.errors import CxbridgeError, SkillerError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.components.remote_skiller import RemoteSkiller
 from cxbridge.run.result import FAULT
-from cxbridge.services.gateway import run_gateway
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
 from tests.blackboard.fawkesnet.programs import Child

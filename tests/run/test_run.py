@@ -586,7 +586,7 @@ def test_a_run_imports_no_feature_that_its_agent_does_not_ask_for():
         "cxbridge.executive.features.robot_memory",
         "cxbridge.executive.planning",
         "cxbridge_protobuf.feature",
-        "cxbridge.gateway",
+        "cxbridge.blackboard.gateway",
         "google.protobuf",
         "pymongo",
         "zmq",

@@ -18,11 +18,11 @@ import pytest
 
 from cxbridge.blackboard import EventKind, Listener, LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
+from cxbridge.blackboard.gateway import Gateway
 from cxbridge.blackboard.urls import open_blackboard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus
-from cxbridge.gateway import Gateway
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.components.remote_skiller import RemoteSkiller

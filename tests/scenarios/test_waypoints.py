@@ -9,9 +9,9 @@ import pytest
 
 from cxbridge.event_kinds import View
 from cxbridge.events import InterfaceWrite, PlanActionTransition
-from cxbridge.navgraph import load_navgraph
 from cxbridge.run import RunOptions, run_scenario
 from cxbridge.run.agent import Run
+from cxbridge.space.navgraph import load_navgraph
 from cxbridge.trace.compare.model import Order
 from cxbridge.trace.compare.runs import compare_runs
 from cxbridge.trace.formats.registry import open_run

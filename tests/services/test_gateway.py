@@ -9,9 +9,9 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.zmq.server import ZmqBlackBoardServer
 from cxbridge.clock import RealClock
+from cxbridge.daemon.services.gateway import run_gateway
 from cxbridge.errors import CxbridgeError
 from cxbridge.interfaces import InterfaceRegistry, SkillerInterface
-from cxbridge.services.gateway import run_gateway
 from tests.programs import Started
 
 WAIT_S = 20

@@ -11,10 +11,10 @@ from pathlib import Path
 import pytest
 
 from cxbridge.cli.main import invoke
+from cxbridge.daemon.services.options import RecordOptions
+from cxbridge.daemon.services.record import record
 from cxbridge.events import InterfaceWrite
 from cxbridge.interfaces import SwitchInterface
-from cxbridge.services.options import RecordOptions
-from cxbridge.services.record import record
 from cxbridge.trace.formats.registry import open_run
 from tests.programs import Started
 from tests.run.test_run_bblog import check_as_fawkes_does

@@ -10,12 +10,12 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.blackboard.fawkesnet.server import FawkesServer
 from cxbridge.clock import RealClock
+from cxbridge.daemon.services.skiller_executor import TalkExecutor
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import run_scenario
 from cxbridge.run.program.run import make_options
-from cxbridge.services.skiller_executor import TalkExecutor
 from cxbridge.skiller.board import ExecutorContext, SkillCall, SkillFailedError
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator

@@ -10,7 +10,7 @@ import pytest
 from cxbridge.blackboard import LocalBlackBoard
 from cxbridge.clock import VirtualClock
 from cxbridge.interfaces import InterfaceRegistry
-from cxbridge.tf import StampedTransform, Transform, TransformListener, TransformPublisher
+from cxbridge.space.tf import StampedTransform, Transform, TransformListener, TransformPublisher
 
 
 @pytest.fixture

@@ -6,9 +6,9 @@ import math
 
 import pytest
 
-from cxbridge.tf import StampedTransform, Transform, TransformBuffer
-from cxbridge.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
-from cxbridge.tf.geometry import quaternion_from_yaw, yaw_of
+from cxbridge.space.tf import StampedTransform, Transform, TransformBuffer
+from cxbridge.space.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
+from cxbridge.space.tf.geometry import quaternion_from_yaw, yaw_of
 
 S = 1_000_000
 

@@ -8,8 +8,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from cxbridge.tf.errors import InvalidRotationError
-from cxbridge.tf.geometry import (
+from cxbridge.space.tf.errors import InvalidRotationError
+from cxbridge.space.tf.geometry import (
     Transform,
     normalized,
     quaternion_from_rpy,

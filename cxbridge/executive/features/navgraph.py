@@ -12,7 +12,7 @@ from cxbridge.executive.host.environment import CORE_DIR, ClipsEnvironment
 from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
-    from cxbridge.navgraph import NavGraph
+    from cxbridge.space.navgraph import NavGraph
 
 _FILE = CORE_DIR / "features" / "navgraph.clp"
 _LOG = "ClipsNavGraphThread"

@@ -12,8 +12,8 @@ from cxbridge.executive.host.values import FALSE, TRUE, Value
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.tf.listener import TransformListener
-    from cxbridge.tf.publisher import TransformPublisher
+    from cxbridge.space.tf.listener import TransformListener
+    from cxbridge.space.tf.publisher import TransformPublisher
 
 _LOG = "ClipsTFThread"
 _NO: tuple[Value, ...] = (FALSE,)
@@ -39,7 +39,7 @@ class TfFeature(Feature):
     def init_context(self, env: ClipsEnvironment) -> None:
         """Listen to transforms, define the functions."""
         # imported only on request
-        from cxbridge.tf import TransformListener  # noqa: PLC0415
+        from cxbridge.space.tf import TransformListener  # noqa: PLC0415
 
         if self._listener is None:
             self._listener = TransformListener(self._board, owner=_LOG)
@@ -76,7 +76,7 @@ class TfFeature(Feature):
             define(name, publish, 5, types="*;sy;sy;ld;ld;ld")
 
     def _add_publisher(self, env: ClipsEnvironment, frame: str) -> Value:
-        from cxbridge.tf import TransformPublisher  # noqa: PLC0415
+        from cxbridge.space.tf import TransformPublisher  # noqa: PLC0415
 
         if frame in self._publishers:
             return _NO
@@ -90,8 +90,8 @@ class TfFeature(Feature):
     def _publish(
         self, env: ClipsEnvironment, parent: str, frame: str, yaw: float, x: float, y: float, *, static: bool
     ) -> Value:
-        from cxbridge.tf import StampedTransform, Transform  # noqa: PLC0415
-        from cxbridge.tf.geometry import quaternion_from_yaw  # noqa: PLC0415
+        from cxbridge.space.tf import StampedTransform, Transform  # noqa: PLC0415
+        from cxbridge.space.tf.geometry import quaternion_from_yaw  # noqa: PLC0415
 
         publisher = self._publishers.get(frame)
         if publisher is None:
@@ -105,7 +105,7 @@ class _Questions:
     """What an environment may ask."""
 
     def __init__(self, env: ClipsEnvironment, listener: TransformListener) -> None:
-        from cxbridge.tf import geometry  # noqa: PLC0415
+        from cxbridge.space.tf import geometry  # noqa: PLC0415
 
         self._log = env.bus.logger(_LOG)
         self._buffer = listener.buffer

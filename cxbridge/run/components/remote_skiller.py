@@ -49,7 +49,7 @@ class RemoteSkiller:
         *,
         patience_s: float = PATIENCE_S,
     ) -> None:
-        from cxbridge.gateway import Gateway  # noqa: PLC0415 - start-up time is a feature
+        from cxbridge.blackboard.gateway import Gateway  # noqa: PLC0415 - start-up time is a feature
 
         self.url = url
         self._met = False

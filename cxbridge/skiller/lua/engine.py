@@ -24,8 +24,8 @@ from cxbridge.skiller.status import Status
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard
-    from cxbridge.navgraph import NavGraph
-    from cxbridge.tf.buffer import TransformBuffer
+    from cxbridge.space.navgraph import NavGraph
+    from cxbridge.space.tf.buffer import TransformBuffer
 
 MEBIBYTE = 1024 * 1024
 

@@ -6,15 +6,15 @@ from collections.abc import Callable
 from typing import Any
 
 from cxbridge.errors import SkillError
-from cxbridge.navgraph.graph import (
+from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
+from cxbridge.space.navgraph.graph import (
     NavGraph,
     NavGraphNode,
     property_as_bool,
     property_as_float,
     property_as_int,
 )
-from cxbridge.skiller.lua.host import from_lua, guarded, to_lua
-from cxbridge.tf.buffer import StampedTransform, TransformBuffer
+from cxbridge.space.tf.buffer import StampedTransform, TransformBuffer
 
 _CONVERSIONS: dict[str, Callable[[str], Any]] = {
     "float": property_as_float,

@@ -8,11 +8,11 @@ from typing import Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ConfigError, SkillError
-from cxbridge.navgraph import NavGraphNode, emit_navgraph, load_navgraph
-from cxbridge.navgraph.graph import property_as_float
 from cxbridge.skiller.board.executor import ExecutorContext, Progress, SkillExecutor, Steps
 from cxbridge.skiller.board.protocol import SkillCall
 from cxbridge.skiller.navigation.base import Base
+from cxbridge.space.navgraph import NavGraphNode, emit_navgraph, load_navgraph
+from cxbridge.space.navgraph.graph import property_as_float
 
 SPEED = 0.22
 """Metres a second: a TurtleBot3 Burger's."""

@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 from cxbridge.clock import Clock
 from cxbridge.events import EventBus
-from cxbridge.navgraph import NavGraph
 from cxbridge.skiller.backend import Mode
 from cxbridge.skiller.simulation.deciders import Decider, Deciders
 from cxbridge.skiller.simulation.estimators import STATIC_PREFIX, StaticEstimator
@@ -15,6 +14,7 @@ from cxbridge.skiller.simulation.faults import FailureInjector
 from cxbridge.skiller.simulation.navigation import NAVGRAPH_PREFIX, NavGraphEstimator
 from cxbridge.skiller.simulation.recorded import LOOKUP_PREFIX, LookupEstimator, ReadSamples
 from cxbridge.skiller.simulation.simulator import SkillerSimulator
+from cxbridge.space.navgraph import NavGraph
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,8 +6,6 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.navgraph import NavGraph
-from cxbridge.navgraph.graph import NavGraphNode
 from cxbridge.skiller.simulation.deciders import Decider, Outcome
 from cxbridge.skiller.simulation.estimators import (
     PREFIX,
@@ -16,6 +14,8 @@ from cxbridge.skiller.simulation.estimators import (
     as_text,
 )
 from cxbridge.skiller.skillstring import SkillStringCall
+from cxbridge.space.navgraph import NavGraph
+from cxbridge.space.navgraph.graph import NavGraphNode
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

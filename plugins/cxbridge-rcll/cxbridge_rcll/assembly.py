@@ -29,8 +29,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from cxbridge.executive.host.values import Value
-    from cxbridge.navgraph import NavGraph
     from cxbridge.run.components.component import Component
+    from cxbridge.space.navgraph import NavGraph
     from cxbridge_protobuf.connections import MakeConnections
     from cxbridge_rcll.machines import Workplace
 

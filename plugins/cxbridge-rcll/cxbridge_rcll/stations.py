@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 from typing import Any, Final
 
-from cxbridge.navgraph import NavGraph, NavGraphNode
+from cxbridge.space.navgraph import NavGraph, NavGraphNode
 from cxbridge_rcll.field import Field, Pose
 
 _SIDES: Final = ("I", "O")

@@ -9,8 +9,8 @@ from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.following import Deadline, Feed, InterfaceChange
 from cxbridge.clock import MICROSECONDS, split_us
 from cxbridge.closing import Closing
-from cxbridge.tf.buffer import StampedTransform
-from cxbridge.tf.geometry import Transform
+from cxbridge.space.tf.buffer import StampedTransform
+from cxbridge.space.tf.geometry import Transform
 from cxbridge_ros2.messages import Message
 from cxbridge_ros2.node import Node
 from cxbridge_ros2.qos import PROFILES

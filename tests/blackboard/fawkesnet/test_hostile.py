@@ -19,9 +19,9 @@ from cxbridge.blackboard.fawkesnet.errors import ConnectionLostError
 from cxbridge.blackboard.fawkesnet.messages import blackboard as bb
 from cxbridge.blackboard.fawkesnet.outbox import CONFLATE_FROM
 from cxbridge.blackboard.fawkesnet.server import FawkesServer, ServerLimits
+from cxbridge.blackboard.gateway import Gateway
 from cxbridge.clock import RealClock
 from cxbridge.events import EventBus, LogLine
-from cxbridge.gateway import Gateway
 from cxbridge.interfaces import default_registry
 from cxbridge.interfaces.known_hashes import hash_for_wire
 from tests.blackboard.fawkesnet.programs import TIMEOUT, Child

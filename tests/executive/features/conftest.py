@@ -21,7 +21,7 @@ from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.navgraph import NavGraph
+from cxbridge.space.navgraph import NavGraph
 from tests.executive.conftest import Log
 
 CONFIG = """

@@ -32,9 +32,9 @@ from cxbridge.executive.robmem.embedded import EmbeddedStore
 from cxbridge.executive.robmem.errors import AwayError
 from cxbridge.executive.robmem.memory import RobotMemory
 from cxbridge.interfaces.registry import InterfaceRegistry
-from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from cxbridge.skiller.mapping import ActionSkillMapping
-from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
+from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
 from tests.executive.features.conftest import CONFIG, PLUGINS, plugin_features
 from tests.executive.features.function_rows import BLACKBOARD, ENDS, HOST, OTHERS, PROTOBUF, TF, TOO_MANY, Row
 from tests.executive.features.robmem_rows import ROBOT_MEMORY

@@ -8,7 +8,7 @@ from cxbridge.errors import NavGraphError
 from cxbridge.events import Level
 from cxbridge.executive.features.navgraph import NavGraphFeature
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
+from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 from tests.support import SHARED, needs_shared
 
 

@@ -9,8 +9,8 @@ import pytest
 from cxbridge.events import Level
 from cxbridge.executive.features.tf import TfFeature
 from cxbridge.executive.manager import EnvironmentManager
-from cxbridge.tf import StampedTransform, Transform, TransformPublisher
-from cxbridge.tf.geometry import quaternion_from_yaw
+from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.space.tf.geometry import quaternion_from_yaw
 
 NO = ("FALSE",)
 LATEST = (0, 0)

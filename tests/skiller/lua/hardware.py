@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import Any
 
-from cxbridge.tf import StampedTransform, Transform, TransformPublisher
-from cxbridge.tf.geometry import Quaternion, quaternion_from_yaw
+from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.space.tf.geometry import Quaternion, quaternion_from_yaw
 from tests.skiller.rig import Rig
 
 NO_TURN = quaternion_from_yaw(0)

@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from cxbridge.config import Configuration
-from cxbridge.navgraph import NavGraph, NavGraphNode
 from cxbridge.skiller.make import skill_folders
+from cxbridge.space.navgraph import NavGraph, NavGraphNode
 from tests.skiller.lua.space import LUA, SkillFile, all_interfaces, skill_files, with_needed
 from tests.skiller.rig import Rig, write_skills
 from tests.support import FAWKES_DIR, ROBOTINO_DIR, needs_fawkes, needs_robotino

@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from cxbridge.navgraph import NavGraph
+from cxbridge.space.navgraph import NavGraph
 from tests.skiller.lua.hardware import Frame, Gripper, Navigator, run, switches
 from tests.skiller.lua.test_all_skill_files import load
 from tests.skiller.rig import Rig

@@ -10,13 +10,13 @@ import pytest
 
 from cxbridge.blackboard.errors import BlackBoardError
 from cxbridge.config import Configuration
-from cxbridge.navgraph import NavGraph
-from cxbridge.navgraph.graph import NavGraphEdge, NavGraphNode
 from cxbridge.skiller.simulation.deciders import Outcome
 from cxbridge.skiller.simulation.estimators import EstimatorProperty, SkillPattern, SkillSelection
 from cxbridge.skiller.simulation.make import make_simulator
 from cxbridge.skiller.simulation.navigation import NavGraphEstimator
 from cxbridge.skiller.skillstring import parse_skill_call
+from cxbridge.space.navgraph import NavGraph
+from cxbridge.space.navgraph.graph import NavGraphEdge, NavGraphNode
 from tests.skiller.rig import Rig
 from tests.support import ROOT
 

@@ -22,9 +22,9 @@ from cxbridge.cli.connect import (
 from cxbridge.cli.console import ConsoleLog, say, say_json, say_text
 from cxbridge.cli.option_groups import INTERFACE_DIR, option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.file_access import write_file
 from cxbridge.printing import one_line, terminal_of
-from cxbridge.services.options import ExecutorOptions
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -141,7 +141,7 @@ def executor(
 
     Example: cxbridge skill executor robot.py:Arm --agent robot1
     """
-    from cxbridge.services.executor import run_executor
+    from cxbridge.daemon.services.executor import run_executor
 
     run_executor(options, console=ConsoleLog(quiet=quiet, verbose=verbose, info=True))
 
@@ -154,7 +154,7 @@ def show_board(
 
     Example: cxbridge skill board
     """
-    from cxbridge.services.executor import board_rows
+    from cxbridge.daemon.services.executor import board_rows
 
     with connect(url, interface_dir) as board:
         rows = board_rows(board)

@@ -11,11 +11,11 @@ from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
 from cxbridge.cli.orderly import orderly
+from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.printing import terminal_of
-from cxbridge.services.options import RecordOptions
 
 if TYPE_CHECKING:
-    from cxbridge.services.record import RecordReport
+    from cxbridge.daemon.services.record import RecordReport
 
 NOT_WHOLE = 4
 """Exit status when something could not be written."""
@@ -37,8 +37,8 @@ def record(
 
     Example: cxbridge trace record -i 'SkillerInterface::*' -o out/skiller.mcap --duration 60
     """
-    from cxbridge.services.record import record as record_board
-    from cxbridge.services.record import same_output
+    from cxbridge.daemon.services.record import record as record_board
+    from cxbridge.daemon.services.record import same_output
 
     if (twice := same_output(options.outputs)) is not None:
         raise typer.BadParameter(f"'{twice}' is named twice", param_hint="--output")

@@ -10,11 +10,11 @@ import typer
 from cxbridge.cli.console import complain, say, say_json
 from cxbridge.cli.console_options import ConsoleOptions
 from cxbridge.cli.option_groups import option_groups
+from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.printing import terminal_of
-from cxbridge.services.options import ReplayOptions
 
 if TYPE_CHECKING:
-    from cxbridge.services.replay import ReplayReport
+    from cxbridge.daemon.services.replay import ReplayReport
     from cxbridge.trace.replay.moves import ReplayMove
 
 LOST = 4
@@ -39,7 +39,7 @@ def replay(
 
     Example: cxbridge trace replay out/run.mcap --speed 2
     """
-    from cxbridge.services import replay as replaying
+    from cxbridge.daemon.services import replay as replaying
 
     start_s, end_s = options.start_s, options.end_s
     if start_s is not None and end_s is not None and start_s > end_s:

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from cxbridge.navgraph import NavGraph
+from cxbridge.space.navgraph import NavGraph
 from cxbridge_rcll.field import Field
 from cxbridge_rcll.stations import WAIT_ZONES, StationNodes
 

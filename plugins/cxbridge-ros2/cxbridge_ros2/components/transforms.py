@@ -10,7 +10,7 @@ from cxbridge.mainloop import Hook
 from cxbridge.rights import right_of_frame
 from cxbridge.run.agent import Run
 from cxbridge.run.components.component import Component
-from cxbridge.tf import TransformPublisher
+from cxbridge.space.tf import TransformPublisher
 from cxbridge_ros2.executor import typed
 from cxbridge_ros2.frames import FROM_ROS, TRANSFORMS, FrameSender, stamped_transform
 from cxbridge_ros2.messages import Message

@@ -17,7 +17,13 @@ from cxbridge.errors import ConfigError
 from cxbridge.events import LogLine
 from cxbridge.run.agent import Run
 from cxbridge.run.options import RunOptions
-from cxbridge.tf import StampedTransform, Transform, TransformBuffer, TransformListener, TransformPublisher
+from cxbridge.space.tf import (
+    StampedTransform,
+    Transform,
+    TransformBuffer,
+    TransformListener,
+    TransformPublisher,
+)
 from cxbridge_ros2.components import transforms
 from cxbridge_ros2.definitions import Definitions
 from cxbridge_ros2.qos import PROFILES

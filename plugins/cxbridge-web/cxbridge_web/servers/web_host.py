@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from cxbridge.config import Configuration
     from cxbridge.events import EventBus
     from cxbridge.mainloop import MainLoop
-    from cxbridge.tf.listener import TransformListener
+    from cxbridge.space.tf.listener import TransformListener
 
 _OWNER: Final = "TransformsRestApi"
 _RULES: Final = 1
@@ -72,7 +72,7 @@ class ProcessWebHost(ABC):
     def frames(self) -> Mapping[str, str | None]:
         """Return the parent of each coordinate frame; listens to them from the first question on."""
         if self._transforms is None:
-            from cxbridge.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
+            from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
 
             self._transforms = TransformListener(self.board, owner=_OWNER)
         return self._transforms.buffer.frames

@@ -11,7 +11,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.errors import ClipsError, TransformError
 from cxbridge.executive.host.values import FALSE, TRUE, ExternalAddress, show
 from cxbridge.rights import Right
-from cxbridge.tf.buffer import TransformBuffer
+from cxbridge.space.tf.buffer import TransformBuffer
 from cxbridge_ros2.frames import TRANSFORMS, stamped_transform
 from cxbridge_ros2.qos import PROFILES
 from cxbridge_ros2cx.cx.ros.plugin import Handles, RosPlugin
@@ -20,7 +20,7 @@ from cxbridge_ros2cx.refresh import RefreshTimer
 if TYPE_CHECKING:
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.executive.host.values import Value
-    from cxbridge.tf.buffer import StampedTransform
+    from cxbridge.space.tf.buffer import StampedTransform
     from cxbridge_ros2.messages import Message
 
 _TEMPLATE: Final = "tf2-tracked-pose"

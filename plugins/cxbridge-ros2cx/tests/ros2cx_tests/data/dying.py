@@ -10,8 +10,8 @@ import signal
 import sys
 from typing import Any
 
-from cxbridge.services.executor import run_executor
-from cxbridge.services.options import ExecutorOptions
+from cxbridge.daemon.services.executor import run_executor
+from cxbridge.daemon.services.options import ExecutorOptions
 from cxbridge.skiller.board import host
 from cxbridge.skiller.board.protocol import ExecutorState
 from cxbridge_ros2cx.executors import DummyExecutor

@@ -18,7 +18,7 @@ from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, GoalTransition, Level, LogLine
 from cxbridge.extras import install_command
-from cxbridge.tf import StampedTransform, Transform, TransformPublisher
+from cxbridge.space.tf import StampedTransform, Transform, TransformPublisher
 from cxbridge.trace.codec import schema_of
 from cxbridge_web.foxglove.serving import make_foxglove_server
 from cxbridge_web.foxglove.settings import FoxgloveSettings

@@ -12,13 +12,13 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
+from cxbridge.daemon.services.options import RecordOptions
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import EventBus, Sink, SourceRead
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.resources import VERSION
 from cxbridge.run.recording import with_folder
-from cxbridge.services.options import RecordOptions
 from cxbridge.trace.forwarding import COMPONENT, WriteForwarder
 from cxbridge.trace.recorder import Recorder
 from cxbridge.trace.sourcing import interface_source

@@ -16,11 +16,11 @@ from math import inf
 from typing import Final
 
 from cxbridge.blackboard import BlackBoard, InterfaceInfo, Observer
+from cxbridge.blackboard.gateway.mirror import MAX_PROXIES, Hooks, InterfaceMirror
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.closing import Closing
 from cxbridge.errors import BlackBoardError, CxbridgeError
 from cxbridge.events import EventBus, Logger
-from cxbridge.gateway.mirror import MAX_PROXIES, Hooks, InterfaceMirror
 
 COMPONENT: Final = "Gateway"
 """Under which the gateway logs."""

@@ -12,10 +12,10 @@ from uuid import UUID
 
 from cxbridge.blackboard import BlackBoard, EventKind, Listener, listening
 from cxbridge.blackboard.exclusive_control import name_controller, write_farewell
+from cxbridge.blackboard.gateway.proxy import SenderProxy
+from cxbridge.blackboard.gateway.translation import AnswerTranslator
 from cxbridge.blackboard.stale_ids import ACQUIRE, RELEASE
 from cxbridge.errors import BlackBoardError
-from cxbridge.gateway.proxy import SenderProxy
-from cxbridge.gateway.translation import AnswerTranslator
 from cxbridge.interfaces.instance import STAMP, Interface
 from cxbridge.interfaces.message import Message
 
@@ -83,7 +83,7 @@ class InterfaceMirror:
     :param hooks: what to call when there is something to do, or to report.
     :param orphans: serials of instances of earlier mirrors of the interface. They are closed, but a writer
         that was away has perhaps not noticed it, and shows one of them as its controller.
-    :param hide_past: see :class:`~cxbridge.gateway.gateway.Gateway`.
+    :param hide_past: see :class:`~cxbridge.blackboard.gateway.gateway.Gateway`.
     :raises CxbridgeError: when the interface cannot be opened on both boards, or has two layouts.
     """
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Final
 
 from cxbridge.errors import NavGraphError
-from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
+from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 SAME_PLACE: Final = 1e-4
 """Points that are nearer to each other than this many metres are one."""

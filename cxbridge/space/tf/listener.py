@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.blackboard.listeners import EventKind, Listener, Observer
 from cxbridge.errors import BlackBoardError
-from cxbridge.tf.buffer import StampedTransform, TransformBuffer
-from cxbridge.tf.errors import InvalidRotationError
-from cxbridge.tf.geometry import Transform
+from cxbridge.space.tf.buffer import StampedTransform, TransformBuffer
+from cxbridge.space.tf.errors import InvalidRotationError
+from cxbridge.space.tf.geometry import Transform
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
+from cxbridge.blackboard.gateway import Gateway
+from cxbridge.blackboard.gateway.gateway import COMPONENT
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Sink
-from cxbridge.gateway import Gateway
-from cxbridge.gateway.gateway import COMPONENT
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.service import OnReady, Service, ignore
 

@@ -11,8 +11,8 @@ from msgspec import structs
 
 from cxbridge.config.documents import Mark, YamlList, YamlMap, YamlNode, YamlScalar, parse_documents
 from cxbridge.errors import ConfigError, NavGraphError
-from cxbridge.navgraph import joining
-from cxbridge.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
+from cxbridge.space.navgraph import joining
+from cxbridge.space.navgraph.graph import NavGraph, NavGraphEdge, NavGraphNode
 
 TAG: Final = "tag:fawkesrobotics.org,navgraph/"
 """What ``!`` stands for in graph files."""

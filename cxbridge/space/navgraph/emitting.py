@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from cxbridge.events import EventBus, NavGraphRead
-from cxbridge.navgraph.graph import NavGraph
+from cxbridge.space.navgraph.graph import NavGraph
 
 
 def emit_navgraph(bus: EventBus, graph: NavGraph) -> None:

@@ -10,7 +10,7 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.tf.errors import InvalidRotationError
+from cxbridge.space.tf.errors import InvalidRotationError
 
 Vector = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.tf.buffer import StampedTransform
+from cxbridge.space.tf.buffer import StampedTransform
 
 if TYPE_CHECKING:
     from cxbridge.blackboard.base import BlackBoard

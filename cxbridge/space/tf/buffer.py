@@ -13,8 +13,17 @@ from typing import Final
 
 from msgspec import Struct
 
-from cxbridge.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
-from cxbridge.tf.geometry import Quaternion, Transform, Vector, lerp, multiply, normalized, rotate, slerp
+from cxbridge.space.tf.errors import ExtrapolationError, NotConnectedError, UnknownFrameError
+from cxbridge.space.tf.geometry import (
+    Quaternion,
+    Transform,
+    Vector,
+    lerp,
+    multiply,
+    normalized,
+    rotate,
+    slerp,
+)
 
 LATEST: Final = 0
 """As a time: the latest that exists."""
@@ -145,7 +154,7 @@ class TransformBuffer:
     def lookup(self, target: str, source: str, time_us: int = LATEST) -> StampedTransform:
         """Return where the frame ``source`` is in the frame ``target``.
 
-        :raises TransformError: when that is not known: see :mod:`cxbridge.tf.errors`.
+        :raises TransformError: when that is not known: see :mod:`cxbridge.space.tf.errors`.
         """
         target, source = _strip(target), _strip(source)
         with self._lock:

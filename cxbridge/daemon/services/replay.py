@@ -11,12 +11,12 @@ from typing import Any, Final
 from cxbridge.blackboard import BlackBoard
 from cxbridge.blackboard.patterns import Pattern
 from cxbridge.clock import MICROSECONDS
+from cxbridge.daemon.services.options import ReplayOptions
 from cxbridge.errors import BlackBoardError, TraceError
 from cxbridge.events import Sink
 from cxbridge.interfaces.registry import InterfaceRegistry
 from cxbridge.process.service import OnReady, Service, ignore
 from cxbridge.process.stepping import StepKeys
-from cxbridge.services.options import ReplayOptions
 from cxbridge.trace.formats.base import Run
 from cxbridge.trace.formats.registry import open_run
 from cxbridge.trace.replay.definitions import add_attached

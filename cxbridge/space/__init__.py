@@ -1,0 +1,1 @@
+"""Where things are: coordinate frames over time, and navigation graphs."""
