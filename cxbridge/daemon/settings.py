@@ -138,7 +138,7 @@ class DaemonSettings:
             clients=file("zmq/clients"),
             fawkes=fawkes if fawkes_there else None,
             sections=sections,
-            on_failure=Policy(_choice(config, "on-failure", ("stop", "continue"), "stop")),
+            on_failure=Policy(_choice(config, "on-failure", ("continue", "stop"), "stop")),
             rights=rights,
             watchdog_s=_seconds(config, "watchdog", LIMIT_S),
             trace=file("record/trace"),

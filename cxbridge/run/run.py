@@ -20,7 +20,7 @@ from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import NOTHING, Additions
 from cxbridge.run.result import COMPLETED, FAULT, TIMED_OUT, UNSUCCESSFUL, RunResult, sum_up
 from cxbridge.run.servers import REST_S, RunServer, Stay, no_stay
-from cxbridge.run.standstill import RuleErrors, Stall, Stalls, StuckWatch
+from cxbridge.run.standstill import LIMIT_S, RuleErrors, Stall, Stalls, StuckWatch
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
@@ -30,6 +30,9 @@ if TYPE_CHECKING:
     from cxbridge.run.replay.replay import Replay
     from cxbridge.run.team import Team
 
+
+STALL_S = LIMIT_S
+"""Seconds of real time that a loop may take before there is a warning."""
 
 LEAST_STALL_S = 60.0
 """Seconds of real time that the rules of a loop may take at least."""
@@ -244,7 +247,14 @@ class _Stalls(Stalls):
         self._run, self._on = run, on
         self._most_s = max(timeout_s, LEAST_STALL_S)
         log = run.bus.logger("Run")
-        super().__init__(run.loop, self._environments, log, "Ctrl-C ends the run", on_stall=self._end)
+        super().__init__(
+            run.loop,
+            self._environments,
+            log,
+            "Ctrl-C ends the run",
+            limit_s=STALL_S,
+            on_stall=self._end,
+        )
 
     def __enter__(self) -> Self:
         return super().__enter__() if self._on else self

@@ -86,7 +86,7 @@ def test_mistakes_in_the_configuration(tmp_path, more, words):
 
 
 def test_who_does_without_does_not_pay_for_it():
-    program = "import sys, cxbridge.run.assembly; print(*sys.modules)"
+    program = "import sys, cxbridge.run.agent; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
     assert {"bson", "pymongo"} & set(done.stdout.split()) == set()
 

@@ -137,7 +137,8 @@ class ManagedNode(Generic[ComponentType]):
         if self.component is not None:
             self.component.check()
 
-    def _on_configure(self) -> None:
+    def on_configure(self) -> None:
+        """Make the component, and get it ready."""
         self.component = self._make()
         self.configure_component(self.component)
 
@@ -147,11 +148,13 @@ class ManagedNode(Generic[ComponentType]):
         if component is not None:
             component.abort()
 
-    def _on_activate(self) -> None:
+    def on_activate(self) -> None:
+        """Let the component begin to work."""
         if self.component is not None:
             self.component.activate()
 
-    def _on_deactivate(self) -> None:
+    def on_deactivate(self) -> None:
+        """Let the component stop working."""
         if self.component is not None:
             self.component.deactivate()
 
@@ -165,15 +168,15 @@ class ManagedNode(Generic[ComponentType]):
 
     def configure(self) -> None:
         """Go from unconfigured to inactive."""
-        self._go(State.UNCONFIGURED, State.INACTIVE, self._on_configure)
+        self._go(State.UNCONFIGURED, State.INACTIVE, self.on_configure)
 
     def activate(self) -> None:
         """Go from inactive to active."""
-        self._go(State.INACTIVE, State.ACTIVE, self._on_activate)
+        self._go(State.INACTIVE, State.ACTIVE, self.on_activate)
 
     def deactivate(self) -> None:
         """Go from active to inactive; it is inactive afterwards even if it fails."""
-        self._go(State.ACTIVE, State.INACTIVE, self._on_deactivate, regardless=True)
+        self._go(State.ACTIVE, State.INACTIVE, self.on_deactivate, regardless=True)
 
     def cleanup(self) -> None:
         """Go from inactive to unconfigured; it is unconfigured afterwards even if it fails."""
