@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 
 from cxbridge.clock import MICROSECONDS
 from cxbridge.daemon.board import INTERRUPT, DaemonBoard
-from cxbridge.daemon.components import DaemonComponents
 from cxbridge.daemon.configuration import make_daemon_base, make_run_options
 from cxbridge.daemon.nodes import ExecutiveNode
 from cxbridge.daemon.options import DaemonOptions
@@ -86,9 +85,14 @@ class Daemon(Run):
         nodes = self.lifecycle.nodes
         names = [node.name for node in nodes]
         self.status = DaemonBoard(self.board, names, self.clock.name, self._take_message)
-        self.parts = DaemonComponents(self.lifecycle, self.status_of_components, self._settle)
         self._requests = DaemonRequests(
-            self.board, self.bus, self.node, settings.rights, self.parts, self.loop
+            self.board,
+            self.bus,
+            self.node,
+            settings.rights,
+            self.status_of_components,
+            self.change_component,
+            self.loop,
         )
         for node in nodes:
             for hook in node.hooks:
@@ -292,6 +296,16 @@ class Daemon(Run):
             else status
             for status in self.lifecycle.status()
         ]
+
+    def change_component(self, name: str, transition: str) -> None:
+        """Let one component take one step of its life, in the thread of the main loop.
+
+        :raises LifecycleError: when it cannot.
+        """
+        try:
+            self.lifecycle.change_one(name, transition)
+        finally:
+            self._settle()
 
     def _settle(self) -> None:
         """Report how the daemon stands."""

@@ -10,7 +10,6 @@ from itertools import count, islice
 from typing import TYPE_CHECKING, Any, Final
 
 from cxbridge.daemon.board import DAEMON_ID, OWNER, REQUEST_TYPE
-from cxbridge.daemon.components import component_row
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Event, EventBus, LogLine, SkillStatus
 from cxbridge.executive.host.values import show
@@ -22,11 +21,13 @@ from cxbridge.printing import one_line
 from cxbridge.rights import Right, Rights
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.daemon.components import DaemonComponents
     from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.executive.breakpoints import Stop
     from cxbridge.mainloop import MainLoop
+    from cxbridge.run.components.manager import ComponentStatus
 
 MOST_GOALS: Final = 400
 MOST_ACTIONS: Final = 400
@@ -125,7 +126,8 @@ class DaemonRequests:
     :param bus: what happens, for those who watch.
     :param node: the executive; None: there shall be none.
     :param rights: what clients may do.
-    :param components: the daemon's, in the order of their start.
+    :param components: returns the state of each component of the daemon, in the order of their start.
+    :param change_component: lets the component of that name take a transition.
     :param loop: the main loop.
     """
 
@@ -135,7 +137,8 @@ class DaemonRequests:
         bus: EventBus,
         node: ExecutiveNode | None,
         rights: Rights,
-        components: DaemonComponents,
+        components: Callable[[], list[ComponentStatus]],
+        change_component: Callable[[str, str], None],
         loop: MainLoop | None = None,
     ) -> None:
         # The fields of the interface come from its XML definition: there is no static type for them here.
@@ -149,8 +152,8 @@ class DaemonRequests:
         self.context: Final = OperationContext(
             rights,
             node,
-            lambda: [component_row(each) for each in components.status()],
-            components.change_one,
+            lambda: [status.plain() for status in components()],
+            change_component,
             DaemonState(bus, node, loop).describe,
         )
         """What operations work on."""

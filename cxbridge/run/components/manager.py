@@ -91,6 +91,15 @@ class ComponentStatus:
     reason: str
     since_us: int
 
+    def plain(self) -> dict[str, Any]:
+        """Return the description as JSON can have it."""
+        return {
+            "name": self.name,
+            "state": self.state.name,
+            "since_us": self.since_us,
+            "reason": self.reason,
+        }
+
 
 ComponentType = TypeVar("ComponentType", bound=Component)
 

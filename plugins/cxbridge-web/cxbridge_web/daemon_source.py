@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from cxbridge.daemon.components import component_row
 from cxbridge.run.components.manager import State
 from cxbridge_web.servers.web_host import ProcessWebHost
 
@@ -59,7 +58,7 @@ class DaemonWeb(ProcessWebHost):
         components = daemon.status_of_components()
         return self._status(
             daemon.state,
-            [component_row(part) for part in components],
+            [part.plain() for part in components],
             endpoints=daemon.endpoints,
             error=next((f"{part.name}: {part.reason}" for part in components if part.reason), ""),
         )
