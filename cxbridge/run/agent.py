@@ -155,9 +155,8 @@ class Run(Closing):
         is_look: bool = False,
     ) -> None:
         base = base or make_only_base(options)
-        self.name, self.config, self.clock, self.bus, self.loop, self.early = (
-            *(base.name, base.config, base.clock, base.bus, base.loop, base.early),
-        )
+        self.name, self.config, self.early = base.name, base.config, base.early
+        self.clock, self.bus, self.loop = base.clock, base.bus, base.loop
         self.source = source_of(options)
         self.options = options if self.source.needs_skiller else replace(options, skiller="none")
         self.additions, self.is_look, self._replay, self._more = additions, is_look, replay, components
