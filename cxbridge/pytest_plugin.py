@@ -73,7 +73,7 @@ class Bench:
         """
         # not before a test asks for it: pytest loads this plug-in for each project on the machine
         from cxbridge.run.options import RunOptions  # noqa: PLC0415
-        from cxbridge.run.program.run import more_options  # noqa: PLC0415
+        from cxbridge.run.program.plain_options import more_options  # noqa: PLC0415
         from cxbridge.testing.agent_run import PATIENCE_S, AgentRun  # noqa: PLC0415
         from cxbridge.testing.golden import GoldenFiles, file_name  # noqa: PLC0415
 

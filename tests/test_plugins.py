@@ -31,7 +31,7 @@ from cxbridge.run.agents import clock_of
 from cxbridge.run.explainers import with_explanations
 from cxbridge.run.program.finished import VIEWS
 from cxbridge.run.program.finished import open_run as read_run
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
 from cxbridge.trace.formats.registry import copy_formats, open_run
 from tests.blackboard.samples import SampleRegistry

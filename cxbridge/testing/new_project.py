@@ -14,7 +14,7 @@ import yaml
 from cxbridge.errors import CxbridgeError
 from cxbridge.resources import shipped_dir
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.source import source_of
 from cxbridge.run.specs import choose_spec
 

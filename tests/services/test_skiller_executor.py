@@ -15,7 +15,7 @@ from cxbridge.errors import CxbridgeError
 from cxbridge.events import EventBus
 from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.skiller.board import ExecutorContext, SkillCall, SkillFailedError
 from cxbridge.skiller.simulation.estimators import StaticEstimator
 from cxbridge.skiller.simulation.simulator import SkillerSimulator

@@ -1,17 +1,19 @@
-"""Options of a run as JSON has them: what editors send to the language server and the debug adapter."""
+"""Options of a run from the keywords of a program, and from JSON, as editors send them."""
 
 from __future__ import annotations
 
 import re
 import types
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from functools import cache
 from pathlib import Path
 from typing import Any, Final, Union, get_args, get_origin, get_type_hints
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run.options import RunOptions
-from cxbridge.run.program.run import make_options
+
+_PATHS = ("clips_dirs", "interface_dirs", "skill_dirs", "replay")
+"""Options that are several paths."""
 
 _CAPITAL: Final = re.compile(r"[A-Z]")
 _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
@@ -24,6 +26,44 @@ _PLAIN: Final[Mapping[Any, tuple[type, ...]]] = {
 }
 """What may stand for values of these types."""
 _TITLES: Final = {bool: "true or false", int: "a number", float: "a number", str: "a text", list: "texts"}
+
+
+def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
+    """Yield a group for each plug-in whose options are given, and remove these options.
+
+    :param given: options by name; a text may stand for a path.
+    :param find: returns the path for a text.
+    """
+    for group in RunOptions.added_groups():
+        hints = get_type_hints(group)
+        own = {name: given.pop(name) for name in hints if name in given}
+        if own:
+            paths = {name for name in own if Path in get_args(hints[name])}
+            yield group(
+                **{name: find(value) if name in paths and value else value for name, value in own.items()}
+            )
+
+
+def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
+    """Return the options of a run; paths may be texts, and one may stand for several.
+
+    :raises CxbridgeError: when there is no such option.
+    """
+    values: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
+    values["more"] = tuple(more_options(values))
+    known = RunOptions.__dataclass_fields__
+    unknown = [name for name in values if name not in known]
+    if unknown:
+        raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(known))}")
+    for name in ("config", *_PATHS):
+        if name in values:
+            each = values[name]
+            several = [each] if isinstance(each, str | Path) else each
+            values[name] = tuple(map(Path, several))
+    for name in ("trace", "log", "bblog", "fawkes_dir"):
+        if name in values:
+            values[name] = Path(values[name])
+    return RunOptions(scenario=None if scenario is None else Path(scenario), **values)
 
 
 def plain_options(given: Mapping[str, Any]) -> RunOptions:

@@ -2,23 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any
 
-from cxbridge.errors import CxbridgeError
-from cxbridge.run.options import RunOptions
 from cxbridge.run.program.additions import Additions
 from cxbridge.run.program.finished import Run
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.program.skills import Skills, executor_classes
 from cxbridge.run.run import run_scenario
 from cxbridge.trace.memory import MemoryRun
 
 if TYPE_CHECKING:
     from cxbridge.executive.feature import Feature
-
-_PATHS = ("clips_dirs", "interface_dirs", "skill_dirs", "replay")
-"""Options that are several paths."""
 
 
 def run(
@@ -59,41 +55,3 @@ def run(
     additions = Additions(tuple(features), executor_classes(skills), (kept.writer(),))
     run_scenario(run_options, additions=additions)
     return Run(kept)
-
-
-def more_options(given: dict[str, Any], find: Callable[[str | Path], Path] = Path) -> Iterator[Any]:
-    """Yield a group for each plug-in whose options are given, and remove these options.
-
-    :param given: options by name; a text may stand for a path.
-    :param find: returns the path for a text.
-    """
-    for group in RunOptions.added_groups():
-        hints = get_type_hints(group)
-        own = {name: given.pop(name) for name in hints if name in given}
-        if own:
-            paths = {name for name in own if Path in get_args(hints[name])}
-            yield group(
-                **{name: find(value) if name in paths and value else value for name, value in own.items()}
-            )
-
-
-def make_options(scenario: str | Path | None, **given: Any) -> RunOptions:
-    """Return the options of a run; paths may be texts, and one may stand for several.
-
-    :raises CxbridgeError: when there is no such option.
-    """
-    values: dict[str, Any] = {name: value for name, value in given.items() if value is not None}
-    values["more"] = tuple(more_options(values))
-    known = RunOptions.__dataclass_fields__
-    unknown = [name for name in values if name not in known]
-    if unknown:
-        raise CxbridgeError(f"a run has no option '{unknown[0]}'", hint=f"it has: {', '.join(sorted(known))}")
-    for name in ("config", *_PATHS):
-        if name in values:
-            each = values[name]
-            several = [each] if isinstance(each, str | Path) else each
-            values[name] = tuple(map(Path, several))
-    for name in ("trace", "log", "bblog", "fawkes_dir"):
-        if name in values:
-            values[name] = Path(values[name])
-    return RunOptions(scenario=None if scenario is None else Path(scenario), **values)

@@ -11,7 +11,7 @@ from cxbridge.executive.host.environment import ClipsEnvironment
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from tests.support import ROS2CX_DIR
 
 LOOPS = 2

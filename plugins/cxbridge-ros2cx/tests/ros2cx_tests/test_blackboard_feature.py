@@ -18,7 +18,7 @@ from cxbridge.interfaces import InterfaceRegistry
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge_ros2cx.blackboard import ORIGINAL_FUNCTIONS
 from cxbridge_ros2cx.features import Ros2CxFeatureContext, make_features
 from cxbridge_ros2cx.parameters import FeatureEntry

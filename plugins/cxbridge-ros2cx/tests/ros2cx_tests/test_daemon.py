@@ -12,7 +12,7 @@ import pytest
 from cxbridge.daemon.daemon import Daemon
 from cxbridge.daemon.options import DaemonOptions
 from cxbridge.errors import CxbridgeError
-from cxbridge.run.program.run import more_options
+from cxbridge.run.program.plain_options import more_options
 from tests.daemon.test_daemon import QUIET, running
 from tests.support import ROS2CX_DIR, needs_plugin, needs_ros2cx
 

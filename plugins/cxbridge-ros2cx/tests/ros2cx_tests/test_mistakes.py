@@ -12,7 +12,7 @@ from cxbridge.config import Configuration
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge_ros2cx.checkout import Ros2CxCheckout
 from cxbridge_ros2cx.confvals import ParametersFeature
 from ros2cx_tests.mutations import Mutation, mutations

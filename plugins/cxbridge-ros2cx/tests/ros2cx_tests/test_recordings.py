@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from cxbridge.run import RunOptions
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from ros2cx_tests.rows import NOT_COMPARED, recorded, run
 from tests.support import ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
 

@@ -12,7 +12,7 @@ from cxbridge.clock import MICROSECONDS
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
 from cxbridge.run.agent import Run
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.run.result import RunResult
 from cxbridge_ros2.node import Node
 from cxbridge_ros2cx.cx.node import CxNode

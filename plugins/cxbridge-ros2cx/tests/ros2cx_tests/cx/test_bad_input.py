@@ -9,7 +9,7 @@ import pytest
 from cxbridge.errors import CxbridgeError
 from cxbridge.events import Level, LogLine
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 
 HEAD = "/**:\n  ros__parameters:\n"
 

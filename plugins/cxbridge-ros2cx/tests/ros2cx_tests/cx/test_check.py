@@ -6,7 +6,7 @@ import pytest
 
 pytest.importorskip("cxbridge_studio", reason="needs cxbridge-studio")
 
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge_studio.check.run import check
 from ros2cx_tests.cx.test_examples import PDDL, PLUGINS, TUTORIALS
 from tests.support import CX_DIR, needs_cx

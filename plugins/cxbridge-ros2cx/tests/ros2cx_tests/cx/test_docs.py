@@ -7,7 +7,7 @@ import re
 import pytest
 
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge_ros2cx.cx import plugin
 from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import ROOT

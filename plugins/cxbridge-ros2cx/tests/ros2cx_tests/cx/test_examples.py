@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.errors import CxbridgeError
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from ros2cx_tests.cx.recordings import sourced
 from tests.support import CX_DIR, needs_cx
 

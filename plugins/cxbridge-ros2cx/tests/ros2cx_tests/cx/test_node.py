@@ -8,7 +8,7 @@ import pytest
 
 from cxbridge.mainloop import Hook
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge_ros2.parameters import ParameterClient
 from cxbridge_ros2cx.cx.node import CxNode
 from tests.support import CX_DIR, needs_cx

@@ -8,7 +8,7 @@ import pytest
 
 import cxbridge_ros2cx
 from cxbridge.run import run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from tests.support import CX_DIR, needs_cx
 
 EXAMPLES = Path(cxbridge_ros2cx.__file__).parent / "examples"

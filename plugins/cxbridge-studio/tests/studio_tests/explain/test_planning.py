@@ -12,7 +12,7 @@ from cxbridge.errors import TraceError
 from cxbridge.events import PlannerCall
 from cxbridge.executive.pddl import parse_domain, parse_formula, problem_of_facts
 from cxbridge.run import RunOptions, run_scenario
-from cxbridge.run.program.run import make_options
+from cxbridge.run.program.plain_options import make_options
 from cxbridge.trace.formats.registry import open_run
 from cxbridge_studio.explain.planning import PlannerAnswer, choose_answer, planner_answers
 from tests.support import ROOT, ROS2CX_DIR, SHARED, needs_ros2cx, needs_shared
