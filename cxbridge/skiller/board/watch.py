@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from uuid import UUID
 
 from cxbridge.blackboard.errors import BlackBoardError
-from cxbridge.blackboard.listeners import EventKind, Listener, listening
-from cxbridge.blackboard.observers import Observer
+from cxbridge.blackboard.listeners import EventKind, Listener, Observer, listening
 from cxbridge.skiller.board.delivery import MessageDelivery
 from cxbridge.skiller.board.master import Master
 from cxbridge.skiller.board.protocol import EXECUTOR_TYPE, LABEL_BYTES, ExecutorState, Ticket, cut, name_of
