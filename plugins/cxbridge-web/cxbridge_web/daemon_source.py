@@ -2,36 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from cxbridge.run.components.manager import State
-from cxbridge_web.servers.web_host import ProcessWebHost
+from cxbridge_web.host import WebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
     from cxbridge.daemon.daemon import Daemon
-    from cxbridge.daemon.nodes import ExecutiveNode
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.rights import Rights
 
 
-class DaemonWeb(ProcessWebHost):
-    """The parts of a daemon that the web server sees.
+class DaemonWeb(WebHost):
+    """The parts of a daemon that the web server sees."""
 
-    :param command: carries out a command.
-    :param executive: None: there will be none.
-    """
-
-    def __init__(
-        self, daemon: Daemon, command: Callable[[str], None], executive: ExecutiveNode | None
-    ) -> None:
+    def __init__(self, daemon: Daemon) -> None:
         super().__init__(daemon)
-        self._daemon = daemon
-        self._executive = executive
-        self.command = command
+        self._daemon, self._executive = daemon, daemon.node
         self.operations = daemon.operations
+
+    def command(self, what: str) -> None:
+        """Carry out a command of a client."""
+        self._daemon.carry_out(what)
 
     @property
     def board(self) -> BlackBoard:

@@ -1,66 +1,87 @@
-"""The interface of the process around a web server."""
+"""The interface of the process around a web server: a daemon, or a run."""
 
 from __future__ import annotations
 
+import os
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Final
+
+from cxbridge import __version__
+from cxbridge.daemon.client import ask_why
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
-    from cxbridge.config import Configuration
-    from cxbridge.events import EventBus
     from cxbridge.executive.debugger import Debugger
     from cxbridge.executive.host.environment import ClipsEnvironment
     from cxbridge.operations.operation import OperationContext
     from cxbridge.rights import Rights
+    from cxbridge.run.agent import Run
+    from cxbridge.run.team import Team
+    from cxbridge.space.tf.listener import TransformListener
+
+_OWNER: Final = "TransformsRestApi"
+_RULES: Final = 1
+"""Rules that are listed of those that fired before each step of a goal."""
 
 
-class WebHost(Protocol):
-    """The process around a web server. What says nothing else is called by the main loop's thread."""
+class WebHost(ABC):
+    """The process around a web server. What says nothing else is called by the main loop's thread.
+
+    :param run: the source of the web server's data: a daemon is a run, too.
+    """
+
+    operations: OperationContext
+    """What operations work on."""
+
+    def __init__(self, run: Run | Team) -> None:
+        self.bus: Final = run.bus
+        self.config: Final = run.config
+        self._clock, self._loop = run.clock, run.loop
+        self._start_us: Final = run.clock.start_us
+        self._transforms: TransformListener | None = None
 
     @property
+    @abstractmethod
     def board(self) -> BlackBoard:
         """The blackboard."""
 
     @property
-    def bus(self) -> EventBus:
-        """What happens."""
-
-    @property
-    def config(self) -> Configuration:
-        """The configuration."""
-
-    @property
+    @abstractmethod
     def rights(self) -> Rights:
         """What clients may do."""
 
     @property
+    @abstractmethod
     def debugger(self) -> Debugger | None:
         """The executive's debugger; None while the executive does not run."""
 
-    @property
-    def operations(self) -> OperationContext:
-        """What operations work on."""
-
+    @abstractmethod
     def environments(self) -> Mapping[str, ClipsEnvironment]:
         """Return the CLIPS environments by name; empty while the executive does not run."""
 
+    @abstractmethod
     def status(self) -> dict[str, Any]:
         """Return how the process and its components stand; docs/rest.md has the fields."""
 
+    @abstractmethod
     def command(self, what: str) -> None:
         """Carry out ``pause``, ``resume`` or ``reset``."""
 
     @property
+    @abstractmethod
     def stall(self) -> str:
         """Why the main loop does not come to its end; empty when it does. In any thread."""
 
+    @abstractmethod
     def interrupt(self) -> None:
         """End what rules do in this loop; in any thread."""
 
+    @abstractmethod
     def plugins(self) -> Sequence[tuple[str, str, bool]]:
         """Return name, description and whether it is loaded, of all plugins."""
 
+    @abstractmethod
     def load_plugin(self, name: str, *, load: bool) -> None:
         """Load or unload a plugin; no error when it is already.
 
@@ -68,7 +89,12 @@ class WebHost(Protocol):
         """
 
     def frames(self) -> Mapping[str, str | None]:
-        """Return the parent of each coordinate frame, None for roots; by name."""
+        """Return the parent of each coordinate frame; listens to them from the first question on."""
+        if self._transforms is None:
+            from cxbridge.space.tf.listener import TransformListener  # noqa: PLC0415 - for those who ask
+
+            self._transforms = TransformListener(self.board, owner=_OWNER)
+        return self._transforms.buffer.frames
 
     def why(self, name: str, kind: str, timeout_s: float) -> dict[str, Any] | None:
         """Explain why a rule has not fired, or how a goal came about; in any thread but the main loop's.
@@ -77,3 +103,31 @@ class WebHost(Protocol):
         :returns: ``lines`` and ``data``; None when there is no answer in time.
         :raises CxbridgeError: when there is nothing to explain.
         """
+        return ask_why(self.board, name, kind, _RULES, timeout_s)
+
+    def _status(
+        self,
+        state: str,
+        components: list[dict[str, Any]],
+        *,
+        now_us: int | None = None,
+        endpoints: Sequence[str] = (),
+        error: str = "",
+    ) -> dict[str, Any]:
+        """Return the fields of a status.
+
+        :param now_us: None: the clock's time.
+        """
+        clock, loop = self._clock, self._loop
+        return {
+            "state": state,
+            "version": __version__,
+            "pid": os.getpid(),
+            "started_us": self._start_us,
+            "now_us": clock.now_us() if now_us is None else now_us,
+            "clock": clock.name,
+            "endpoints": list(endpoints),
+            "error": error,
+            "loop": {"count": loop.loops, "period_us": loop.period_us},
+            "components": components,
+        }

@@ -12,8 +12,8 @@ from cxbridge.executive.service import EnvironmentService
 from cxbridge.mainloop import Hook
 from cxbridge.operations.operation import OperationContext
 from cxbridge.run.servers import REST_S, RunServer
+from cxbridge_web.host import WebHost
 from cxbridge_web.server import WebServer
-from cxbridge_web.servers.web_host import ProcessWebHost
 
 if TYPE_CHECKING:
     from cxbridge.blackboard import BlackBoard
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from cxbridge_web.settings import WebSettings
 
 
-class RunWeb(ProcessWebHost):
+class RunWeb(WebHost):
     """A run as its web server sees it; :class:`cxbridge_web.host.WebHost`.
 
     Of several agents the page has all environments; blackboard and breakpoints are those of the first one.

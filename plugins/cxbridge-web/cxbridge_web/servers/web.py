@@ -24,7 +24,7 @@ class WebComponent(Component):
         assert isinstance(settings, WebSettings)
         self._options = daemon.options.group(WebOptions)
         most = share(raise_file_limit(), MOST_SOCKETS, WEB_SHARE)
-        host = DaemonWeb(self._daemon, self._daemon.carry_out, self._daemon.node)
+        host = DaemonWeb(self._daemon)
         self._server = WebServer(host, settings, most)
 
     def activate(self) -> None:
