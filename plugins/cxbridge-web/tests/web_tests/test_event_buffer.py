@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from types import SimpleNamespace
+from typing import Any
 
 from hypothesis import given
 from hypothesis import strategies as st
@@ -75,7 +76,8 @@ def test_a_client_that_comes_late_gets_the_goals_however_much_else_there_was():
 
 def test_goals_are_there_though_nobody_has_looked_for_long():
     bus = EventBus(RealClock())
-    collector = EventCollector(SimpleNamespace(bus=bus, environments=dict))
+    host: Any = SimpleNamespace(bus=bus, environments=dict)
+    collector = EventCollector(host)
     for event in (line("before"), goal(), *(line() for _ in range(MOST_PENDING)), goal("last"), line("end")):
         bus.emit(event)
     events, lost = collector.drain()
