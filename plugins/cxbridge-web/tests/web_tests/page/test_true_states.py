@@ -108,3 +108,18 @@ def test_at_the_beginning_no_skill_has_been_called(opened: Any):
         "(slider) => { slider.value = 0; slider.dispatchEvent(new Event('input', {bubbles: true})); }"
     )
     opened.wait_for_selector("text=No skill called yet")
+
+
+def test_a_recording_of_a_skill_board_has_the_skills_of_its_executors(tab: Any, tmp_path: Path):
+    """No Skiller and no state graph was recorded."""
+    trace = tmp_path / "workshop.mcap"
+    run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "workshop", trace=trace, timeout=30.0))
+    with viewing(trace) as (url, recordings):
+        tab.goto(f"{url}{recordings.start}#/skills")
+        tab.wait_for_selector("#executors")
+        wait_for(tab, lambda: "robot1-move" in tab.locator("#skiller option").all_inner_texts())
+        tab.select_option("#skiller", label="robot1-move")
+        wait_for(tab, lambda: tab.locator("[aria-label=Skills] [role=option]").count() == 2)
+        assert "No skill called yet" not in tab.inner_text("main")
+        assert "No state graph yet" not in tab.inner_text("main")
+        assert tab.locator("#calls li").count() > 0

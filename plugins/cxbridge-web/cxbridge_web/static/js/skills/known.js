@@ -22,14 +22,15 @@ export function knownSkills(names, executors, calls) {
 }
 
 /**
- * @param how isRecording, skiller, showsGraphs, hasGraph, problem, isSearch: there are skills, but none matches
+ * @param how isRecording, hasCalls, skiller, showsGraphs, hasGraph, problem, isSearch: there are skills, but none
+ * matches
  */
-export function noSkills({ isRecording, skiller, showsGraphs, hasGraph, problem, isSearch }) {
-  if (isRecording && !isSearch)
+export function noSkills({ isRecording, hasCalls, skiller, showsGraphs, hasGraph, problem, isSearch }) {
+  if (isRecording && !isSearch && !hasCalls)
     return none("No skill called yet", "A recording shows the skills that were called up to its moment.");
   if (isSearch) return none("No skill matches");
   if (problem) return none(problem);
-  if (hasGraph) return none("No list of skills", "The Skiller has not shown its list.");
+  if (hasGraph || isRecording) return none("No list of skills", "The Skiller has not shown its list.");
   if (showsGraphs) return none("No skills", "The Skiller knows none, or there is no Skiller.");
   return none(
     "No list of skills",

@@ -3,6 +3,11 @@
 const BOARD = "SkillBoardInterface::",
   EXECUTOR = "SkillExecutorInterface::";
 
+/** The lane of an executor's calls in the history: of several agents each has a blackboard of its own. */
+export const laneOf = (agent, executor) => "board " + agent + "/" + executor;
+/** The executor whose lane it is, with its agent; of a Skiller its id. */
+export const nameOfLane = (lane) => lane.replace(/^board \/?/, "");
+
 const idOf = (uid) => uid.slice(uid.indexOf("::") + 2);
 /** Of several agents each has a blackboard of its own: AGENT/ID. */
 const agentOf = (uid) => idOf(uid).slice(0, Math.max(0, idOf(uid).lastIndexOf("/")));

@@ -2,7 +2,7 @@
 // The one reader of such times: the timeline, the goals' view and reports take them from here.
 import { hasEnded, skillOutcome } from "../outcome.js";
 import { MAIN_ENV, bare, fields, goalKey, isUnnamed } from "../names.js";
-import { BoardMessages } from "./board.js";
+import { BoardMessages, laneOf } from "./board.js";
 
 const MOST_GOALS = 20000,
   MOST_CALLS = 20000,
@@ -368,7 +368,7 @@ export class History {
     for (const { type, agent, executor, request, text, progress, status, succeeded } of this.board.read(
       event,
     )) {
-      const lane = "board " + agent + "/" + executor,
+      const lane = laneOf(agent, executor),
         call = this.lastCalls.get(lane);
       if (type === "CONFIRM") {
         const { msgid } = event,

@@ -9,6 +9,7 @@ import { skillForm } from "../skills/form.js";
 import { knownSkills, noSkills } from "../skills/known.js";
 import { callList, callsOf, DEBUG, readStatus, skillerState, STATUS } from "../skills/now.js";
 import { mappedSkills, parametersOf } from "../skills/parameters.js";
+import { nameOfLane } from "../timeline/board.js";
 import { VirtualList } from "../virtual.js";
 
 export const tab = { title: "Skills", order: 30 };
@@ -170,7 +171,9 @@ export function open(root, app) {
       sign = all.join("\n") + "\n\n" + now;
     choice.hidden = all.length < 2;
     if (sign === drawnChoice) return;
-    choice.replaceChildren(...all.map((id) => el("option", { value: id, selected: id === now }, id)));
+    choice.replaceChildren(
+      ...all.map((id) => el("option", { value: id, selected: id === now }, nameOfLane(id))),
+    );
     if (now !== looked) change();
     drawnChoice = sign;
   }
@@ -234,8 +237,9 @@ export function open(root, app) {
     },
   );
 
-  /** The executors of the Skiller that is looked at: its name is that of the agent. */
-  const executors = () => executorsOf(app.model, boardRead).filter((each) => each.agent === skiller());
+  /** The executors of the Skiller that is looked at: its name is that of the agent, or of the executor itself. */
+  const executors = () =>
+    executorsOf(app.model, boardRead).filter((each) => [each.agent, each.id].includes(nameOfLane(skiller())));
   function known() {
     const calls = app.recording ? callsOf(app.model, skiller()) : [];
     return knownSkills(names, executors(), calls);
@@ -252,6 +256,7 @@ export function open(root, app) {
       empty.replaceChildren(
         noSkills({
           isRecording: Boolean(app.recording),
+          hasCalls: callsOf(app.model, skiller()).length > 0,
           skiller: skiller(),
           showsGraphs,
           hasGraph: Boolean(graph.querySelector("svg")),
@@ -306,7 +311,8 @@ export function open(root, app) {
               chosen ? "" : "It is drawn here when a skill runs.",
             ),
       );
-      graph.hidden = !drawing && !showsGraphs;
+      const mayCome = app.recording ? app.model.interfaces.has(DEBUG + skiller()) : showsGraphs;
+      graph.hidden = !drawing && !chosen && !mayCome;
     }
     drawCalls();
     drawBoard();
