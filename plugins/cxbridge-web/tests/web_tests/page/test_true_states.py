@@ -113,7 +113,7 @@ def test_at_the_beginning_no_skill_has_been_called(opened: Any):
 def test_a_recording_of_a_skill_board_has_the_skills_of_its_executors(tab: Any, tmp_path: Path):
     """No Skiller and no state graph was recorded."""
     trace = tmp_path / "workshop.mcap"
-    run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "workshop", trace=trace, timeout=30.0))
+    run_scenario(RunOptions(scenario=shipped_dir("scenarios") / "workshop", trace=trace, timeout=60.0))
     with viewing(trace) as (url, recordings):
         tab.goto(f"{url}{recordings.start}#/skills")
         tab.wait_for_selector("#executors")
